@@ -44,10 +44,10 @@ check: $(STAMP_DEV)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 # compas_fab's own integration tests and example scripts, unmodified, against `trajopt serve`; TESTS: a folder with them,
-# as tests/server/rosbridge/their_tests.py says. On the ports that they ask for: 9090, 9091 and 9190.
+# as tests/ros/rosbridge/their_tests.py says. On the ports that they ask for: 9090, 9091 and 9190.
 .PHONY: compas-fab
 compas-fab: $(STAMP_DEV)
-	$(BIN)/python -m tests.server.rosbridge.their_tests $(TESTS)
+	$(BIN)/python -m tests.ros.rosbridge.their_tests $(TESTS)
 
 # Pages with the notebooks as they run, the reference and the decisions: out/docs/index.html.
 docs: $(STAMP)

@@ -21,8 +21,8 @@ from typing import TypeVar
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from tests.bundle.conftest import members_of, write_members
-from tests.bundle.hostile import (
+from tests.files.bundle.conftest import members_of, write_members
+from tests.files.bundle.hostile import (
     Change,
     Members,
     files,
@@ -32,10 +32,10 @@ from tests.bundle.hostile import (
     of_sizes,
     of_values,
 )
-from trajopt.bundle import read_bundle, replay
-from trajopt.errors import FileFormatError
-from trajopt.problem import named_problem
-from trajopt.report import write_report
+from trajopt.files.bundle import read_bundle, replay
+from trajopt.problem.problem import named_problem
+from trajopt.values.errors import FileFormatError
+from trajopt.viewer.report import write_report
 
 MOST_SECONDS, MOST_MEMORY = 2.0, 1024.0
 """What a hostile file may take at most: CPU [s], memory [MiB]."""

@@ -22,7 +22,7 @@ import numpy as np
 import trajopt as to
 from benchmarks.execution_scenarios import scenarios_page
 from benchmarks.page import table, write_section
-from trajopt.execution import (
+from trajopt.driving import (
     IdealExecutor,
     Kind,
     Run,

@@ -14,7 +14,7 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table
 from benchmarks.servo_scenarios import Outcome, in_contact, into_the_table, silence, stretched_out
-from trajopt.execution import (
+from trajopt.driving import (
     CommittedMotion,
     Fault,
     FaultKind,

@@ -29,17 +29,22 @@ class Step:
 
 FIRST = ("trajopt.Problem", "Problem", "scene, start, goal, constraints, costs")
 STEPS = (
-    Step("trajopt.seeds.straight_line", "straight_line(start, goal, knots)", "seed", "knots, shape (N, n)"),
     Step(
-        "trajopt.transcription.transcribe",
+        "trajopt.planning.seeds.straight_line",
+        "straight_line(start, goal, knots)",
+        "seed",
+        "knots, shape (N, n)",
+    ),
+    Step(
+        "trajopt.optimise.transcription.transcribe",
         "transcribe(problem, seed)",
         "KnotsNlp",
         "costs, bounds, derivatives",
     ),
-    Step("trajopt.solvers.Sqp.solve", "Sqp().solve(nlp, seed)", "SolveResult", "optimal knots"),
-    Step("trajopt.transcription.KnotsNlp.decode", "nlp.decode(x)", "Path", "q(s), no time yet"),
+    Step("trajopt.optimise.solvers.Sqp.solve", "Sqp().solve(nlp, seed)", "SolveResult", "optimal knots"),
+    Step("trajopt.optimise.transcription.KnotsNlp.decode", "nlp.decode(x)", "Path", "q(s), no time yet"),
     Step(
-        "trajopt.methods.retime_path",
+        "trajopt.optimise.methods.retime_path",
         "retime_path(problem, path)",
         "Retimed",
         "q(t), fastest along q(s)",
@@ -47,11 +52,11 @@ STEPS = (
     Step("trajopt.judge", "judge(problem, trajectory)", "Certificate", "every check, proven or not"),
 )
 ROOMS = {
-    "trajopt.seeds.straight_line": "planning/seeds",
-    "trajopt.transcription.transcribe": "transcription, terms, query",
-    "trajopt.solvers.Sqp.solve": "solvers",
-    "trajopt.transcription.KnotsNlp.decode": "transcription",
-    "trajopt.methods.retime_path": "retime",
+    "trajopt.planning.seeds.straight_line": "planning",
+    "trajopt.optimise.transcription.transcribe": "optimise, geometry",
+    "trajopt.optimise.solvers.Sqp.solve": "optimise",
+    "trajopt.optimise.transcription.KnotsNlp.decode": "optimise",
+    "trajopt.optimise.methods.retime_path": "timing",
     "trajopt.judge": "verify",
 }
 """The rooms that do the work of each step."""

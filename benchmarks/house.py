@@ -18,7 +18,7 @@ from benchmarks.page import table, write_section
 from tests.architecture.import_graph import PACKAGE, ROOT, circles, file_graph, modules
 from tests.architecture.test_layers import ORDER
 from tests.architecture.test_public_names import public_names
-from trajopt.seeds import straight_line
+from trajopt.planning.seeds import straight_line
 
 PAGE = ROOT / "docs" / "architecture.md"
 NOT_CODE = {
@@ -78,7 +78,7 @@ def files_naming(words: set[str], trees: Iterable[ast.Module]) -> int:
 
 def files_of_requirements() -> dict[str, int]:
     """Kind of requirement -> the files of the library that name its class."""
-    from trajopt.model.requirements import Requirement
+    from trajopt.problem.requirements import Requirement
 
     trees = [ast.parse(path.read_text()) for path in modules().values()]
     return {kind.__name__: files_naming({kind.__name__}, trees) for kind in Requirement.__subclasses__()}

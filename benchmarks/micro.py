@@ -15,13 +15,13 @@ import trajopt as to
 from benchmarks.page import table, write_section
 from benchmarks.problems import past_pillar
 from tests.oracles.query import PlainQuery
+from trajopt.geometry import Query
+from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.optimise.solvers.choice import step_solver
+from trajopt.optimise.transcription import fixed_goal, transcribe
 from trajopt.planning.seeds import straight_line
-from trajopt.query import Query
-from trajopt.query.dynamics import DynamicsQuery
-from trajopt.retime import retime
-from trajopt.solvers.choice import step_solver
-from trajopt.terms.motion import Motion
-from trajopt.transcription import fixed_goal, transcribe
+from trajopt.problem.motion import Motion
+from trajopt.timing import retime
 from trajopt.verify import Judge, Specification
 
 

@@ -20,8 +20,8 @@ from benchmarks.rows import Rows
 from benchmarks.sections import write_results
 from benchmarks.workers import Row
 from benchmarks.workers import run as run_all
-from trajopt.benchmark import Instance, run
-from trajopt.benchmark.folders import find_instances
+from trajopt.lab.suite import Instance, run
+from trajopt.lab.suite.folders import find_instances
 
 ROBOTS = ("panda", "ur5", "fetch", "baxter")
 

@@ -18,11 +18,11 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from benchmarks.shelves import EYE, Shelf, looks, random_shelf
-from trajopt.benchmark.folders import find_instances
-from trajopt.io.engine import mujoco
-from trajopt.model.camera import Singles
-from trajopt.perception import Camera, Cloud, DepthImage, Sensing, perceive, with_unseen
-from trajopt.simulate import DepthCamera, Flaws
+from trajopt.lab.perception import Camera, Cloud, DepthImage, Sensing, perceive, with_unseen
+from trajopt.lab.suite.folders import find_instances
+from trajopt.robot.loading.mujoco_library import mujoco
+from trajopt.scene.camera import Singles
+from trajopt.simulation import DepthCamera, Flaws
 
 FLAWS = Flaws(beyond=3.0, lost=0.01, edge=0.05, grazing=float(np.deg2rad(80.0)))
 """Noise within three standard deviations; pixels are lost anywhere, at edges and in grazing view."""

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import trajopt as to
-from trajopt.moveit import read_request, read_scene
+from trajopt.files.moveit import read_request, read_scene
 
 DATA = Path(sys.argv[1])
 

@@ -17,9 +17,9 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.benchmark import Instance, Outcome, run
-from trajopt.benchmark.folders import find_instances
-from trajopt.transcription import fixed_goal
+from trajopt.lab.suite import Instance, Outcome, run
+from trajopt.lab.suite.folders import find_instances
+from trajopt.optimise.transcription import fixed_goal
 
 FRAME = "panda_hand"
 

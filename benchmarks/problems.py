@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 import trajopt as to
-from trajopt.arrays import Floats
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.query import Query
+from trajopt.geometry import Query
+from trajopt.values.arrays import Floats
+from trajopt.values.shapes.mesh_file import Mesh
 
 START = {
     "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,

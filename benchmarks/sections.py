@@ -12,12 +12,12 @@ from trajopt_robots._example_robot_data import share_folder
 from benchmarks import askable
 from benchmarks.page import table, write_section
 from benchmarks.workers import Row
-from trajopt.benchmark import Outcome
-from trajopt.benchmark.folders import by_set, row, summary
 from trajopt.cli.bench import stage_table, winners
 from trajopt.cli.bench import table as set_table
-from trajopt.io.json_files import write_json
+from trajopt.lab.suite import Outcome
+from trajopt.lab.suite.folders import by_set, row, summary
 from trajopt.planning.status import Status
+from trajopt.values.documents.json_files import write_json
 
 TITLES = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter, both arms"}
 INSTEAD = {"hang": Status.OUT_OF_TIME, "crash": Status.METHOD_CANNOT, "refused": Status.METHOD_CANNOT}

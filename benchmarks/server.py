@@ -28,13 +28,13 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.client import AsyncClient, AsyncSession, ServerError
-from trajopt.io.document import Node
-from trajopt.model.initial_positions import initial_positions
+from trajopt.scene.initial_positions import initial_positions
 from trajopt.server import SessionState, Watch
+from trajopt.server.client import AsyncClient, AsyncSession, ServerError
 from trajopt.server.memory import memory_used
 from trajopt.server.operations import OPERATIONS
 from trajopt.server.operations.edits import edited
+from trajopt.values.documents.document import Node
 
 KINDS = ("bar", "between_plates", "cage", "narrow_mouth", "past_pillar", "turn_over", "under_table")
 VARIANTS = 5

@@ -26,16 +26,16 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.arrays import Floats
-from trajopt.execution import IdealExecutor, Played, Said, Servo, ServoOptions, Stream, Twist, guide
-from trajopt.execution.servo_order import Order
-from trajopt.execution.servo_task import Tool
-from trajopt.methods.stopping import with_jerk
-from trajopt.model.reduced import tool_frame
-from trajopt.model.requirements.singularity_distance import LENGTH
-from trajopt.problem import Problem
-from trajopt.query import Query
-from trajopt.simulate.spec import describe
+from trajopt.driving import IdealExecutor, Played, Said, Servo, ServoOptions, Stream, Twist, guide
+from trajopt.driving.servo_order import Order
+from trajopt.driving.servo_task import Tool
+from trajopt.geometry import Query
+from trajopt.optimise.methods.stopping import with_jerk
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.scene.reduced import tool_frame
+from trajopt.simulation.spec import describe
+from trajopt.values.arrays import Floats
 from trajopt.verify import Judge
 
 ROBOTS = {

@@ -6,8 +6,8 @@ from math import inf
 import numpy as np
 
 import trajopt as to
-from trajopt.arrays import Floats
-from trajopt.execution import IdealExecutor, Servo, ServoOptions, Supervisor, Twist
+from trajopt.driving import IdealExecutor, Servo, ServoOptions, Supervisor, Twist
+from trajopt.values.arrays import Floats
 from trajopt.verify import Judge
 
 TICK = 0.01

@@ -6,7 +6,7 @@ import numpy as np
 from trajopt_problems.furniture import WALL, shelf
 
 import trajopt as to
-from trajopt.perception import Camera, DepthNoise, Intrinsics, Workspace, looking_at
+from trajopt.lab.perception import Camera, DepthNoise, Intrinsics, Workspace, looking_at
 
 VGA = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
 """A usual depth camera."""

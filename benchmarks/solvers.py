@@ -10,15 +10,15 @@ from pathlib import Path
 
 import trajopt as to
 from benchmarks.page import write_section
-from trajopt.benchmark import Allowance, Instance, Outcome, compared, installed_instances
-from trajopt.benchmark.comparison_page import page as page_of
-from trajopt.benchmark.comparison_table import markdown
-from trajopt.benchmark.folders import find_instances
 from trajopt.cli.compare import read_runs
-from trajopt.io.document import write_text
-from trajopt.io.json_files import write_json
-from trajopt.methods import METHODS, method_named
-from trajopt.view.comparison_plots import comparison_figures
+from trajopt.lab.suite import Allowance, Instance, Outcome, compared, installed_instances
+from trajopt.lab.suite.comparison_page import page as page_of
+from trajopt.lab.suite.comparison_table import markdown
+from trajopt.lab.suite.folders import find_instances
+from trajopt.optimise.methods import METHODS, method_named
+from trajopt.values.documents.document import write_text
+from trajopt.values.documents.json_files import write_json
+from trajopt.viewer.comparison_plots import comparison_figures
 
 ALLOWANCE = Allowance(attempts=20, cpu_seconds=10.0)
 """What every method may use on every problem."""

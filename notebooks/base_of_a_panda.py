@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import trajopt as to
-from trajopt.campaign import (
+from trajopt.lab.campaign import (
     Campaign,
     CampaignFolder,
     Local,

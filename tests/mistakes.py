@@ -13,10 +13,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import trajopt as to
-from trajopt.cartesian import follows_curve, polyline
-from trajopt.errors import TrajoptError, UnitWarning
-from trajopt.grasping import gripper_of
-from trajopt.moveit import read_request, read_scene
+from trajopt.files.moveit import read_request, read_scene
+from trajopt.tasks.cartesian import follows_curve, polyline
+from trajopt.tasks.grasping import gripper_of
+from trajopt.values.errors import TrajoptError, UnitWarning
 
 PAGE = Path(__file__).parents[1] / "docs" / "mistakes.md"
 
@@ -25,8 +25,8 @@ HEAD = """# Typical mistakes, and what trajopt says
 Misuse raises an error at once: a `TrajoptError` that is also the builtin error which it refines
 (`ValueError`, `KeyError`, ...). It names the argument and, for a name, the known ones that come near it. A
 number that can be meant as it is, though another unit is likely, is taken with a `UnitWarning`
-(`trajopt.errors`). Not finding a plan is no error: planning returns a result with a status and a reason. The
-last section shows some.
+(`trajopt.values.errors`). Not finding a plan is no error: planning returns a result with a status and a
+reason. The last section shows some.
 
 In the code, `panda` is `to.load("panda")`, `scene` holds a box named "table", `goal` is a joint position,
 `AT` is a placement, and `problem` is a `to.Problem` of these; `planned(...)` makes it with other arguments.

@@ -9,12 +9,11 @@ from typing import Any, get_args
 import numpy as np
 
 import trajopt as to
-from tests.campaign.samples import campaign_samples
-from tests.perception.scenes import cameras
+from tests.lab.campaign.samples import campaign_samples
+from tests.lab.perception.scenes import cameras
 from tests.server.samples import served
-from tests.warehouse.samples import samples_of_the_warehouse
-from trajopt.cartesian import follows_curve, line
-from trajopt.execution import (
+from tests.server.warehouse.samples import samples_of_the_warehouse
+from trajopt.driving import (
     CommittedMotion,
     Fault,
     FaultKind,
@@ -30,12 +29,13 @@ from trajopt.execution import (
     Stream,
     Supervisor,
 )
-from trajopt.grasping import Grasp, Gripper, Place, Stage, gripper_of
-from trajopt.methods import Knots
-from trajopt.model.trajectory import Path as JointPath
-from trajopt.solvers import Sqp
-from trajopt.terms import Velocity, Window
-from trajopt.transcription import transcribe
+from trajopt.optimise.methods import Knots
+from trajopt.optimise.solvers import Sqp
+from trajopt.optimise.terms import Velocity, Window
+from trajopt.optimise.transcription import transcribe
+from trajopt.tasks.cartesian import follows_curve, line
+from trajopt.tasks.grasping import Grasp, Gripper, Place, Stage, gripper_of
+from trajopt.values.trajectory import Path as JointPath
 from trajopt.verify import Judge
 
 RETURNED = frozenset(
@@ -198,7 +198,7 @@ def by_call() -> Mapping[str, Any]:
         "compare.methods": ["sqp"],
         "exporter_named.name": "csv",
         "follow.required": follows_curve("tool", line(AT, FARTHER)),
-        "import_modules.package": "trajopt.terms",
+        "import_modules.package": "trajopt.optimise.terms",
         "joint_positions.positions": {"joint1": 0.1},
         "load.robot": "planar2",
         "manipulability.reference": 1.0,

@@ -11,15 +11,15 @@ import pytest
 
 import trajopt as to
 from tests.test_extending import blocks, files
-from trajopt.errors import ProblemError
-from trajopt.infeasibility import box_breaks, exclusion
-from trajopt.methods import method_named
-from trajopt.model.requirements import Requirement
-from trajopt.moveit import read_request
-from trajopt.moveit.constraints import READERS
+from trajopt.files.moveit import read_request
+from trajopt.files.moveit.constraints import READERS
+from trajopt.optimise.methods import method_named
+from trajopt.optimise.terms import constrain
+from trajopt.planning.infeasibility import box_breaks, exclusion
 from trajopt.planning.status import Status
-from trajopt.terms import constrain
-from trajopt.terms.residual import WHOLE
+from trajopt.problem.requirements import Requirement
+from trajopt.problem.residual import WHOLE
+from trajopt.values.errors import ProblemError
 from trajopt.verify import Evidence
 
 START = {"joint1": -1.0, "joint2": 0.3}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from trajopt.methods import method_named, method_names
+from trajopt.optimise.methods import method_named, method_names
 
 PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
 
@@ -49,7 +49,8 @@ def test_a_package_adds_a_method_as_the_page_says(tmp_path: Path, monkeypatch: p
     (file.parent / "__init__.py").touch()
     solver = "\n".join(blocks("python")[:2])
     file.write_text(
-        f"{solver}\nfrom trajopt.methods import Knots\n\n\ndef method():\n    return Knots(Descent())\n"
+        f"{solver}\nfrom trajopt.optimise.methods import Knots\n\n\n"
+        "def method():\n    return Knots(Descent())\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     assert name in method_names()

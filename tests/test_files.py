@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-from trajopt.errors import FileFormatError, TrajoptError, shown
-from trajopt.errors.shown import SHOWN_LENGTH
-from trajopt.io.document import Node, read_document
-from trajopt.io.files import read_json
-from trajopt.io.yaml_files import MOST_ALIASED, read_yaml
-from trajopt.model.limits import read_joint_limits
-from trajopt.moveit import read_request, read_scene, read_trajectory
-from trajopt.moveit.collision_object import read_operation
-from trajopt.moveit.shapes import read_kind
+from trajopt.files.moveit import read_request, read_scene, read_trajectory
+from trajopt.files.moveit.collision_object import read_operation
+from trajopt.files.moveit.shapes import read_kind
+from trajopt.robot.limits import read_joint_limits
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.documents.files import read_json
+from trajopt.values.documents.yaml_files import MOST_ALIASED, read_yaml
+from trajopt.values.errors import FileFormatError, TrajoptError, shown
+from trajopt.values.errors.shown import SHOWN_LENGTH
 
 pytestmark = pytest.mark.timeout(60)
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from trajopt.bundle.archive import Archive, write_archive
-from trajopt.errors import FileFormatError
-from trajopt.io.document import write_text
+from trajopt.files.bundle.archive import Archive, write_archive
+from trajopt.values.documents.document import write_text
+from trajopt.values.errors import FileFormatError
 
 
 def test_two_that_write_one_bundle_at_once_leave_a_whole_one(

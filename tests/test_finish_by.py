@@ -7,13 +7,13 @@ import pytest
 
 import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, problem, table
-from trajopt.errors import ProblemError
-from trajopt.infeasibility import too_late
-from trajopt.infeasibility.too_late import least_time
-from trajopt.model.trajectory import Path
 from trajopt.planning import Certainty, on_the_way
+from trajopt.planning.infeasibility import too_late
+from trajopt.planning.infeasibility.too_late import least_time
 from trajopt.planning.moving.waiting import begun_later
-from trajopt.retime import Retimed, retime
+from trajopt.timing import Retimed, retime
+from trajopt.values.errors import ProblemError
+from trajopt.values.trajectory import Path
 
 __all__ = ["table"]
 

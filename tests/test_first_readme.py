@@ -32,13 +32,13 @@ q = plan.trajectory(np.linspace(0.0, plan.trajectory.duration, 100))
 """
 
 STEPS = """
-from trajopt.seeds import straight_line
-from trajopt.transcription import fixed_goal, transcribe
-from trajopt.solvers import Sqp
-from trajopt.retime import retime
+from trajopt.planning.seeds import straight_line
+from trajopt.optimise.transcription import fixed_goal, transcribe
+from trajopt.optimise.solvers import Sqp
+from trajopt.timing import retime
 from trajopt.verify import verify
-from trajopt.simulate import simulate, render
-from trajopt.view import view
+from trajopt.simulation import simulate, render
+from trajopt.viewer import view
 
 rollout = simulate(problem.reduced, plan.trajectory)  # MuJoCo, from the same robot and scene
 render(problem.reduced, rollout, "motion.gif")
@@ -46,9 +46,9 @@ view(problem.reduced, plan.trajectory).wait()  # in the browser, with a slider o
 """
 
 MOTIONS = """
-from trajopt.cartesian import follow, follows_curve, polyline
-from trajopt.grasping import Place, grasps_of, gripper_of, pick_and_place
-from trajopt.grasping.simulation import simulate_handling
+from trajopt.tasks.cartesian import follow, follows_curve, polyline
+from trajopt.tasks.grasping import Place, grasps_of, gripper_of, pick_and_place
+from trajopt.tasks.grasping.simulation import simulate_handling
 
 scene = (
     to.Scene(panda)

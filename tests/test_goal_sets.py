@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.errors import ProblemError
+from trajopt.values.errors import ProblemError
 
 START = {"pan": 0.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 NEAR, FAR = {**START, "pan": 0.7}, {**START, "pan": -1.4}

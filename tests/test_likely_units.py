@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.cartesian import circle, follows_curve, line
-from trajopt.errors import UnitWarning
-from trajopt.grasping import Place
-from trajopt.model.likely_units import meant_at_distance, meant_at_speed, meant_in_joint
-from trajopt.model.printed import in_direction
+from trajopt.tasks.cartesian import circle, follows_curve, line
+from trajopt.tasks.grasping import Place
+from trajopt.values.errors import UnitWarning
+from trajopt.values.likely_units import meant_at_distance, meant_at_speed, meant_in_joint
+from trajopt.values.printed import in_direction
 
 AT = to.placement((0.4, 0.0, 0.5))
 NEXT = to.placement((0.4, 0.1, 0.5))

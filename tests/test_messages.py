@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.requirements.kind import kinds
-from trajopt.cartesian import polyline
-from trajopt.errors import UnitWarning, end_of, listed, shown
-from trajopt.export import Movej, Servoj, exporter_named
-from trajopt.model.trajectory import Path
+from tests.problem.requirements.kind import kinds
+from trajopt.files.export import Movej, Servoj, exporter_named
+from trajopt.tasks.cartesian import polyline
+from trajopt.values.errors import UnitWarning, end_of, listed, shown
+from trajopt.values.trajectory import Path
 from trajopt.verify import Moment
 
 LONGEST = 400

@@ -8,10 +8,10 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
-from trajopt.benchmark import Instance, run
-from trajopt.benchmark.folders import find_instances, summary
-from trajopt.model.shapes import Box, Convex, Cylinder, Shape, Sphere
-from trajopt.query.geometry import collision_geometry
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.lab.suite import Instance, run
+from trajopt.lab.suite.folders import find_instances, summary
+from trajopt.values.shapes.shapes import Box, Convex, Cylinder, Shape, Sphere
 
 SETS = (
     "bookshelf_small",

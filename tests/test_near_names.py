@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.errors import FrameNotFound, ObjectNotFound
-from trajopt.kinematics import forward_kinematics
+from trajopt.optimise.kinematics import forward_kinematics
+from trajopt.values.errors import FrameNotFound, ObjectNotFound
 
 AT = to.placement((0.4, 0.0, 0.3))
 

@@ -7,10 +7,10 @@ import pytest
 
 import trajopt as to
 from tests.test_requirement_plans import GOAL, START, TCP, tcp
-from trajopt.errors import ProblemError, ShapeError, WaypointNotFound
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import During, Requirement
-from trajopt.model.trajectory import Trajectory
+from trajopt.problem.requirements import During, Requirement
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.values.errors import ProblemError, ShapeError, WaypointNotFound
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Evidence, verify
 
 

@@ -10,11 +10,11 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.arms import mixed_arm, planar_arm, reduced, wavy
-from trajopt import terms
-from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.payload import loaded_model
-from trajopt.query.dynamics import DynamicsQuery
-from trajopt.terms.residual import WHOLE
+from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.optimise import terms
+from trajopt.problem.residual import WHOLE
+from trajopt.scene.payload import loaded_model
+from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import VerifyOptions
 from trajopt.verify.checks.joint_torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics

@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from benchmarks.peers.export import Asked, write_problems
 from benchmarks.peers.judging import judge_result
-from trajopt.benchmark import Instance
+from trajopt.lab.suite import Instance
 from trajopt.verify import Judge
 
 

@@ -7,15 +7,15 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.errors import PlanningFailed, ProblemError
-from trajopt.model.reduced import ReducedModel
-from trajopt.nlp import Rows
+from trajopt.optimise.terms import Window, constraint
+from trajopt.optimise.terms.frames import relative_frame
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
-from trajopt.terms import Window, constraint
-from trajopt.terms.frames import relative_frame
-from trajopt.terms.motion import Motion
-from trajopt.terms.residual import END
+from trajopt.problem.motion import Motion
+from trajopt.problem.residual import END
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.errors import PlanningFailed, ProblemError
+from trajopt.values.rows import Rows
 from trajopt.verify import Evidence
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.arrays import Value
-from trajopt.methods import method_of
-from trajopt.model.printed import in_joint_position, in_range, in_short, in_unit, in_unit_apart
+from trajopt.optimise.methods import method_of
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.workspace import Workspace
+from trajopt.values.arrays import Value
+from trajopt.values.printed import in_joint_position, in_range, in_short, in_unit, in_unit_apart
 
 LINE = 260
 """Characters that a person still takes in as one line."""

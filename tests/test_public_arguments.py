@@ -13,16 +13,17 @@ import pytest
 
 import trajopt as to
 from tests.public_samples import ALONG, CALLED_BY_SOLVERS, INNER, OPEN, RETURNED, instances, sample
-from trajopt.errors.arguments import Kinds
+from trajopt.values.errors.arguments import Kinds
 
 ROOMS = (
-    "trajopt", "trajopt.model.bases", "trajopt.cartesian", "trajopt.grasping", "trajopt.export",
-    "trajopt.kinematics", "trajopt.moveit", "trajopt.methods", "trajopt.seeds", "trajopt.solvers",
-    "trajopt.transcription", "trajopt.terms", "trajopt.retime", "trajopt.verify", "trajopt.simulate",
-    "trajopt.view", "trajopt.explanation", "trajopt.benchmark", "trajopt.srdf_assistant", "trajopt.planning",
-    "trajopt.execution", "trajopt.perception", "trajopt.warehouse", "trajopt.campaign",
-    "trajopt.client", "trajopt.client.calls", "trajopt.server",
-    "trajopt.report", "trajopt.experience",
+    "trajopt", "trajopt.robot.bases", "trajopt.tasks.cartesian", "trajopt.tasks.grasping",
+    "trajopt.files.export", "trajopt.optimise.kinematics", "trajopt.files.moveit",
+    "trajopt.optimise.methods", "trajopt.optimise.solvers",
+    "trajopt.optimise.transcription", "trajopt.optimise.terms", "trajopt.timing", "trajopt.verify",
+    "trajopt.simulation", "trajopt.viewer", "trajopt.why", "trajopt.lab.suite", "trajopt.lab.srdf",
+    "trajopt.planning", "trajopt.driving", "trajopt.lab.perception", "trajopt.server.warehouse",
+    "trajopt.lab.campaign", "trajopt.server.client", "trajopt.server.client.calls", "trajopt.server",
+    "trajopt.viewer.report", "trajopt.planning.experience", "trajopt.lab.reach",
 )  # fmt: skip
 """Rooms whose names are for callers."""
 CLASSES: dict[str, type[object]] = {}
@@ -33,9 +34,13 @@ def found() -> Iterator[Found]:
     """Yield each public function, class and method once, by its name."""
     seen: set[int] = set()
     for room in map(importlib.import_module, ROOMS):
-        for name, value in sorted(vars(room).items()):
+        names = to.__all__ if room is to else vars(room)
+        for name in sorted(names):
+            value = getattr(room, name)
             home = getattr(value, "__module__", "")
-            own = home.startswith("trajopt") and not home.startswith(("trajopt.arrays", "trajopt.errors"))
+            own = home.startswith("trajopt") and not home.startswith(
+                ("trajopt.values.arrays", "trajopt.values.errors")
+            )
             helper = not hasattr(room, "__path__") and home != room.__name__
             if name.startswith("_") or not callable(value) or not own or helper or id(value) in seen:
                 continue

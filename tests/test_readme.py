@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.retime import Retimed
+from trajopt.timing import Retimed
 
 README = Path(__file__).parents[1] / "README.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)

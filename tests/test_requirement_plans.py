@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.model.requirements import Requirement
 from trajopt.planning import Plan
+from trajopt.problem.requirements import Requirement
 from trajopt.verify import Evidence
 
 START = {"panda_joint2": -0.785, "panda_joint4": -2.356, "panda_joint6": 1.571, "panda_joint7": 0.785}

@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 import trajopt as to
-from trajopt.errors import FileFormatError, PlanningFailed, ProblemError
-from trajopt.simulate import CameraView, RenderingUnavailable, render, simulate
+from trajopt.simulation import CameraView, RenderingUnavailable, render, simulate
+from trajopt.values.errors import FileFormatError, PlanningFailed, ProblemError
 
 CAMERA = CameraView(np.array((0.5, 0.0, 0.0)), 3.0, 0.5, -0.6)
 
@@ -32,8 +32,8 @@ def failed() -> to.Result:
 
 def test_functions_at_the_top_are_those_of_their_packages() -> None:
     code = (
-        "import trajopt as to, trajopt.simulate.spec, trajopt.view.plots\n"
-        "from trajopt.simulate import simulate, render\nfrom trajopt.view import view\n"
+        "import trajopt as to, trajopt.simulation.spec, trajopt.viewer.plots\n"
+        "from trajopt.simulation import simulate, render\nfrom trajopt.viewer import view\n"
         "assert to.simulate is simulate and to.render is render and to.view is view"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
@@ -122,7 +122,7 @@ def test_the_start_of_a_problem_is_drawn_before_it_is_planned(result: to.Result,
 def test_a_scene_and_a_problem_say_how_they_are_looked_at(
     result: to.Result, call: Callable[[object], object]
 ) -> None:
-    with pytest.raises(ProblemError, match=r"to look at a scene: trajopt\.view\.live_view"):
+    with pytest.raises(ProblemError, match=r"to look at a scene: trajopt\.viewer\.live_view"):
         call(result.problem.scene)
     if call in (to.simulate, to.view):
         with pytest.raises(ProblemError, match=r"draw its start: render\(problem"):

@@ -9,11 +9,11 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall
 from tests.robots_for_tests import odd_arm
-from trajopt.errors import ProblemError, ShapeError, SizeError
-from trajopt.model.trajectory import Path
-from trajopt.retime import RetimeFailure, retime
-from trajopt.simulate import simulate
-from trajopt.terms import Cost, Velocity
+from trajopt.optimise.terms import Cost, Velocity
+from trajopt.simulation import simulate
+from trajopt.timing import RetimeFailure, retime
+from trajopt.values.errors import ProblemError, ShapeError, SizeError
+from trajopt.values.trajectory import Path
 
 pytestmark = pytest.mark.timeout(60)
 

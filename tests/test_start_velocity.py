@@ -7,15 +7,15 @@ import pytest
 
 import trajopt as to
 from tests.conftest import PLANAR_ARM
-from trajopt.errors import JointNotFound, ProblemError, ShapeError
-from trajopt.infeasibility.too_fast import least_travel
-from trajopt.methods import method_named
-from trajopt.methods.free_duration import FreeDuration
-from trajopt.methods.stopping import stopping_motion
+from trajopt.optimise.methods import method_named
+from trajopt.optimise.methods.free_duration import FreeDuration
+from trajopt.optimise.methods.stopping import stopping_motion
+from trajopt.optimise.terms import Cost, Velocity, Window
 from trajopt.planning import on_the_way
+from trajopt.planning.infeasibility.too_fast import least_travel
 from trajopt.planning.judgement import judge
 from trajopt.planning.status import Certainty
-from trajopt.terms import Cost, Velocity, Window
+from trajopt.values.errors import JointNotFound, ProblemError, ShapeError
 
 JOINT = "shoulder_pan_joint"
 

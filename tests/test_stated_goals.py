@@ -10,9 +10,9 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.errors import JointNotFound, ProblemError, ShapeError, StateNotFound
-from trajopt.kinematics import inverse_kinematics
-from trajopt.model.requirements import FramePlacement, JointPositions
+from trajopt.optimise.kinematics import inverse_kinematics
+from trajopt.problem.requirements import FramePlacement, JointPositions
+from trajopt.values.errors import JointNotFound, ProblemError, ShapeError, StateNotFound
 
 AT = to.placement((0.4, 0.1, 0.5), rpy=(180, 0, 90), degrees=True)
 READY = {

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.moveit.test_robot_trajectory import trajectories
+from tests.files.moveit.test_robot_trajectory import trajectories
 from trajopt import Trajectory
-from trajopt.errors import FileFormatError
-from trajopt.io.json_files import write_json
-from trajopt.model.trajectory import Interpolation
-from trajopt.moveit import write_trajectory
-from trajopt.moveit.trajectory_files import read_trajectory
+from trajopt.files.moveit import write_trajectory
+from trajopt.files.moveit.trajectory_files import read_trajectory
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.errors import FileFormatError
+from trajopt.values.trajectory import Interpolation
 
 POINT = {"time_from_start": 0.0, "positions": [0.0]}
 

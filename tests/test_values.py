@@ -27,19 +27,20 @@ from numpy.typing import ArrayLike
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt import errors
-from trajopt.arrays import Value
-from trajopt.cartesian import FollowOptions, follow, follows_curve, line
-from trajopt.errors import RenderingUnavailable
-from trajopt.explanation import explain
-from trajopt.grasping import gripper_of
-from trajopt.kinematics import inverse_kinematics, self_motion
-from trajopt.methods import method_named
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.terms import Cost, soft_clearance
-from trajopt.terms.clearance import MarginRule
-from trajopt.terms.expression import Expression
-from trajopt.terms.symbolic import SymbolicKinematics
+from trajopt.optimise.kinematics import inverse_kinematics, self_motion
+from trajopt.optimise.methods import method_named
+from trajopt.optimise.terms import Cost, soft_clearance
+from trajopt.optimise.terms.clearance import MarginRule
+from trajopt.optimise.terms.expression import Expression
+from trajopt.optimise.terms.symbolic import SymbolicKinematics
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve, line
+from trajopt.tasks.grasping import gripper_of
+from trajopt.values import errors
+from trajopt.values.arrays import Value
+from trajopt.values.errors import RenderingUnavailable
+from trajopt.values.moved import MOVED
+from trajopt.why import explain
 
 WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
@@ -56,14 +57,17 @@ WORKSPACES = {
 def public_classes() -> list[type]:
     """Classes that `trajopt` and its rooms name."""
     found: dict[type, None] = {}
-    rooms = [info for info in pkgutil.iter_modules(to.__path__) if info.name not in ("__main__", "native")]
-    for info in rooms:
-        module = importlib.import_module(f"trajopt.{info.name}")
-        for name, item in vars(module).items():
-            mine = info.ispkg or getattr(item, "__module__", "") == module.__name__
-            ours = inspect.isclass(item) and item.__module__.startswith("trajopt.")
-            if ours and mine and not name.startswith("_"):
-                found[item] = None
+    rooms = [info.name for info in pkgutil.iter_modules(to.__path__, "trajopt.") if info.ispkg]
+    folders = [
+        f"trajopt.{new}" for old, new in MOVED.items() if "." not in old and old not in ("errors", "seeds")
+    ]
+    named = {name: getattr(to, name) for name in dir(to)}
+    for module in map(importlib.import_module, {*rooms, *folders} - {"trajopt.native"}):
+        named.update({f"{module.__name__}.{name}": item for name, item in vars(module).items()})
+    for name, item in named.items():
+        ours = inspect.isclass(item) and item.__module__.startswith("trajopt.")
+        if ours and not name.rpartition(".")[2].startswith("_"):
+            found[item] = None
     return sorted(found, key=lambda kind: (kind.__module__, kind.__name__))
 
 
@@ -190,12 +194,12 @@ KNOWN: dict[Any, Any] = {
     to.Robot: panda,
     ReducedModel: reduced,
     to.Trajectory: lambda: solved().trajectory,
-    to.methods.Method: lambda: method_named("sqp"),
-    to.terms.Residual: to.terms.Velocity,
+    to.optimise.methods.Method: lambda: method_named("sqp"),
+    to.optimise.terms.Residual: to.optimise.terms.Velocity,
     to.Result: solved,
-    to.methods.Decoded: lambda: to.methods.Decoded(solved().path),
+    to.optimise.methods.Decoded: lambda: to.optimise.methods.Decoded(solved().path),
     MarginRule: lambda: to.load,  # any function
-    to.solvers.Solver: to.solvers.Sqp,
+    to.optimise.solvers.Solver: to.optimise.solvers.Sqp,
     BaseContext: lambda: get_context("spawn"),
     np.random.Generator: lambda: np.random.default_rng(1),
     Expression: lambda: Expression("first", first_joint),

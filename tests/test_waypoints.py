@@ -5,13 +5,13 @@ import pytest
 
 import trajopt as to
 from tests.test_requirement_plans import GOAL, START, TCP, tcp
-from trajopt.errors import ProblemError
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import Requirement
-from trajopt.model.trajectory import Trajectory
+from trajopt.optimise.transcription import transcribe
 from trajopt.planning import Plan
 from trajopt.planning.seeds import line_through
-from trajopt.transcription import transcribe
+from trajopt.problem.requirements import Requirement
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.values.errors import ProblemError
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, verify
 
 

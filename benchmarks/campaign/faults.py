@@ -22,10 +22,18 @@ from typing import Any, TypeAlias
 
 import trajopt as to
 from benchmarks.campaign.cluster import Cluster, cluster, parent, processes, workers
-from trajopt.campaign import Campaign, CampaignFolder, Local, Progress, Ray, random_motions, resume_campaign
-from trajopt.campaign.columns import TIMES
-from trajopt.campaign.engine import Engine
-from trajopt.errors import CampaignError
+from trajopt.lab.campaign import (
+    Campaign,
+    CampaignFolder,
+    Local,
+    Progress,
+    Ray,
+    random_motions,
+    resume_campaign,
+)
+from trajopt.lab.campaign.columns import TIMES
+from trajopt.lab.campaign.engine import Engine
+from trajopt.values.errors import CampaignError
 
 WORKERS = 2
 COMES, STAYS = 8, 2.0

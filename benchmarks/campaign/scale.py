@@ -28,7 +28,7 @@ from pathlib import Path
 
 import trajopt as to
 from benchmarks.campaign.cluster import Cluster, cluster, cpu_seconds, memory, workers
-from trajopt.campaign import Campaign, Local, Progress, Ray, random_motions, run_campaign
+from trajopt.lab.campaign import Campaign, Local, Progress, Ray, random_motions, run_campaign
 
 WORKERS = 2
 CORES = os.cpu_count() or 1

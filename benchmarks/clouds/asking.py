@@ -13,10 +13,10 @@ from benchmarks.clouds.rrt import rrt_connect
 from benchmarks.clouds.sampling import RAW, THIN, clouds_of, with_cloud
 from benchmarks.motion_bench_maker import listed
 from benchmarks.workers import Row
-from trajopt.arrays import one_of
-from trajopt.benchmark import Instance
-from trajopt.benchmark.folders import find_instances
-from trajopt.model.requirements import JointPositions
+from trajopt.lab.suite import Instance
+from trajopt.lab.suite.folders import find_instances
+from trajopt.problem.requirements import JointPositions
+from trajopt.values.arrays import one_of
 
 PLAIN, PARITY = "primitives", "parity"
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 import trajopt as to
-from trajopt.model.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel
 from trajopt.verify.kernel.coal_geometry import coal_geometry
 
 coal: Any = import_module("coal")  # its managers of objects are not in our stubs

@@ -8,8 +8,8 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.workers import Row
-from trajopt.arrays import one_of
-from trajopt.model.requirements import JointPositions
+from trajopt.problem.requirements import JointPositions
+from trajopt.values.arrays import one_of
 from trajopt.verify import CheckKind
 
 FEWEST, MOST = 5, 400

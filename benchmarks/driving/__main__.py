@@ -29,9 +29,9 @@ from benchmarks.driving.report import failed, page
 from benchmarks.driving.waypoints import PERIOD, WaypointPilot
 from benchmarks.page import write_section
 from benchmarks.rows import Rows
-from trajopt.errors import TrajoptError
-from trajopt.execution import Kind, Run, Supervisor, SupervisorOptions, undisturbed
-from trajopt.execution.run import driven_by
+from trajopt.driving import Kind, Run, Supervisor, SupervisorOptions, undisturbed
+from trajopt.driving.run import driven_by
+from trajopt.values.errors import TrajoptError
 
 PROBLEMS = (
     "cup_past_pillar", "bookshelf_ur5", "past_pillar_xarm7", "two_arms_meet", "past_column_pr2",

@@ -20,11 +20,11 @@ from enum import Enum
 import numpy as np
 
 import trajopt as to
-from trajopt.errors import ProblemError
-from trajopt.execution import Fault, FaultKind, Sensors, Surprise, Surprises, random_surprise
-from trajopt.execution.random_surprise import DRAWS, has_room
-from trajopt.model.group_tools import ends_of
-from trajopt.model.scene import Scene
+from trajopt.driving import Fault, FaultKind, Sensors, Surprise, Surprises, random_surprise
+from trajopt.driving.random_surprise import DRAWS, has_room
+from trajopt.scene.group_tools import ends_of
+from trajopt.scene.scene import Scene
+from trajopt.values.errors import ProblemError
 
 TOLERANCE = 1e-3
 """How far a joint of the simulated robots may be from where it has to be [rad | m]."""

@@ -22,10 +22,10 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.arrays import Floats
-from trajopt.execution import Kind, SimulatedExecutor, Supervisor
-from trajopt.model.group_tools import ends_of
-from trajopt.model.stated import GoalLike
+from trajopt.driving import Kind, SimulatedExecutor, Supervisor
+from trajopt.problem.stated import GoalLike
+from trajopt.scene.group_tools import ends_of
+from trajopt.values.arrays import Floats
 from trajopt.verify import Judge
 
 PROBLEM = "bookshelf_ur5"

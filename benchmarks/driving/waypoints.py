@@ -18,13 +18,13 @@ from math import ceil, inf
 import numpy as np
 
 import trajopt as to
-from trajopt.execution import Event, Executor, Kind, SupervisorOptions
-from trajopt.execution.committed_motion import CommittedMotion
-from trajopt.execution.guard import start_from
-from trajopt.methods.stopping import stopping_motion
-from trajopt.model.reduced import reduce_model
-from trajopt.model.scene import Scene
+from trajopt.driving import Event, Executor, Kind, SupervisorOptions
+from trajopt.driving.committed_motion import CommittedMotion
+from trajopt.driving.guard import start_from
+from trajopt.optimise.methods.stopping import stopping_motion
 from trajopt.planning import on_the_way
+from trajopt.scene.reduced import reduce_model
+from trajopt.scene.scene import Scene
 from trajopt.verify import Judge
 
 PERIOD = 0.01

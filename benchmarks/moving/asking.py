@@ -13,7 +13,7 @@ from benchmarks.moving.crossings import Crossing, crossings, instances
 from benchmarks.moving.cubes import DENSITIES, LASTS, room
 from benchmarks.moving.waiting import waited
 from benchmarks.workers import Row
-from trajopt.benchmark import Instance
+from trajopt.lab.suite import Instance
 
 CROSSING, KNOWN, CUBES, BEST = PARTS = ("crossing", "known", "cubes", "best")
 TIMES_OURS = 10.0

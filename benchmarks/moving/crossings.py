@@ -35,12 +35,12 @@ import numpy as np
 import pinocchio as pin
 
 import trajopt as to
-from trajopt.benchmark import Instance
-from trajopt.benchmark.folders import find_instances
-from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.shapes import bounding_box
-from trajopt.query.geometry import collision_geometry
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.lab.suite import Instance
+from trajopt.lab.suite.folders import find_instances
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.shapes import bounding_box
 
 SEED = 20261122
 ROBOTS = ("panda", "ur5")

@@ -18,7 +18,7 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.moving.crossings import ROBOTS, Arm, Crossing, crossings, instances
-from trajopt.model.requirements import JointPositions
+from trajopt.problem.requirements import JointPositions
 
 FILE = Path(__file__).with_name("not_askable.json")
 LEAST = 1e-3

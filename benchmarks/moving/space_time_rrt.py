@@ -27,9 +27,9 @@ import pinocchio as pin
 from ompl import base, geometric, util
 
 import trajopt as to
-from trajopt.model.requirements import JointPositions
-from trajopt.model.timed import timed_model
-from trajopt.query.geometry import collision_geometry
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.problem.requirements import JointPositions
+from trajopt.scene.timed import timed_model
 from trajopt.verify import CheckKind, Judge, Specification
 
 util.setLogLevel(util.LogLevel.LOG_NONE)

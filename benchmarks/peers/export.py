@@ -11,11 +11,11 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 import trajopt as to
-from trajopt.benchmark import Instance
-from trajopt.io.json_files import write_json
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import JointPositions
-from trajopt.model.shapes import Convex, Shape
+from trajopt.lab.suite import Instance
+from trajopt.problem.requirements import JointPositions
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.shapes.shapes import Convex, Shape
 from trajopt.verify import Judge, Moment
 
 DRAKE = "http://drake.mit.edu"

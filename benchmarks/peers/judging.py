@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.export import Asked
-from trajopt.model.trajectory import Trajectory
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
 ENDS_TOLERANCE = 2e-3

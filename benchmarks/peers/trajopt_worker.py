@@ -5,7 +5,7 @@ from typing import Any
 from worker import Motion, Planned, cpu, work
 
 import trajopt as to
-from trajopt.moveit import read_request, read_scene
+from trajopt.files.moveit import read_request, read_scene
 
 AFTER_THE_PATH = ("retime", "verify")
 

@@ -15,8 +15,8 @@ import trajopt as to
 from benchmarks.page import table, write_section
 from benchmarks.warehouse.killing import run
 from benchmarks.warehouse.writer import state
-from trajopt.problem import named_problem
-from trajopt.warehouse import Warehouse
+from trajopt.problem.problem import named_problem
+from trajopt.server.warehouse import Warehouse
 
 
 def main() -> None:

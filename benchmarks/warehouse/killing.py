@@ -14,8 +14,8 @@ from threading import Thread
 from typing import IO
 
 from benchmarks.warehouse.writer import state
-from trajopt.errors import TrajoptError
-from trajopt.warehouse import Entry, State, Warehouse
+from trajopt.server.warehouse import Entry, State, Warehouse
+from trajopt.values.errors import TrajoptError
 
 ROOT = Path(__file__).parents[2]
 WRITERS = ("first", "second")

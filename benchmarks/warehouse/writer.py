@@ -5,7 +5,7 @@ python -m benchmarks.warehouse.writer FILE WHO COUNT
 
 import sys
 
-from trajopt.warehouse import State, Warehouse
+from trajopt.server.warehouse import State, Warehouse
 
 
 def state(who: str, number: int) -> State:

@@ -2,8 +2,8 @@
 
 import sys
 
-from trajopt import commander as moveit_commander
-from trajopt.commander import geometry_msgs, moveit_msgs
+from trajopt.ros import commander as moveit_commander
+from trajopt.ros.commander import geometry_msgs, moveit_msgs
 
 TILT = 0.1
 

@@ -3,8 +3,8 @@
 import math
 import sys
 
-from trajopt import commander as moveit_commander
-from trajopt.commander import geometry_msgs, rospy
+from trajopt.ros import commander as moveit_commander
+from trajopt.ros.commander import geometry_msgs, rospy
 
 
 def main() -> int:

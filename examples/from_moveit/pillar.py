@@ -3,8 +3,8 @@
 import copy
 import sys
 
-from trajopt import commander as moveit_commander
-from trajopt.commander import geometry_msgs
+from trajopt.ros import commander as moveit_commander
+from trajopt.ros.commander import geometry_msgs
 
 
 def main() -> int:

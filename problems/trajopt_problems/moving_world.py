@@ -145,7 +145,7 @@ def conveyor_ur5() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.INEVITABLE)
+@to.suite.expected_status(to.Status.INEVITABLE)
 def swept_start_panda() -> to.Problem:
     """Return the problem: a wall sweeps the whole room of a Panda, faster than the arm can leave.
 
@@ -158,7 +158,7 @@ def swept_start_panda() -> to.Problem:
     return _swing(arm, _around(arm).add("wall", to.Box(0.05, 4.0, 2.0), motion=sweeps), "swept start")
 
 
-@to.benchmark.expected_status(to.Status.GOAL_OCCUPIED)
+@to.suite.expected_status(to.Status.GOAL_OCCUPIED)
 def occupied_goal_ur5() -> to.Problem:
     """Return the problem: a ball circles where a UR5's tool is to be, and never leaves.
 
@@ -173,7 +173,7 @@ def occupied_goal_ur5() -> to.Problem:
     return _swing(arm, _around(arm).add("ball", to.Sphere(0.15), motion=circles), "occupied goal")
 
 
-@to.benchmark.expected_status(to.Status.INEVITABLE)
+@to.suite.expected_status(to.Status.INEVITABLE)
 def closing_walls_xarm7() -> to.Problem:
     """Return the problem: two walls close the room of an xArm7 from both sides, faster than its joints turn.
 
@@ -188,7 +188,7 @@ def closing_walls_xarm7() -> to.Problem:
     return _swing(arm, scene, "closing walls")
 
 
-@to.benchmark.expected_status(to.Status.GOAL_OCCUPIED)
+@to.suite.expected_status(to.Status.GOAL_OCCUPIED)
 def goal_free_for_a_moment() -> to.Problem:
     """Return the problem: an arm of two joints is to stay for a second where it is free for a third of one.
 
@@ -210,7 +210,7 @@ def goal_free_for_a_moment() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.TOO_LATE)
+@to.suite.expected_status(to.Status.TOO_LATE)
 def too_late_xarm7() -> to.Problem:
     """Return the problem: an xArm7 is to be at its goal before a press closes, too soon for its joints.
 

@@ -12,7 +12,7 @@ DOWN = (0.0, 0.0, -1.0)
 UP = (0.0, 0.0, 1.0)
 
 
-@to.benchmark.expected_status(to.Status.NO_INVERSE_KINEMATICS)
+@to.suite.expected_status(to.Status.NO_INVERSE_KINEMATICS)
 def out_of_reach() -> to.Problem:
     """Return the problem: a Panda reaches for a point that is farther away than its arm is long.
 
@@ -30,7 +30,7 @@ def out_of_reach() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.CONFLICTING_CONSTRAINTS)
+@to.suite.expected_status(to.Status.CONFLICTING_CONSTRAINTS)
 def down_and_up() -> to.Problem:
     """Return the problem: a Panda's hand must point down all the way and up at the end.
 
@@ -49,7 +49,7 @@ def down_and_up() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.START_IN_COLLISION)
+@to.suite.expected_status(to.Status.START_IN_COLLISION)
 def start_in_collision() -> to.Problem:
     """Return the problem: a Panda's hand begins inside a box.
 
@@ -67,7 +67,7 @@ def start_in_collision() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.START_OUT_OF_LIMITS)
+@to.suite.expected_status(to.Status.START_OUT_OF_LIMITS)
 def start_beyond_limits() -> to.Problem:
     """Return the problem: a Panda begins with a joint beyond its limit.
 
@@ -85,7 +85,7 @@ def start_beyond_limits() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.START_BREAKS_CONSTRAINT)
+@to.suite.expected_status(to.Status.START_BREAKS_CONSTRAINT)
 def start_tilted() -> to.Problem:
     """Return the problem: what must stay upright all the way is tilted at the start.
 
@@ -104,7 +104,7 @@ def start_tilted() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.GOAL_IN_COLLISION)
+@to.suite.expected_status(to.Status.GOAL_IN_COLLISION)
 def goal_in_collision() -> to.Problem:
     """Return the problem: a UR5 reaches for a point in the middle of a block.
 
@@ -122,7 +122,7 @@ def goal_in_collision() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.GOAL_OUT_OF_LIMITS)
+@to.suite.expected_status(to.Status.GOAL_OUT_OF_LIMITS)
 def goal_beyond_limits() -> to.Problem:
     """Return the problem: a Panda's elbow must stretch beyond its limit.
 
@@ -141,7 +141,7 @@ def goal_beyond_limits() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.GOAL_BREAKS_CONSTRAINT)
+@to.suite.expected_status(to.Status.GOAL_BREAKS_CONSTRAINT)
 def goal_tilted() -> to.Problem:
     """Return the problem: the joints at the goal tilt what must stay upright all the way.
 
@@ -161,7 +161,7 @@ def goal_tilted() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.PROVEN_INFEASIBLE)
+@to.suite.expected_status(to.Status.PROVEN_INFEASIBLE)
 def walled_in() -> to.Problem:
     """Return the problem: a UR5 between walls that begin at its base must reach the other side.
 
@@ -184,7 +184,7 @@ def walled_in() -> to.Problem:
     )
 
 
-@to.benchmark.expected_status(to.Status.GOAL_CANNOT_BE_HELD)
+@to.suite.expected_status(to.Status.GOAL_CANNOT_BE_HELD)
 def motors_too_weak() -> to.Problem:
     """Return the problem: a UR5 with a fifth of its torque must hold its arm stretched out.
 

@@ -87,8 +87,8 @@ def test_its_commands_of_make_exist(page: Path) -> None:
 
 
 def test_a_name_that_is_gone_is_seen() -> None:
-    assert exists("trajopt.solvers.Sqp") and exists("trajopt.retime")
-    assert not exists("trajopt.solvers.Newton") and not exists("trajopt.suite")
+    assert exists("trajopt.optimise.solvers.Sqp") and exists("trajopt.timing")
+    assert not exists("trajopt.optimise.solvers.Newton") and not exists("trajopt.room")
 
 
 def test_the_workflow_runs_every_supported_python() -> None:

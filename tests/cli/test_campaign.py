@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from tests.campaign.rooms import REQUEST, SCENE
 from tests.cli.process import trajopt
-from trajopt.warehouse import Warehouse
+from tests.lab.campaign.rooms import REQUEST, SCENE
+from trajopt.server.warehouse import Warehouse
 
 pytestmark = pytest.mark.timeout(280)
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.cli.process import trajopt
 from tests.robots_for_tests import ODD_ARM
-from trajopt.kinematics import ReachMap, read_table
+from trajopt.lab.reach import ReachMap, read_table
 
 
 @pytest.fixture(scope="module")

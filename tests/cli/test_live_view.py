@@ -7,8 +7,8 @@ import pytest
 
 import trajopt as to
 from tests.cli.process import trajopt
-from tests.view.test_viewer import free_port
-from trajopt.moveit import write_scene
+from tests.viewer.test_viewer import free_port
+from trajopt.files.moveit import write_scene
 
 pytest.importorskip("viser", reason="the extra `view` is not installed")
 SHORT = ("--seconds", 0.1, "--port", 0, "--json")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import STRICT
-from tests.commander.conftest import SRDF, URDF
+from tests.ros.commander.conftest import SRDF, URDF
 
 SCRIPT = """
 import sys, rospy, moveit_commander

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.test_commands import common, folder, trajopt
-from tests.view.test_viewer import free_port
+from tests.viewer.test_viewer import free_port
 
 __all__ = ["folder"]
 

@@ -7,11 +7,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import trajopt as to
-from trajopt.bundle import save
 from trajopt.cli.app import app_for
-from trajopt.errors import EntryNotFound, FileFormatError, ModelError, TrajoptError
+from trajopt.files.bundle import save
 from trajopt.planning.seeds import SeedKind
-from trajopt.warehouse import Warehouse
+from trajopt.server.warehouse import Warehouse
+from trajopt.values.errors import EntryNotFound, FileFormatError, ModelError, TrajoptError
 
 SCENE = """
 world:

@@ -15,8 +15,8 @@ import trajopt_robots
 from trajopt_robots._example_robot_data import share_folder
 
 import trajopt as to
-from trajopt.arrays import Floats
 from trajopt.planning import Plan
+from trajopt.values.arrays import Floats
 
 SHARE = "example-robot-data/robots"
 FILES = {

@@ -9,8 +9,8 @@ import numpy as np
 from trajopt_problems import arms
 
 import trajopt as to
-from trajopt.arrays import Floats
-from trajopt.query import Query
+from trajopt.geometry import Query
+from trajopt.values.arrays import Floats
 
 MARGIN = 0.01
 SPARE = 0.003

@@ -8,8 +8,8 @@ import pytest
 import trajopt as to
 from tests.fuzz.dense_check import first_contact
 from tests.fuzz.scenarios import Kind, Scenario, scenario
-from trajopt.errors import PlanningFailed
 from trajopt.planning import Plan
+from trajopt.values.errors import PlanningFailed
 
 QUICK, ALL, CHUNK = 100, 2000, 100
 QUICK_STEP, STEP = 5e-3, 1e-3

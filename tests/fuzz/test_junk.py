@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.model.test_robot import tetrahedron
-from tests.requirements.kind import kinds
-from trajopt.cartesian import FollowOptions, polyline
-from trajopt.grasping import GraspingOptions, Place, grasps_of, gripper_of
-from trajopt.simulate import Layout, SimulationOptions
-from trajopt.terms import Velocity
+from tests.problem.requirements.kind import kinds
+from tests.robot.test_robot import tetrahedron
+from trajopt.optimise.terms import Velocity
+from trajopt.simulation import Layout, SimulationOptions
+from trajopt.tasks.cartesian import FollowOptions, polyline
+from trajopt.tasks.grasping import GraspingOptions, Place, grasps_of, gripper_of
 
 JUNK: tuple[object, ...] = (
     None, float("nan"), float("inf"), -1, 0, "no such thing", "", b"bytes", [], {}, (), object(), 3 + 1j,
@@ -204,8 +204,11 @@ NOT_CALLED = {
     "Plane": "takes nothing",
     "Requirement": "the base of the kinds, without a field",
     "Placement": "made by `placement`",
+    "Certificate": "made by the judge",
+    "Path": "made by the optimiser",
+    "Plan": "made by planning",
     "Result": "made by planning",
-    "Robot": "made by `load`; its files are spoilt in tests/model/test_junk_descriptions.py",
+    "Robot": "made by `load`; its files are spoilt in tests/robot/test_junk_descriptions.py",
     "Scene": "its methods are spoilt in tests/test_messages.py",
 }
 """Public classes and functions whose arguments are not spoilt here, and why."""
@@ -219,7 +222,8 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Sound]:
 def names() -> list[str]:
     return sorted(
         name
-        for name, value in vars(to).items()
+        for name in dir(to)
+        for value in (getattr(to, name),)
         if not name.startswith("_")
         and (inspect.isfunction(value) or inspect.isclass(value))
         and name not in NOT_CALLED

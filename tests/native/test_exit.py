@@ -21,7 +21,7 @@ ENDINGS = {
     "at once": "",
     "kept in a cache": """
     from functools import lru_cache
-    from trajopt.query import Query
+    from trajopt.geometry import Query
     kept = lru_cache(lambda: (Query(problem.reduced), to.plan(problem)))
     kept()
 """,
@@ -105,7 +105,7 @@ def test_a_page_that_was_never_closed(tmp_path: Path) -> None:
 
 def test_importing_warns_of_nothing() -> None:
     """Not even in the name of a package that is imported on the way."""
-    modules = "trajopt, trajopt.cli, trajopt.commander, trajopt.simulate, trajopt.view"
+    modules = "trajopt, trajopt.cli, trajopt.ros.commander, trajopt.simulation, trajopt.viewer"
     command = [sys.executable, "-X", "dev", "-W", "error", "-c", f"import {modules}"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

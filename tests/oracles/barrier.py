@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.oracles.retiming.jerk_program import NothingFits, Program
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 TIGHTER = 0.1
 """Factor of the gap from one barrier to the next."""

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.arrays import Floats
-from trajopt.model.trajectory import Trajectory
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Trajectory
 
 STEPS = 8
 """Newton steps towards a zero of the acceleration; what is missing then is added to the speed."""

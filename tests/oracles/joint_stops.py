@@ -5,10 +5,10 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.model.limits import EXCESS, JointLimits
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime.joint_stops import TICK
+from trajopt.robot.limits import EXCESS, JointLimits
+from trajopt.timing.joint_stops import TICK
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.trajectory import Trajectory
 
 SAMPLES = 2000
 Ticks = tuple[int, int, int]

@@ -5,8 +5,8 @@ import pinocchio as pin
 
 from tests.oracles.judge_distances import PlainDistances
 from tests.oracles.judge_search import PlainSearch
-from trajopt.arrays import Floats
-from trajopt.model.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
 from trajopt.verify import Judge, VerifyOptions
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion

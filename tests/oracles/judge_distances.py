@@ -4,10 +4,10 @@ import numpy as np
 
 from tests.oracles.judge_geometry import CoalPairs, Solid, gaps, inside
 from tests.oracles.largest_gap import largest_gap
-from trajopt.arrays import Bools, Floats, Ints
-from trajopt.model.meshes.closed_surface import part_points
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.shapes import Mesh, Plane, bounding_sphere
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.shapes.closed_surface import part_points
+from trajopt.values.shapes.shapes import Mesh, Plane, bounding_sphere
 from trajopt.verify.kernel.forms import hull_of
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.pair_distances import DOUBTFUL, PairDistances

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Bools, Floats, Ints
-from trajopt.model.meshes.closed_surface import closed_surface
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import Placement
-from trajopt.model.shapes import Shape
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.closed_surface import closed_surface
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Shape
 from trajopt.verify.checks.line_of_sight import support
 from trajopt.verify.kernel.coal_geometry import coal_geometry
 from trajopt.verify.kernel.kinematics import Poses

@@ -5,7 +5,7 @@ from math import comb
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints, readonly
+from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.verify.kernel.polynomials import TIGHTNESS, Extremes, Polynomials
 
 _MOST_HALVINGS = 50

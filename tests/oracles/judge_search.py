@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.oracles.judge_distances import PlainDistances
-from trajopt.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.intervals import counting, cut, pieces_needed
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import Placement
-from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
+from trajopt.values.arrays import Floats
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 
 _DIRECTIONS = 2000
 _WIDEST = 2.0 * float(np.sqrt(4.0 * np.pi / _DIRECTIONS))

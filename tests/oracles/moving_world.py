@@ -14,9 +14,9 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 import trajopt as to
-from trajopt.arrays import Bools, Floats
-from trajopt.model.reduced import ReducedModel
-from trajopt.query.geometry import collision_geometry
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats
 
 FINE, FINEST = 1e-3, 1e-4
 """Time between samples, and where that leaves doubt [s]."""

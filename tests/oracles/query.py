@@ -7,15 +7,15 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats
-from trajopt.model.meshes.closed_surface import part_points
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.shapes import Shape
-from trajopt.query import Contacts, Counts, Kinematics, Query
-from trajopt.query.dynamics import DynamicsQuery, GravityTorques, TorqueSlopes
-from trajopt.query.geometry import PLANE_EXTENT, BoundingBoxes, closed_triangles, collision_geometry
-from trajopt.query.query import EPA_TOLERANCES, GJK_TOLERANCE
+from trajopt.geometry import Contacts, Counts, Kinematics, Query
+from trajopt.geometry.dynamics import DynamicsQuery, GravityTorques, TorqueSlopes
+from trajopt.geometry.geometry import PLANE_EXTENT, BoundingBoxes, closed_triangles, collision_geometry
+from trajopt.geometry.query import EPA_TOLERANCES, GJK_TOLERANCE
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.shapes.closed_surface import part_points
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Shape
 
 
 class PlainQuery(Query):

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from tests.oracles.moving_world import Poses, Thing, carried, curved, steady, through
-from trajopt.arrays import Floats
-from trajopt.model.limits import JointLimits
-from trajopt.model.reduced import ReducedModel
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
 
 
 def bare(robot: to.Robot) -> to.Scene:

@@ -24,7 +24,7 @@ import numpy as np
 
 from tests.oracles.retiming.constraints import LEAST_ROOM, Rows
 from tests.oracles.retiming.profile import stations
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 ROUNDS = 60
 """Most cuts of the search along a polygon; each cut drops one of its at most 4 m sides."""

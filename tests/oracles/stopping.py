@@ -6,10 +6,10 @@ from math import ceil, inf
 import numpy as np
 
 from tests.oracles.retiming.peaks import motion_extremes
-from trajopt.arrays import Floats, Ints, Value
-from trajopt.model.limits import EXCESS, JointLimits
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime.stops import KEPT, KEPT_STEPS, MOMENT, RAMP, SHARES, STEP, PathStop
+from trajopt.robot.limits import EXCESS, JointLimits
+from trajopt.timing.stops import KEPT, KEPT_STEPS, MOMENT, RAMP, SHARES, STEP, PathStop
+from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.trajectory import Trajectory
 
 STILL = 1e-9
 NEAR = STEP / 10.0

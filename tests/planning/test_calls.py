@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 import trajopt as to
-from trajopt.solvers.native_descent import NativeDescent
+from trajopt.optimise.solvers.native_descent import NativeDescent
 
 MOST_FRAMES = 8
 """Python frames from `plan` to the one that calls a native core, both counted."""

@@ -8,8 +8,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.test_goal_sets import FAR, NEAR, START, problem, tip
-from trajopt.errors import ProblemError
 from trajopt.planning import Stop
+from trajopt.values.errors import ProblemError
 
 
 @pytest.fixture

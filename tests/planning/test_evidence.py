@@ -5,7 +5,7 @@ import pytest
 from trajopt_problems.arms import panda
 
 import trajopt as to
-from trajopt.explanation import Certainty
+from trajopt.why import Certainty
 
 
 def hard_to_find(number: int) -> to.Problem:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 import trajopt as to
-from trajopt.errors import ProblemError
-from trajopt.methods import method_named
+from trajopt.optimise.methods import method_named
+from trajopt.values.errors import ProblemError
 
 
 def test_both_durations_are_told() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.explanation import Certainty
+from trajopt.why import Certainty
 
 ROBOT = to.load("planar2")
 SHOULDER, ELBOW = ROBOT.joint_names

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.export.stand_ins import Clock, MujocoArm
+from tests.files.export.stand_ins import Clock, MujocoArm
 from tests.pages import Page
-from trajopt.arrays import Floats
 from trajopt.planning import replan
+from trajopt.values.arrays import Floats
 
 THINKING = 0.06
 """How long planning takes here, in the arm's time [s]."""

@@ -12,7 +12,7 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall
 from tests.robots_for_tests import odd_arm
-from trajopt.errors import ProblemError
+from trajopt.values.errors import ProblemError
 
 
 @pytest.fixture(scope="module")

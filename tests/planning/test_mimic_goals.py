@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.model.test_mimics import planar
-from trajopt.explanation import Certainty
-from trajopt.infeasibility.exclusion import exclusion
-from trajopt.kinematics import inverse_kinematics
-from trajopt.model.requirements import JointPositions
+from tests.robot.test_mimics import planar
+from trajopt.optimise.kinematics import inverse_kinematics
+from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box, without_followers
+from trajopt.planning.infeasibility.exclusion import exclusion
 from trajopt.planning.status import Status
-from trajopt.terms.joint_positions import fixed_positions, joint_box, without_followers
+from trajopt.problem.requirements import JointPositions
+from trajopt.why import Certainty
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from tests.planning.test_required_clearance import RADIUS, slide
-from trajopt.methods import METHODS
+from trajopt.optimise.methods import METHODS
 
 START, GOAL = {"x": -0.5, "y": 0.0}, {"x": 0.5, "y": 0.0}
 
@@ -74,7 +74,7 @@ def test_methods_over_knots_pass_narrow_gaps(tmp_path: Path, method: str) -> Non
 
 
 def test_samples_are_denser_where_the_margin_is_smaller(tmp_path: Path) -> None:
-    from trajopt.transcription import transcribe
+    from trajopt.optimise.transcription import transcribe
 
     problem = gap(tmp_path, 4e-3, 0.02)
     line = np.linspace((-0.5, 0.0), (0.5, 0.0), problem.knots)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.errors import ProblemError, ShapeError
-from trajopt.methods.space_time import SpaceTimeProgram
+from trajopt.optimise.methods.space_time import SpaceTimeProgram
 from trajopt.planning import Budget, Status, Stop, Stopped, on_the_way, replan
 from trajopt.planning.seeds import SeedKind
+from trajopt.values.errors import ProblemError, ShapeError
 
 ON_THE_WAY = """
 import sys

@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.verify.arms import joint, link, planar_arm, robot
-from trajopt.infeasibility import closed_cut
+from trajopt.planning.infeasibility import closed_cut
 from trajopt.planning.status import Certainty
 
 RADIUS = 0.05

@@ -7,15 +7,15 @@ import pytest
 from trajopt_problems.heavy_payload import heavy_payload_panda
 
 import trajopt as to
-from trajopt.arrays import Floats
-from trajopt.explanation import Certainty
-from trajopt.explanation.candidates import candidates
-from trajopt.infeasibility.reasons import BlockKind
-from trajopt.methods import METHODS
-from trajopt.query import Query
-from trajopt.terms.gravity_torque import HoldingTorque
-from trajopt.terms.motion import Motion
-from trajopt.transcription import transcribe
+from trajopt.geometry import Query
+from trajopt.optimise.methods import METHODS
+from trajopt.optimise.terms.gravity_torque import HoldingTorque
+from trajopt.optimise.transcription import transcribe
+from trajopt.planning.infeasibility.reasons import BlockKind
+from trajopt.problem.motion import Motion
+from trajopt.values.arrays import Floats
+from trajopt.why import Certainty
+from trajopt.why.candidates import candidates
 
 JOINTS = tuple(f"panda_joint{number}" for number in range(1, 8))
 ABOVE = (0.0, -0.9, 0.0, -0.3, 0.0, 1.8, 0.0)

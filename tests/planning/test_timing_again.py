@@ -8,10 +8,10 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall
 from tests.robots_for_tests import odd_arm
-from trajopt.methods import Decoded
-from trajopt.model.trajectory import Path
+from trajopt.optimise.methods import Decoded
 from trajopt.planning.budget import Budget, BudgetTracker
 from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.values.trajectory import Path
 
 
 @pytest.fixture

@@ -11,11 +11,11 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.methods import Decoded, Knots, Program
+from trajopt.geometry import Counts
+from trajopt.optimise.methods import Decoded, Knots, Program
+from trajopt.optimise.solvers import Iteration, SolveResult
 from trajopt.planning.budget import Stop
 from trajopt.planning.status import Status
-from trajopt.query import Counts
-from trajopt.solvers import Iteration, SolveResult
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ import trajopt as to
 from tests.cli.process import trajopt
 from tests.cli.test_commands import REQUEST, SCENE, common
 from tests.robots_for_tests import ODD_ARM
-from trajopt.errors import FileFormatError, ProblemError
-from trajopt.moveit import read_request, read_scene, read_trajectory
+from trajopt.files.moveit import read_request, read_scene, read_trajectory
+from trajopt.values.errors import FileFormatError, ProblemError
 
 
 @pytest.fixture

@@ -1,9 +1,9 @@
 """An arm that must swing past a thin wall which the straight line does not get around."""
 
 import trajopt as to
-from trajopt.methods import Knots
+from trajopt.optimise.methods import Knots
+from trajopt.optimise.transcription import fixed_goal
 from trajopt.planning.seeds import Blocked, SeedContext, line_through
-from trajopt.transcription import fixed_goal
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {**START, "pan": 1.0}

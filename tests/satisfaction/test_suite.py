@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.benchmark import Definition, definitions, run
+from trajopt.lab.suite import Definition, definitions, run
 from trajopt.planning.judgement import judge
 
 RANDOM = 10

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 import trajopt as to
-from trajopt.io.document import Node
 from trajopt.server import Answer, Lane, Operation, SessionState, Watch
+from trajopt.values.documents.document import Node
 
 
 def echo(state: SessionState, arguments: Node, watch: Watch) -> Answer:

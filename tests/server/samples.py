@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import trajopt as to
-from trajopt.client import AsyncClient, Client, Session
 from trajopt.server import Service, Watch
+from trajopt.server.client import AsyncClient, Client, Session
 
 
 def served(robot: to.Robot) -> Mapping[str, Any]:

@@ -9,9 +9,9 @@ import httpx
 import numpy as np
 import pytest
 
-from trajopt.client import AsyncClient, Client, ServerError, Session
-from trajopt.client.calls import Call
-from trajopt.errors import TrajoptError
+from trajopt.server.client import AsyncClient, Client, ServerError, Session
+from trajopt.server.client.calls import Call
+from trajopt.values.errors import TrajoptError
 
 FULL = {"error": {"kind": "full", "reason": "8 requests wait already"}, "status": 429, "retry_after": 0.01}
 

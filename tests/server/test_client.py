@@ -11,7 +11,7 @@ import pytest
 
 import trajopt as to
 from tests.server.serving import Serving
-from trajopt.client import AsyncClient, Client, ServerError, trajectory_of
+from trajopt.server.client import AsyncClient, Client, ServerError, trajectory_of
 
 REACH = {"goal": {"joint_positions": {"positions": {"joint1": 0.4, "joint2": 0.3}}}}
 POST = {

@@ -13,7 +13,7 @@ from tests.server.test_service import ROOMS, SMALL, served, why
 from trajopt.server import Lane, Limits, Refusal, Service, Why
 from trajopt.server.keeper import Keeper
 from trajopt.server.messages import LENGTH
-from trajopt.warehouse import Warehouse
+from trajopt.server.warehouse import Warehouse
 
 
 def test_a_robot_whose_client_has_gone_is_driven_by_nobody_else_until_it_stands() -> None:

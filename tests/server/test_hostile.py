@@ -10,8 +10,8 @@ import pytest
 
 from tests.server.hostile import Hostile, hostile, raw
 from tests.server.serving import PATIENT, Serving
-from trajopt.client import Client
 from trajopt.server import Lane
+from trajopt.server.client import Client
 
 ALL = list(hostile())
 FEW = ALL[::7]

@@ -13,12 +13,12 @@ import httpx
 import pytest
 
 import trajopt as to
-from tests.commander.conftest import SRDF, URDF
+from tests.ros.commander.conftest import SRDF, URDF
 from tests.server.serving import SMALL, Serving, serving
 from tests.server.test_service import served
 from trajopt.cli.serve import loaded, sources_of
-from trajopt.client import Client, ServerError
 from trajopt.server import Service
+from trajopt.server.client import Client, ServerError
 from trajopt.server.http import HttpOptions, http_app
 
 TOKEN = "a token of sixteen or more"

@@ -16,13 +16,13 @@ import pytest
 
 import trajopt as to
 from tests.server.serving import MODULES
-from trajopt.io.document import Node
+from trajopt.ros.rosbridge.cell import Cell
 from trajopt.server import Lane, Limits, Refusal, Service, Session, SessionState, Watch, Why
 from trajopt.server.keeping import keep
-from trajopt.server.rosbridge.cell import Cell
-from trajopt.warehouse import Kind, State, Warehouse
+from trajopt.server.warehouse import Kind, State, Warehouse
+from trajopt.values.documents.document import Node
 
-ANSWERS = "trajopt.server.rosbridge.answers"
+ANSWERS = "trajopt.ros.rosbridge.answers"
 LIMITS = Limits(workers=1, seconds=60.0)
 BALL = {"name": "ball", "shape": {"sphere": {"radius": 0.05}}, "placement": {"xyz": [0.75, -0.4, 0.14]}}
 

@@ -8,8 +8,8 @@ from collections import Counter
 import pytest
 
 from tests.server.serving import serving
-from trajopt.client import AsyncClient, AsyncSession, ServerError
 from trajopt.server import Lane, Limits
+from trajopt.server.client import AsyncClient, AsyncSession, ServerError
 
 REACH = {"goal": {"joint_positions": {"positions": {"joint1": 0.4, "joint2": 0.3}}}}
 

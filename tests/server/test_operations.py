@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.io.document import Node
-from trajopt.model.initial_positions import initial_positions
+from trajopt.scene.initial_positions import initial_positions
 from trajopt.server import Refusal, SessionState, Watch
 from trajopt.server.operation import operations_of
 from trajopt.server.operations.edits import SCENE_EDITS
 from trajopt.server.sizes import check_sizes
+from trajopt.values.documents.document import Node
 
 OPERATIONS = operations_of(("trajopt.server.operations",))
 REACH = {"goal": {"joint_positions": {"positions": {"joint1": 0.4, "joint2": 0.3}}}}

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.bundle.message import message_of
-from trajopt.commander.settings import Settings
-from trajopt.errors import FileFormatError, TrajoptError
-from trajopt.io.document import Node
+from trajopt.files.bundle.message import message_of
 from trajopt.server import Answer, Refusal, SessionState, Watch
+from trajopt.server.move_group.settings import Settings
 from trajopt.server.operations import OPERATIONS
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import FileFormatError, TrajoptError
 
 START = np.array((0.0, 0.4))
 NAMES = ("hold", "call", "drive")

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
-from trajopt.model.trajectory import Trajectory
+from trajopt.robot.robot import Robot
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Trajectory
 
 INERTIA = """<inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>
 <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>"""

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from trajopt.model.trajectory import Trajectory
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Judge, Specification
 
 

@@ -16,13 +16,13 @@ from tests.oracles.judge_polynomials import largest, smallest
 from tests.verify.arms import joint, link, mixed_arm, quintic, reduced, robot, wavy
 from tests.verify.test_clearance import densest
 from tests.verify.test_distances import CLOUD, SOLIDS, cube_mesh
-from trajopt.model.collisions.bodies import MeshPolicy
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import Placement, placement
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Plane, Shape, Sphere, convex
-from trajopt.model.trajectory import Trajectory
+from trajopt.robot.bodies import MeshPolicy
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.placement import Placement, placement
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Plane, Shape, Sphere, convex
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Examination, Judge, Specification, VerifyOptions
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion

@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import ArrayLike
 
 from tests.verify.arms import joint, link, planar_arm, quintic, reduced, robot
-from trajopt.arrays import Floats
-from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.placement import placement
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import joint_positions
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Sphere
+from trajopt.problem.requirements import joint_positions
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.values.placement import placement
+from trajopt.values.shapes.shapes import Box, Sphere
 from trajopt.verify import Certificate, Evidence, Judge, Specification, verify
 
 SWEEP = [[-1.0, 0.0], [1.0, 0.0]]

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from tests.oracles.judge_distances import PlainDistances
 from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
-from trajopt.model.collisions.bodies import MeshPolicy
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import placement
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Plane, Sphere, convex
-from trajopt.model.trajectory import Trajectory
+from trajopt.robot.bodies import MeshPolicy
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.placement import placement
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Plane, Sphere, convex
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Evidence, VerifyOptions, verify
 from trajopt.verify.kernel.kinematics import Kinematics
 

@@ -8,13 +8,13 @@ import pytest
 
 from tests.oracles.judge_search import floor
 from tests.verify.arms import joint, link, quintic, reduced, robot
-from trajopt.model.collisions.allowed_collisions import ContactAllowance
-from trajopt.model.collisions.bodies import MeshPolicy
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import placement
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Plane, Shape, convex
+from trajopt.robot.bodies import MeshPolicy
+from trajopt.scene.collisions.allowed_collisions import ContactAllowance
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.placement import placement
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Plane, Shape, convex
 from trajopt.verify import Certificate, Check, Evidence, Moment, examine, verify
 from trajopt.verify.search.clearance_search import Windows
 

@@ -13,10 +13,10 @@ import trajopt as to
 from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
 from tests.verify.conftest import Deciding
 from tests.verify.test_required_clearance import THERE_AND_BACK, walled
-from trajopt.arrays import readonly
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Sphere
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import readonly
+from trajopt.values.shapes.shapes import Box, Sphere
 from trajopt.verify import Judge, Specification, verify
 
 NOTHING = Specification(goals=())

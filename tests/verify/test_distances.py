@@ -13,14 +13,14 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.judge_distances import PlainDistances
 from tests.oracles.judge_geometry import inside
 from tests.verify.arms import joint, link, reduced, robot
-from trajopt.arrays import Floats
-from trajopt.errors import ModelError
-from trajopt.model.collisions.bodies import MeshPolicy
-from trajopt.model.meshes.closed_surface import part_points
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import Placement, placement
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
+from trajopt.robot.bodies import MeshPolicy
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ModelError
+from trajopt.values.placement import Placement, placement
+from trajopt.values.shapes.closed_surface import part_points
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.verify.checks.line_of_sight import support
 from trajopt.verify.kernel.kinematics import Kinematics
 

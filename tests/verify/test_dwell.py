@@ -8,9 +8,9 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.test_moving_things import alone, clearance_of, swing
-from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.reduced import reduce_model
-from trajopt.model.track import Prediction, Track
+from trajopt.scene.reduced import reduce_model
+from trajopt.scene.track import Prediction, Track
+from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import Judge, Specification
 from trajopt.verify.certificate import Certificate, CheckKind
 

@@ -11,15 +11,15 @@ from scipy.spatial.transform import Rotation
 from tests.oracles.judge import PlainJudge
 from tests.oracles.judge_geometry import inside
 from tests.verify.arms import joint, link, reduced, robot
-from trajopt.arrays import Bools, Floats
-from trajopt.kinematics import validity
-from trajopt.model.collisions.bodies import MeshPolicy
-from trajopt.model.meshes.closed_surface import closed_surface
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import placement
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Shape, Sphere, convex
-from trajopt.model.trajectory import Trajectory
+from trajopt.optimise.kinematics import validity
+from trajopt.robot.bodies import MeshPolicy
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.placement import placement
+from trajopt.values.shapes.closed_surface import closed_surface
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Shape, Sphere, convex
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Judge, Specification
 
 EXACT = MeshPolicy(exact=True)

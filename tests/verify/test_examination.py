@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.verify.arms import planar_arm, reduced
-from trajopt.errors import ShapeError
-from trajopt.model.collisions.bodies import MeshPolicy
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import placement
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Sphere, convex
+from trajopt.robot.bodies import MeshPolicy
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.errors import ShapeError
+from trajopt.values.placement import placement
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Sphere, convex
 from trajopt.verify import Judge, examine
 
 

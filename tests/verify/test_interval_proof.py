@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.arrays import Floats
-from trajopt.model.reduced import reduce_model
+from trajopt.scene.reduced import reduce_model
+from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Evidence
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion

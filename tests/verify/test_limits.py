@@ -9,13 +9,13 @@ import pinocchio as pin
 import pytest
 
 from tests.verify.arms import joint, link, mixed_arm, planar_arm, quintic, reduced, robot, wavy
-from trajopt.arrays import Floats, readonly
-from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.limits import JointLimits
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box
-from trajopt.model.trajectory import Trajectory
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.values.shapes.shapes import Box
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Evidence, VerifyOptions, verify
 from trajopt.verify.checks.joint_torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.errors import ProblemError
-from trajopt.model.reduced import reduce_model
-from trajopt.model.requirements import FramePlacement
-from trajopt.model.track import Track
+from trajopt.problem.requirements import FramePlacement
+from trajopt.scene.reduced import reduce_model
+from trajopt.scene.track import Track
+from trajopt.values.errors import ProblemError
 from trajopt.verify import Judge, Specification
 from trajopt.verify.certificate import Certificate, Check, Evidence
 

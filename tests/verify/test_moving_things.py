@@ -9,10 +9,10 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.errors import ShapeError
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.track import Prediction, Track
-from trajopt.query.geometry import collision_geometry
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.track import Prediction, Track
+from trajopt.values.errors import ShapeError
 from trajopt.verify import verify
 from trajopt.verify.certificate import Certificate, Check, CheckKind
 

@@ -9,9 +9,9 @@ import pytest
 import trajopt as to
 from tests.oracles.judge import PlainJudge
 from tests.verify.arms import joint, link, quintic, reduced, robot
-from trajopt.arrays import Floats
-from trajopt.errors import FrameNotFound, ModelError, ShapeError
-from trajopt.model.scene import Scene
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import FrameNotFound, ModelError, ShapeError
 from trajopt.verify import Certificate, Check, Evidence, Judge, Moment, Specification
 
 JUDGES = (PlainJudge, Judge)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.model.test_moving_base import NAMES, Made, cart, plane
-from trajopt.errors import ModelError, ProblemError
-from trajopt.methods import method_named
-from trajopt.model.bases import Drive
-from trajopt.model.trajectory import Trajectory
+from tests.robot.test_moving_base import NAMES, Made, cart, plane
+from trajopt.optimise.methods import method_named
+from trajopt.optimise.terms.rolling import Rolling
 from trajopt.planning.status import Status
-from trajopt.terms.motion import Motion
-from trajopt.terms.rolling import Rolling
+from trajopt.problem.motion import Motion
+from trajopt.robot.bases import Drive
+from trajopt.values.errors import ModelError, ProblemError
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, CheckKind, Evidence, verify
 
 __all__ = ["cart"]
@@ -147,7 +147,7 @@ def test_methods_of_casadi_object_by_name(driven: Cart) -> None:
 
 
 def test_part_of_a_base_that_rolls_is_no_group(cart: Made) -> None:
-    from tests.model.test_moving_base import SRDF
+    from tests.robot.test_moving_base import SRDF
 
     srdf = SRDF.replace("</robot>", f'<group name="x"><joint name="{NAMES[0]}"/></group></robot>')
     assert cart(srdf=srdf, base=plane()).group("x").joints == NAMES[:1]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.errors import ProblemError, ShapeError
+from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify.checks.joint_torques import inverse_dynamics
 from trajopt.verify.kernel.intervals import sampled_times, steps_in_pieces
 from trajopt.verify.kernel.kinematics import Kinematics

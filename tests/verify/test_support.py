@@ -12,12 +12,12 @@ from tests.oracles.judge_distances import PlainDistances
 from tests.oracles.judge_geometry import CoalPairs, gap
 from tests.oracles.largest_gap import largest_gap
 from tests.verify.arms import joint, link, reduced, robot
-from trajopt.arrays import Floats, Ints
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import Placement, placement
-from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.placement import Placement, placement
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.verify.checks.line_of_sight import support
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.pair_distances import PairDistances

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
-from trajopt.arrays import Floats
-from trajopt.errors import FrameNotFound, ProblemError
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.scene import Scene
-from trajopt.model.tool_speed import ToolSpeed
-from trajopt.model.trajectory import Trajectory
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import FrameNotFound, ProblemError
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, verify
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion

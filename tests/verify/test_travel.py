@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.verify.arms import mixed_arm, reduced, wavy
-from trajopt.model.requirements import WORLD
-from trajopt.model.scene import Scene
+from trajopt.scene.scene import Scene
+from trajopt.values.placement import WORLD
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions

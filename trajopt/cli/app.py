@@ -9,7 +9,7 @@ from importlib import import_module
 
 import typer
 
-from trajopt.errors import TrajoptError
+from trajopt.values.errors import TrajoptError
 
 BAD_INPUT = 2
 COMMANDS = (

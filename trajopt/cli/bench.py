@@ -8,8 +8,6 @@ from typing import Annotated, cast
 
 import typer
 
-from trajopt.benchmark import Instance, Outcome, run
-from trajopt.benchmark.folders import by_set, find_instances, row, summary
 from trajopt.cli.options import (
     DwellOption,
     Ending,
@@ -26,8 +24,10 @@ from trajopt.cli.options import (
     budget_of,
 )
 from trajopt.cli.progress import quiet_bar
-from trajopt.io.json_files import write_json
-from trajopt.warehouse import Warehouse
+from trajopt.lab.suite import Instance, Outcome, run
+from trajopt.lab.suite.folders import by_set, find_instances, row, summary
+from trajopt.server.warehouse import Warehouse
+from trajopt.values.documents.json_files import write_json
 
 DataOption = Annotated[
     Path,

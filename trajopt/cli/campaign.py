@@ -10,16 +10,6 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from trajopt.campaign import (
-    Campaign,
-    CampaignFolder,
-    Engine,
-    Local,
-    Options,
-    Progress,
-    Ray,
-    resume_campaign,
-)
 from trajopt.cli.campaign_results import (
     FolderArgument,
     extract_rows,
@@ -37,7 +27,17 @@ from trajopt.cli.options import (
     SrdfOption,
 )
 from trajopt.cli.progress import quiet_bar
-from trajopt.errors import ProblemError
+from trajopt.lab.campaign import (
+    Campaign,
+    CampaignFolder,
+    Engine,
+    Local,
+    Options,
+    Progress,
+    Ray,
+    resume_campaign,
+)
+from trajopt.values.errors import ProblemError
 
 INTERRUPTED = 130
 """Exit status of a command that Ctrl-C ended, as shells have it."""

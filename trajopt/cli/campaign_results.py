@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 
-from trajopt.campaign import CampaignFolder, compare_campaigns, dataset, extract, remember, summary
-from trajopt.campaign.page import lines, map_of, page
 from trajopt.cli.options import JsonOption
-from trajopt.errors import CampaignError
-from trajopt.io.document import write_text
-from trajopt.warehouse import Warehouse
+from trajopt.lab.campaign import CampaignFolder, compare_campaigns, dataset, extract, remember, summary
+from trajopt.lab.campaign.page import lines, map_of, page
+from trajopt.server.warehouse import Warehouse
+from trajopt.values.documents.document import write_text
+from trajopt.values.errors import CampaignError
 
 FolderArgument = Annotated[Path, typer.Argument(help="Folder of the campaign.")]
 BesideOption = Annotated[

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.benchmark import definitions
-from trajopt.campaign import (
+from trajopt.cli.options import read_files
+from trajopt.files.moveit import read_scene
+from trajopt.lab.campaign import (
     Source,
     base_placements,
     from_folder,
@@ -17,12 +18,11 @@ from trajopt.campaign import (
     perturbed,
     random_motions,
 )
-from trajopt.cli.options import read_files
-from trajopt.errors import NameNotFound, ProblemError
-from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
-from trajopt.moveit import read_scene
-from trajopt.problem import Problem
+from trajopt.lab.suite import definitions
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.errors import NameNotFound, ProblemError
 
 TABLE = ".parquet"
 """What the name of a table of problems ends in."""

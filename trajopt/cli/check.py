@@ -28,7 +28,7 @@ from trajopt.cli.planned import (
     motion_in,
     problem_of,
 )
-from trajopt.moveit.trajectory_files import FORMATS
+from trajopt.files.moveit.trajectory_files import FORMATS
 from trajopt.planning.judgement import judge
 
 TrajectoryArgument = Annotated[Path, typer.Argument(help=f"What to judge: a bundle, {FORMATS}.")]

@@ -8,7 +8,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from trajopt.benchmark import (
+from trajopt.cli.options import RobotSource
+from trajopt.cli.progress import quiet_bar
+from trajopt.cli.thumbnails import PicturesOption, Thumbnails
+from trajopt.lab.suite import (
     STANDARD,
     Allowance,
     Instance,
@@ -16,8 +19,8 @@ from trajopt.benchmark import (
     compared,
     installed_instances,
 )
-from trajopt.benchmark.comparison_page import page
-from trajopt.benchmark.comparison_table import (
+from trajopt.lab.suite.comparison_page import page
+from trajopt.lab.suite.comparison_table import (
     LEGEND,
     RUN_HEAD,
     SUMMARY_HEAD,
@@ -25,18 +28,15 @@ from trajopt.benchmark.comparison_table import (
     run_cells,
     summary_cells,
 )
-from trajopt.benchmark.folders import find_instances
-from trajopt.benchmark.summary import summaries
-from trajopt.cli.options import RobotSource
-from trajopt.cli.progress import quiet_bar
-from trajopt.cli.thumbnails import PicturesOption, Thumbnails
-from trajopt.errors import FileFormatError, MissingExtra
-from trajopt.io.document import write_text
-from trajopt.io.files import read_json
-from trajopt.io.json_files import write_json
-from trajopt.methods import Method, method_named, method_names
+from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.summary import summaries
+from trajopt.optimise.methods import Method, method_named, method_names
 from trajopt.planning.result import Result
-from trajopt.view.comparison_plots import comparison_figures
+from trajopt.values.documents.document import write_text
+from trajopt.values.documents.files import read_json
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.errors import FileFormatError, MissingExtra
+from trajopt.viewer.comparison_plots import comparison_figures
 
 ProblemOption = Annotated[
     list[str] | None,

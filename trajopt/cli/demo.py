@@ -10,13 +10,13 @@ import typer
 from trajopt.cli.options import JsonOption
 from trajopt.cli.plan import report
 from trajopt.cli.progress import ProgressLine, progress_line
-from trajopt.io.json_files import write_json
-from trajopt.moveit import write_trajectory
+from trajopt.files.moveit import write_trajectory
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Plan
-from trajopt.problem import named_problem
-from trajopt.simulate import Rollout, render, simulate
-from trajopt.view.plots import plot_motion
+from trajopt.problem.problem import named_problem
+from trajopt.simulation import Rollout, render, simulate
+from trajopt.values.documents.json_files import write_json
+from trajopt.viewer.plots import plot_motion
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the files.")]
 ProblemOption = Annotated[str, typer.Option("--problem", help="Name of an installed problem.")]

@@ -6,15 +6,15 @@ from typing import Annotated
 
 import typer
 
-from trajopt.bundle import Holds
 from trajopt.cli.options import JsonOption
 from trajopt.cli.planned import bundle_in, is_bundle
-from trajopt.errors import FileFormatError
-from trajopt.export import EXPORTERS, exporter_named
-from trajopt.export import export as write
-from trajopt.io.document import read_document
-from trajopt.model.trajectory import Trajectory
-from trajopt.moveit.trajectory_files import FORMATS, read_trajectory
+from trajopt.files.bundle import Holds
+from trajopt.files.export import EXPORTERS, exporter_named
+from trajopt.files.export import export as write
+from trajopt.files.moveit.trajectory_files import FORMATS, read_trajectory
+from trajopt.values.documents.document import read_document
+from trajopt.values.errors import FileFormatError
+from trajopt.values.trajectory import Trajectory
 
 PlanArgument = Annotated[Path, typer.Argument(help=f"What to read: a bundle, {FORMATS}.")]
 ToOption = Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTERS)}.")]

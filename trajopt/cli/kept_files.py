@@ -4,16 +4,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trajopt.cli.options import RobotSource
-from trajopt.errors import FileFormatError, ModelError
-from trajopt.io.document import read_document
-from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
-from trajopt.moveit import read_request, read_scene
-from trajopt.moveit.constraints import read_constraints
-from trajopt.moveit.frames import Reading, world_names
-from trajopt.moveit.robot_state import checked_joint_positions, layered_positions
-from trajopt.problem import Problem
-from trajopt.warehouse import Constraints, State
+from trajopt.files.moveit import read_request, read_scene
+from trajopt.files.moveit.constraints import read_constraints
+from trajopt.files.moveit.frames import Reading, world_names
+from trajopt.files.moveit.robot_state import checked_joint_positions, layered_positions
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.server.warehouse import Constraints, State
+from trajopt.values.documents.document import read_document
+from trajopt.values.errors import FileFormatError, ModelError
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ import numpy as np
 import typer
 
 from trajopt.cli.options import RobotSource
-from trajopt.errors import ProblemError, shown
-from trajopt.kinematics.arguments import frame_of
-from trajopt.model.group_tools import end_link
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.scene import Scene
-from trajopt.moveit import read_scene
+from trajopt.files.moveit import read_scene
+from trajopt.optimise.kinematics.arguments import frame_of
+from trajopt.scene.group_tools import end_link
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.values.errors import ProblemError, shown
 
 GroupOption = Annotated[str, typer.Option("--group", help="Planning group; the only one if left out.")]
 FrameOption = Annotated[

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import LimitsOption, PackageOption, RobotOption, RobotSource, SrdfOption
-from trajopt.moveit import read_scene
+from trajopt.files.moveit import read_scene
 
 ScriptArgument = Annotated[
     Path, typer.Argument(help="Python script that imports moveit_commander, rospy, ...")
@@ -44,9 +44,9 @@ def moveit(
     Options come before the script; what follows it are its own arguments.
     """
     # The commander takes a while to import, which other commands need not wait for.
-    from trajopt.commander import World
-    from trajopt.commander.prompts import Answering
-    from trajopt.commander.scripts import run_script
+    from trajopt.ros.commander import World
+    from trajopt.ros.commander.prompts import Answering
+    from trajopt.ros.commander.scripts import run_script
 
     loaded = RobotSource(robot, srdf, limits, tuple(package_dir or ())).load()
     if scene is None:
@@ -58,7 +58,7 @@ def moveit(
     alone = yes or not sys.stdin.isatty()
     with _log_shown():
         for note in notes:
-            logging.getLogger("trajopt.commander").info("%s", note)
+            logging.getLogger("trajopt.ros.commander").info("%s", note)
         run_script(
             script,
             words or (),
@@ -70,7 +70,7 @@ def moveit(
 @contextmanager
 def _log_shown() -> Generator[None]:
     """Show what the script logs and publishes on standard error."""
-    log, handler = logging.getLogger("trajopt.commander"), logging.StreamHandler(sys.stderr)
+    log, handler = logging.getLogger("trajopt.ros.commander"), logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
     level = log.level
     log.addHandler(handler)

@@ -10,14 +10,14 @@ from typing import Annotated, cast
 import typer
 
 from trajopt.cli.progress import status_line
-from trajopt.errors import FileFormatError, ProblemError, shown
-from trajopt.io.files import number_of
-from trajopt.model.load import load
-from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.robot import Robot
-from trajopt.moveit import RequestFile, SceneFile, read_motions, read_request, read_scene
+from trajopt.files.moveit import RequestFile, SceneFile, read_motions, read_request, read_scene
 from trajopt.planning.budget import Budget
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.robot.load import load
+from trajopt.robot.meshes.mesh_cover import MeshPolicy
+from trajopt.robot.robot import Robot
+from trajopt.values.documents.files import number_of
+from trajopt.values.errors import FileFormatError, ProblemError, shown
 
 RobotOption = Annotated[
     str, typer.Option("--robot", help="Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file.")

@@ -30,14 +30,14 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.cli.progress import progress_line
-from trajopt.io.json_files import write_json
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.printed import in_unit
 from trajopt.planning.comparison import table
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, improvement
-from trajopt.problem import Problem
-from trajopt.warehouse import Warehouse
+from trajopt.problem.problem import Problem
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.server.warehouse import Warehouse
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.printed import in_unit
 
 ExplainOption = Annotated[
     bool,

@@ -9,14 +9,14 @@ from typing import Annotated, cast
 
 import typer
 
-from trajopt.bundle import Bundle, read_bundle
-from trajopt.bundle.bundle import SUFFIX
 from trajopt.cli.options import RobotSource, read_files
-from trajopt.errors import FileFormatError
-from trajopt.io.files import read_json
-from trajopt.model.trajectory import Trajectory
-from trajopt.moveit.trajectory_files import FORMATS, read_trajectory
-from trajopt.problem import Problem, named_problem
+from trajopt.files.bundle import Bundle, read_bundle
+from trajopt.files.bundle.bundle import SUFFIX
+from trajopt.files.moveit.trajectory_files import FORMATS, read_trajectory
+from trajopt.problem.problem import Problem, named_problem
+from trajopt.values.documents.files import read_json
+from trajopt.values.errors import FileFormatError
+from trajopt.values.trajectory import Trajectory
 
 MotionArgument = Annotated[
     Path, typer.Argument(help=f"With --robot ...: {FORMATS}; without: a bundle, or a plan's JSON.")

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from trajopt.optimise.solvers import Iteration
 from trajopt.planning.result import Result
 from trajopt.planning.stages import DOING
-from trajopt.solvers import Iteration
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar

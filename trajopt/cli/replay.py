@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from trajopt.bundle import read_bundle
-from trajopt.bundle import replay as plan_again
 from trajopt.cli.options import JsonOption
+from trajopt.files.bundle import read_bundle
+from trajopt.files.bundle import replay as plan_again
 
 BundleArgument = Annotated[Path, typer.Argument(help="The bundle: a file that `plan --save` wrote.")]
 MethodOption = Annotated[

@@ -8,7 +8,7 @@ import typer
 
 from trajopt.cli.options import JsonOption
 from trajopt.cli.planned import bundle_in
-from trajopt.report import write_report
+from trajopt.viewer.report import write_report
 
 BundleArgument = Annotated[Path, typer.Argument(help="The bundle: a file that `plan --save` wrote.")]
 OutOption = Annotated[Path, typer.Option("--out", help="The page to write (HTML).")]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trajopt.cli.options import RobotSource
-from trajopt.model.robot import Robot
+from trajopt.robot.robot import Robot
 
 if TYPE_CHECKING:
     from trajopt.server import Service
@@ -92,7 +92,7 @@ class RosbridgeFace:
         Raises:
             ModelError: If the robot has no URDF.
         """
-        from trajopt.server.rosbridge import Distro, RobotDescription, RosbridgeOptions, serve_rosbridge
+        from trajopt.ros.rosbridge import Distro, RobotDescription, RosbridgeOptions, serve_rosbridge
 
         description = RobotDescription.of(robot, source.srdf, source.package_dirs)
         options = RosbridgeOptions(

@@ -22,17 +22,17 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption, watched
-from trajopt.errors import ProblemError, shown
-from trajopt.execution.random_surprise import random_surprise, undisturbed
-from trajopt.execution.recording_file import write_recording
-from trajopt.execution.run import Run
-from trajopt.execution.run import run as drive
-from trajopt.execution.surprises import NONE, Surprises, read_surprises
-from trajopt.io.json_files import write_json
-from trajopt.model.printed import in_length
-from trajopt.problem import Problem
-from trajopt.simulate import render
-from trajopt.simulate.film import check_path
+from trajopt.driving.random_surprise import random_surprise, undisturbed
+from trajopt.driving.recording_file import write_recording
+from trajopt.driving.run import Run
+from trajopt.driving.run import run as drive
+from trajopt.driving.surprises import NONE, Surprises, read_surprises
+from trajopt.problem.problem import Problem
+from trajopt.simulation import render
+from trajopt.simulation.film import check_path
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.printed import in_length
 
 RANDOM = "random:"
 SurprisesOption = Annotated[

@@ -25,15 +25,15 @@ from trajopt.cli.rosbridge import (
     RosbridgePortOption,
     RosOption,
 )
-from trajopt.errors import MissingExtra, ModelError
-from trajopt.model.robot import Robot
+from trajopt.robot.robot import Robot
+from trajopt.values.errors import MissingExtra, ModelError
 
 if TYPE_CHECKING:
     from trajopt.server import Service
     from trajopt.server.http import HttpOptions, Metrics
     from trajopt.server.running import Face
 
-OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.server.rosbridge.answers"
+OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.rosbridge.answers"
 """Modules of what workers do: for everybody, and for clients made for ROS."""
 RobotsOption = Annotated[
     list[str],
@@ -105,7 +105,7 @@ def serve(
         from trajopt.server.limits import MEGABYTE
         from trajopt.server.log import log_request, write_log
         from trajopt.server.running import run_faces
-        from trajopt.warehouse import Warehouse
+        from trajopt.server.warehouse import Warehouse
     except ModuleNotFoundError as error:
         raise MissingExtra(str(error.name), "server") from error
 

@@ -21,18 +21,18 @@ from trajopt.cli.options import (
     SrdfOption,
 )
 from trajopt.cli.watched import HostOption, PortOption, say_where, watched
-from trajopt.errors import ProblemError, shown
-from trajopt.execution.gamepad import Gamepad
-from trajopt.execution.servo import Servo
-from trajopt.execution.servo_command import REDUCED_SPEED, ServoOptions
-from trajopt.execution.servo_order import ServoInput, guide
-from trajopt.execution.servo_stream import Played, Recorder, read_stream
-from trajopt.execution.simulated import SimulatedExecutor
-from trajopt.model.requirements.singularity_distance import LENGTH
-from trajopt.model.stated import only_group
-from trajopt.moveit import read_motions, read_scene
-from trajopt.problem import Problem
-from trajopt.view.servo_page import ServoPage, servo_page
+from trajopt.driving.gamepad import Gamepad
+from trajopt.driving.servo import Servo
+from trajopt.driving.servo_command import REDUCED_SPEED, ServoOptions
+from trajopt.driving.servo_order import ServoInput, guide
+from trajopt.driving.servo_stream import Played, Recorder, read_stream
+from trajopt.driving.simulated import SimulatedExecutor
+from trajopt.files.moveit import read_motions, read_scene
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.stated import only_group
+from trajopt.values.errors import ProblemError, shown
+from trajopt.viewer.servo_page import ServoPage, servo_page
 
 GAMEPAD, BROWSER = "gamepad", "browser"
 DEAD_ZONE = 0.08

@@ -26,11 +26,11 @@ from trajopt.cli.planned import (
     problem_of,
 )
 from trajopt.cli.progress import ProgressLine, progress_line
-from trajopt.errors import ProblemError, shown
-from trajopt.io.json_files import write_json
-from trajopt.simulate import Layout, Rollout, SimulationOptions, render
-from trajopt.simulate import simulate as roll_out
-from trajopt.simulate.film import check_path
+from trajopt.simulation import Layout, Rollout, SimulationOptions, render
+from trajopt.simulation import simulate as roll_out
+from trajopt.simulation.film import check_path
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.errors import ProblemError, shown
 
 PictureOption = Annotated[
     list[Path] | None,

@@ -10,9 +10,9 @@ import typer
 from trajopt.cli.kinematics import SeedOption
 from trajopt.cli.options import JsonOption, PackageOption, RobotSource
 from trajopt.cli.progress import progress_bar
-from trajopt.io.document import write_text
-from trajopt.srdf_assistant import Confidence, propose_srdf
-from trajopt.srdf_assistant.judged_pairs import samples_needed
+from trajopt.lab.srdf import Confidence, propose_srdf
+from trajopt.lab.srdf.judged_pairs import samples_needed
+from trajopt.values.documents.document import write_text
 
 UrdfArgument = Annotated[str, typer.Argument(help="The URDF file, or an installed robot by name.")]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the SRDF here.")]

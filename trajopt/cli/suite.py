@@ -6,13 +6,13 @@ from typing import Annotated
 
 import typer
 
-from trajopt.benchmark import Outcome, installed_definitions, run
-from trajopt.benchmark.suite_page import page
-from trajopt.benchmark.suite_table import row, summary, table
 from trajopt.cli.progress import quiet_bar
 from trajopt.cli.thumbnails import PicturesOption, Thumbnails
-from trajopt.io.document import write_text
-from trajopt.io.json_files import write_json
+from trajopt.lab.suite import Outcome, installed_definitions, run
+from trajopt.lab.suite.suite_page import page
+from trajopt.lab.suite.suite_table import row, summary, table
+from trajopt.values.documents.document import write_text
+from trajopt.values.documents.json_files import write_json
 
 JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every outcome here.")]
 HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page with figures here.")]

@@ -4,9 +4,9 @@ from typing import Annotated, Generic, TypeVar
 
 import typer
 
-from trajopt.errors import RenderingUnavailable
 from trajopt.planning.result import Result
-from trajopt.simulate.thumbnail import thumbnail
+from trajopt.simulation.thumbnail import thumbnail
+from trajopt.values.errors import RenderingUnavailable
 
 Key = TypeVar("Key")
 PicturesOption = Annotated[

@@ -23,14 +23,14 @@ from trajopt.cli.planned import (
     problem_of,
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption
-from trajopt.errors import FileFormatError, ProblemError
-from trajopt.execution.recording_file import RecordingFile
-from trajopt.model.scene import Scene
-from trajopt.moveit import read_scene
-from trajopt.moveit.trajectory_files import FORMATS
-from trajopt.view import LiveView, RunViewer, live_view, mirror_view, view_run
-from trajopt.view import view as open_viewer
-from trajopt.view.served import Served
+from trajopt.driving.recording_file import RecordingFile
+from trajopt.files.moveit import read_scene
+from trajopt.files.moveit.trajectory_files import FORMATS
+from trajopt.scene.scene import Scene
+from trajopt.values.errors import FileFormatError, ProblemError
+from trajopt.viewer import LiveView, RunViewer, live_view, mirror_view, view_run
+from trajopt.viewer import view as open_viewer
+from trajopt.viewer.served import Served
 
 OptionalFile = Annotated[
     Path | None,

@@ -8,12 +8,12 @@ from typing import Annotated
 
 import typer
 
-from trajopt.bundle import Bundle
 from trajopt.cli.kept_files import Given, value_given
 from trajopt.cli.options import JsonOption, PackageOption, SrdfOption
 from trajopt.cli.planned import is_bundle
-from trajopt.errors import ModelError, shown
-from trajopt.warehouse import Constraints, Entry, Kind, State, Warehouse
+from trajopt.files.bundle import Bundle
+from trajopt.server.warehouse import Constraints, Entry, Kind, State, Warehouse
+from trajopt.values.errors import ModelError, shown
 
 warehouse = typer.Typer(
     help="Keep robots, scenes, problems, plans, states and constraints in one file, by name and version.",

@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
-from trajopt.execution.logbook import Logbook, Watched
-from trajopt.execution.recording import Recording
-from trajopt.problem import Problem
-from trajopt.view.mirror import Publisher
-from trajopt.view.run_viewer import RunViewer, watch_run
+from trajopt.driving.logbook import Logbook, Watched
+from trajopt.driving.recording import Recording
+from trajopt.problem.problem import Problem
+from trajopt.viewer.mirror import Publisher
+from trajopt.viewer.run_viewer import RunViewer, watch_run
 
 PortOption = Annotated[int, typer.Option("--port", help="Port of the page.")]
 HostOption = Annotated[str, typer.Option("--host", help="Address that the page is served on.")]

@@ -12,7 +12,7 @@
 
 from importlib.util import find_spec
 
-from trajopt.errors import NativeCoresMissing
+from trajopt.values.errors import NativeCoresMissing
 
 CORES = ("proximity", "banded", "descent", "timing", "proof", "covers")
 """Names of all cores."""

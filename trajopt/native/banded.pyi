@@ -1,6 +1,6 @@
-"""The structured QP of a step; see `trajopt.solvers.banded`."""
+"""The structured QP of a step; see `trajopt.optimise.solvers.banded`."""
 
-from trajopt.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints
 
 class Program:
     """Squared costs, and linear rows whose excess is penalised."""

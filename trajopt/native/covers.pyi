@@ -1,9 +1,9 @@
-"""Convex pieces that cover a mesh; see `trajopt.model.meshes.convex`."""
+"""Convex pieces that cover a mesh; see `trajopt.robot.meshes.convex`."""
 
 from numpy import int32
 from numpy.typing import NDArray
 
-from trajopt.arrays import Floats, Ints
+from trajopt.values.arrays import Floats, Ints
 
 THICKNESS: float
 FARTHEST: float

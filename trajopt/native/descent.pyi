@@ -1,9 +1,9 @@
-"""Programs over knots, and descents on them; see `trajopt.solvers.parts`."""
+"""Programs over knots, and descents on them; see `trajopt.optimise.solvers.parts`."""
 
 from collections.abc import Callable, Sequence
 from enum import Enum
 
-from trajopt.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints
 
 class RobotQuery:
     """Measures distances and places frames; made by the core `proximity`."""

@@ -1,6 +1,6 @@
 """The judge's native core; `trajopt.verify` says what its results mean."""
 
-from trajopt.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints
 
 class Form:
     """A shape with what its support function needs."""

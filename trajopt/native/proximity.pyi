@@ -1,4 +1,4 @@
-"""Kinematics of all samples and rows of close pairs; see `trajopt.query`."""
+"""Kinematics of all samples and rows of close pairs; see `trajopt.geometry`."""
 
 from collections.abc import Callable
 from typing import overload
@@ -6,8 +6,8 @@ from typing import overload
 import coal
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints
 from trajopt.native.descent import RobotDynamics, RobotQuery
+from trajopt.values.arrays import Floats, Ints
 
 class Solid:
     """Points of a shape's parts, its closed triangles, its corners if convex, or a cloud's centres."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from enum import Enum
 
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 class Outcome(Enum):
     """What came of timing a path, or why nothing did."""

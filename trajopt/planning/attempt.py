@@ -3,18 +3,25 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from trajopt.arrays import Floats, floats, several
-from trajopt.errors.arguments import check_arguments
-from trajopt.infeasibility import reasons
-from trajopt.methods import Method, Program, SupportsEarlyStop, SupportsImprovement, SupportsNearSeeds, choose
-from trajopt.model.trajectory import Trajectory
+from trajopt.optimise.methods import (
+    Method,
+    Program,
+    SupportsEarlyStop,
+    SupportsImprovement,
+    SupportsNearSeeds,
+    choose,
+)
+from trajopt.optimise.solvers import SolveResult
 from trajopt.planning.budget import Budget, BudgetTracker, Stopped
+from trajopt.planning.infeasibility import reasons
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import Workspace
-from trajopt.problem import Problem
-from trajopt.retime import RetimeFailure
-from trajopt.solvers import SolveResult
+from trajopt.problem.problem import Problem
+from trajopt.timing import RetimeFailure
+from trajopt.values.arrays import Floats, floats, several
+from trajopt.values.errors.arguments import check_arguments
+from trajopt.values.trajectory import Trajectory
 
 
 def plan_once(

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from trajopt.errors import shown
-from trajopt.infeasibility.reasons import Block
+from trajopt.optimise.solvers import SolverStatus
+from trajopt.planning.infeasibility.reasons import Block
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Status
-from trajopt.solvers import SolverStatus
+from trajopt.values.errors import shown
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
-from trajopt.methods import Method, Program
-from trajopt.model.requirements import joint_positions
+from trajopt.optimise.methods import Method, Program
+from trajopt.optimise.terms import Acceleration, Jerk, Velocity
+from trajopt.optimise.transcription import fixed_goal
 from trajopt.planning.schedule import NEAREST
 from trajopt.planning.seeds import Blocked, SeedContext, SeedKind, WaypointLine, line_through
-from trajopt.problem import Problem
-from trajopt.terms import Acceleration, Jerk, Velocity
-from trajopt.transcription import fixed_goal
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import joint_positions
+from trajopt.values.arrays import Floats, Value
 
 
 @dataclass(eq=False)

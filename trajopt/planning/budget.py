@@ -8,10 +8,10 @@ from enum import Enum
 from threading import Event
 from time import monotonic
 
-from trajopt.arrays import function, number, one_of, unless_none
-from trajopt.errors import ProblemError, shown
-from trajopt.query import Counts
-from trajopt.solvers import Iteration
+from trajopt.geometry import Counts
+from trajopt.optimise.solvers import Iteration
+from trajopt.values.arrays import function, number, one_of, unless_none
+from trajopt.values.errors import ProblemError, shown
 
 BACKSTOP = (10.0, 10.0)
 """A budget by another clock also ends by wall time, after this many times its seconds, and this many more: a

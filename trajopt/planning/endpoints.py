@@ -7,8 +7,13 @@ from itertools import combinations
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.infeasibility import (
+from trajopt.geometry import Counts, Query
+from trajopt.optimise.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
+from trajopt.optimise.kinematics.missed import missed_at
+from trajopt.optimise.terms import constrain
+from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box, without_followers
+from trajopt.optimise.transcription import fixed_goal, goal_centre
+from trajopt.planning.infeasibility import (
     box_breaks,
     box_collides,
     box_overloads,
@@ -19,21 +24,16 @@ from trajopt.infeasibility import (
     too_fast,
     too_late,
 )
-from trajopt.infeasibility.exclusion import conflicting
-from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
-from trajopt.kinematics.missed import missed_at
-from trajopt.model.limits import EXCESS
-from trajopt.model.requirements import JointPositions, Requirement
+from trajopt.planning.infeasibility.exclusion import conflicting
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import Workspace
-from trajopt.query import Counts, Query
-from trajopt.terms import constrain
-from trajopt.terms.joint_positions import fixed_positions, joint_box, without_followers
-from trajopt.terms.motion import Motion
-from trajopt.terms.residual import WHOLE
-from trajopt.transcription import fixed_goal, goal_centre
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import JointPositions, Requirement
+from trajopt.problem.residual import WHOLE
+from trajopt.robot.limits import EXCESS
+from trajopt.values.arrays import Floats
 from trajopt.verify import Examination, Moment
 
 

@@ -6,13 +6,13 @@ from math import inf
 
 import numpy as np
 
-from trajopt.errors import ProblemError
-from trajopt.methods import Choice
+from trajopt.optimise.methods import Choice
 from trajopt.planning.budget import Budget, BudgetTracker, Stop, Stopped
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED, Search, failure_of_all
 from trajopt.planning.workspace import Workspace
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.values.errors import ProblemError
 
 
 @dataclass(eq=False)

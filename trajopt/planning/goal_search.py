@@ -6,8 +6,9 @@ from itertools import chain, islice, zip_longest
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.methods import Choice
+from trajopt.geometry import Counts
+from trajopt.optimise.methods import Choice
+from trajopt.optimise.terms import Clearance
 from trajopt.planning.attempt import plan_once
 from trajopt.planning.branch import GoalBranch, branches
 from trajopt.planning.endpoints import EndpointChecks
@@ -29,8 +30,7 @@ from trajopt.planning.seeds import (
 )
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import Workspace
-from trajopt.query import Counts
-from trajopt.terms import Clearance
+from trajopt.values.arrays import Floats
 
 BRANCHES = 12
 """Goal configurations that are planned to at most."""

@@ -5,15 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats, Printed, one_of
-from trajopt.errors.arguments import checked
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import During, Requirement
-from trajopt.model.trajectory import Trajectory
-from trajopt.problem import Problem
-from trajopt.query import Query
-from trajopt.terms.motion import Motion
-from trajopt.terms.residual import END, Constraint
+from trajopt.geometry import Query
+from trajopt.problem.motion import Motion
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import During, Requirement
+from trajopt.problem.residual import END, Constraint
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Printed, one_of
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Judge, Specification, Verdict
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.printed import in_degrees
-from trajopt.model.requirements import JointPositions
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import JointPositions
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.values.printed import in_degrees
 
 TURN = 2.0 * np.pi
 

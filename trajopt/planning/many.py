@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from threading import Event
 from typing import Protocol
 
-from trajopt.arrays import function, one_of, sequence
-from trajopt.errors import ProblemError, shown
-from trajopt.errors.arguments import checked
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.values.arrays import function, one_of, sequence
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import checked
 
 AHEAD = 2
 """Problems that are taken ahead, for each worker: enough that none waits for another's long one, and few

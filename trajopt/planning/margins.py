@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.infeasibility import ClosedCut, closed_cut, never_apart
-from trajopt.model.scene_parts import DEFAULT_MARGIN
+from trajopt.geometry import Counts, Query
+from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.planning.budget import BudgetTracker
-from trajopt.problem import Problem
-from trajopt.query import Counts, Query
-from trajopt.transcription.margins import shrinkable
+from trajopt.planning.infeasibility import ClosedCut, closed_cut, never_apart
+from trajopt.problem.problem import Problem
+from trajopt.scene.scene_parts import DEFAULT_MARGIN
 
 MIDDLE = (0.5, 0.25, 0.75)
 """Where between start and goal joints are cut: nearer to the ends a margin may not have its full size yet."""

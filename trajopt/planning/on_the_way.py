@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.arrays import Floats, number, one_of
-from trajopt.errors import ShapeError
-from trajopt.model.limits import EXCESS
-from trajopt.model.trajectory import Trajectory
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.robot.limits import EXCESS
+from trajopt.values.arrays import Floats, number, one_of
+from trajopt.values.errors import ShapeError
+from trajopt.values.trajectory import Trajectory
 
 
 def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:

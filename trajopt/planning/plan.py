@@ -8,12 +8,10 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import function, one_of, unless_none
-from trajopt.errors import ProblemError, shown
-from trajopt.methods import Choice, Method, choose
+from trajopt.optimise.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.every_goal import EveryGoal
-from trajopt.planning.experience import Remembers
+from trajopt.planning.experience.protocol import Remembers
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.moving.in_time import in_time
 from trajopt.planning.plan_arguments import PlanArguments
@@ -23,7 +21,9 @@ from trajopt.planning.search import Search
 from trajopt.planning.seeds import SeedLike, stated_seeds
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workers import attempted_in_threads
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.values.arrays import function, one_of, unless_none
+from trajopt.values.errors import ProblemError, shown
 
 Run = Callable[[Search], Result]
 """Runs a search to its end."""
@@ -64,8 +64,8 @@ def plan(
             and work are shared out among the goals.
         seeds: Paths to begin with, the best first, of motions that solved problems much like this one: each
             is moved so that it leads from the start to the goal, and attempted before all others.
-        experience: Remembers motions (`trajopt.experience.Experience`): the most similar is tried after
-            `seeds`, and what comes of it is learnt.
+        experience: Remembers motions (`trajopt.planning.experience.Experience`): the most similar is tried
+            after `seeds`, and what comes of it is learnt.
         seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
         rng: Draws what is random; a fixed seed when None, so that the answer is the same every time.
         budget: How much work, time and how many cores it may use, and whether to go on improving.
@@ -112,7 +112,7 @@ def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTra
         return None
     if not isinstance(experience, Remembers):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(
-            "experience must be what remembers motions, a trajopt.experience.Experience, "
+            "experience must be what remembers motions, a trajopt.planning.experience.Experience, "
             f"is {shown(experience)}"
         )
     with tracker.stage("seed"):

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
-from trajopt.errors import ProblemError, shown
-from trajopt.methods import Method
+from trajopt.optimise.methods import Method
 from trajopt.planning.budget import Budget
 from trajopt.planning.recalled import Recalled
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.errors import ProblemError, shown
 
 
 @dataclass(frozen=True, eq=False)

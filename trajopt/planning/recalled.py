@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trajopt.arrays import Floats, Value
+from trajopt.values.arrays import Floats, Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,10 +5,11 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.kinematics.projection import Projection
-from trajopt.methods.space_time import SpaceTime
-from trajopt.model.trajectory import Path, Trajectory
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.methods.space_time import SpaceTime
+from trajopt.optimise.solvers import SolveResult
+from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
 from trajopt.planning.moving.meeting import goals_that_move
@@ -19,10 +20,9 @@ from trajopt.planning.search import ENDED
 from trajopt.planning.seeds import SeedKind, with_knots
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import TimedMotion, Workspace
-from trajopt.problem import Problem
-from trajopt.query import Query
-from trajopt.solvers import SolveResult
-from trajopt.transcription.free_duration import SHORTEST
+from trajopt.problem.problem import Problem
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Judge
 
 SLOWER = (1.05, 1.25)

@@ -9,22 +9,22 @@ from math import inf
 from pathlib import Path as FilePath
 from typing import Any
 
-from trajopt.errors import PlanningFailed, shown
-from trajopt.errors.arguments import checked
-from trajopt.infeasibility.reasons import Block
-from trajopt.io.json_files import write_json
-from trajopt.model.printed import in_number
-from trajopt.model.trajectory import Path, Trajectory
 from trajopt.native import native_cores
+from trajopt.optimise.solvers import SolveResult
 from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.budget import Stop
 from trajopt.planning.comparison import ComparedGoal, table
+from trajopt.planning.infeasibility.reasons import Block
 from trajopt.planning.judgement import Judged
 from trajopt.planning.plan_arguments import PlanArguments
 from trajopt.planning.status import Certainty, Status
-from trajopt.problem import Problem
-from trajopt.retime import Retimed
-from trajopt.solvers import SolveResult
+from trajopt.problem.problem import Problem
+from trajopt.timing import Retimed
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.errors import PlanningFailed, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_number
+from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Certificate
 
 SHOWN_ATTEMPTS = 5
@@ -103,7 +103,7 @@ class Plan:
             ModelError: If the problem holds code of the caller's, which no file can hold.
             FileFormatError: If the file cannot be written.
         """
-        import_module("trajopt.bundle").save(self, path)
+        import_module("trajopt.files.bundle").save(self, path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,15 +292,15 @@ class Result:
     def save(self, path: FilePath | str) -> None:
         """Write a bundle: one file with robot, scene, problem, motion and verdict, or with what failed.
 
-        `trajopt.bundle.read_bundle` says what it holds; `trajopt check`, `view` and `replay` take it on a
-        machine that has never seen the robot.
+        `trajopt.files.bundle.read_bundle` says what it holds; `trajopt check`, `view` and `replay` take it on
+        a machine that has never seen the robot.
 
         Raises:
             ModelError: If the problem holds code of the caller's, which no file can hold.
             FileFormatError: If the file cannot be written.
         """
         # Bundles are a higher layer, which reads and plans anew; a result only knows where to find it.
-        import_module("trajopt.bundle").save(self, path)
+        import_module("trajopt.files.bundle").save(self, path)
 
     @property
     def reason(self) -> str:
@@ -325,4 +325,4 @@ class Result:
             The explanation: print it, or read its parts.
         """
         # Explanation is a higher layer and plans itself; a result only knows where to find it.
-        return import_module("trajopt.explanation").explain(self, plan_again=plan_again)
+        return import_module("trajopt.why").explain(self, plan_again=plan_again)

@@ -6,20 +6,20 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.infeasibility import closed_cut
-from trajopt.infeasibility.reasons import blocks_on_the_way, enclosed, margin_out_of_reach
-from trajopt.methods import Choice
+from trajopt.optimise.methods import Choice
 from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.goal_search import Candidate, GoalSearch
+from trajopt.planning.infeasibility import closed_cut
+from trajopt.planning.infeasibility.reasons import blocks_on_the_way, enclosed, margin_out_of_reach
 from trajopt.planning.long_turns import long_turns
 from trajopt.planning.margins import margin_cut, with_possible_margins
 from trajopt.planning.result import Result
 from trajopt.planning.schedule import rounds
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import Workspace
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.values.arrays import Floats
 
 BEFORE_PROOF = 2
 """After this many failed rounds, planning looks for a proof that there is no path at all."""

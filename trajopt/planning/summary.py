@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from trajopt.arrays import Value
-from trajopt.model.printed import in_short
 from trajopt.planning.status import Certainty, Status
+from trajopt.values.arrays import Value
+from trajopt.values.printed import in_short
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -6,21 +6,21 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats, Printed
-from trajopt.infeasibility import reasons
-from trajopt.methods import Decoded
-from trajopt.methods.timing import PATH_TOLERANCE, retime_path
-from trajopt.model.trajectory import Path, Trajectory
+from trajopt.geometry import Counts, Query
+from trajopt.optimise.methods import Decoded
+from trajopt.optimise.methods.timing import PATH_TOLERANCE, retime_path
+from trajopt.optimise.solvers import SolveResult
 from trajopt.planning.budget import BudgetTracker
+from trajopt.planning.infeasibility import reasons
 from trajopt.planning.judgement import Judged, decide, holds
 from trajopt.planning.moving.among import Among
 from trajopt.planning.moving.timed_path import TimedOnPath
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
-from trajopt.problem import Problem
-from trajopt.query import Counts, Query
-from trajopt.retime import Retimed, RetimeFailure
-from trajopt.solvers import SolveResult
+from trajopt.problem.problem import Problem
+from trajopt.timing import Retimed, RetimeFailure
+from trajopt.values.arrays import Floats, Printed
+from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import CheckKind, Judge
 
 PATH_TOLERANCES = (PATH_TOLERANCE, 1e-3)

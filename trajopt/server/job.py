@@ -7,11 +7,11 @@ from typing import TypeAlias
 
 import msgspec
 
-from trajopt.arrays import Value
 from trajopt.server.messages import Answered, Cancel, Changed, Feedback, Request
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.state import PackedScene
 from trajopt.server.worker_process import WorkerProcess
+from trajopt.values.arrays import Value
 
 Listener: TypeAlias = Callable[[msgspec.Raw], None]
 """Called with JSON that says how far a request is."""

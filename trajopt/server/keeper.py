@@ -15,7 +15,7 @@ from trajopt.server.pool import Pool
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.session import ID, SHOWN, Session
 from trajopt.server.state import PackedScene
-from trajopt.warehouse import Kind, Warehouse
+from trajopt.server.warehouse import Kind, Warehouse
 
 _LOG = logging.getLogger("trajopt.server")
 MODULE = "trajopt.server.keeping"

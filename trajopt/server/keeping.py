@@ -6,14 +6,14 @@ Only the server itself asks for these: no face passes on the names of these oper
 from collections.abc import Mapping
 from dataclasses import replace
 
-from trajopt.bundle.message import message_of, value_of_message
-from trajopt.errors import ModelError
-from trajopt.io.document import Node
-from trajopt.model.scene import Scene
+from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.scene.scene import Scene
 from trajopt.server.operation import Answer, Lane, Operation
 from trajopt.server.state import SessionState
+from trajopt.server.warehouse import Kind, State, Warehouse
 from trajopt.server.watch import Watch
-from trajopt.warehouse import Kind, State, Warehouse
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ModelError
 
 SESSION = "session"
 """Marks what a server keeps, among whatever else there is in the file."""

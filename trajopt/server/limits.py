@@ -3,9 +3,9 @@
 import os
 from dataclasses import dataclass, field
 
-from trajopt.arrays import Value, number
-from trajopt.errors import ProblemError, shown
-from trajopt.errors.arguments import checked
+from trajopt.values.arrays import Value, number
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import checked
 
 MEGABYTE = 2**20
 

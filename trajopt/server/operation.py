@@ -6,11 +6,11 @@ from enum import Enum, auto
 from importlib import import_module
 from typing import TypeAlias, cast
 
-from trajopt.arrays import Value
-from trajopt.errors.arguments import checked
-from trajopt.io.document import Node
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.values.arrays import Value
+from trajopt.values.documents.document import Node
+from trajopt.values.errors.arguments import checked
 
 
 class Lane(Enum):

@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from trajopt.errors import TrajoptError
+from trajopt.values.errors import TrajoptError
 
 
 class Why(Enum):

@@ -9,9 +9,9 @@ from typing import Any
 
 import msgspec
 
-from trajopt.arrays import Value
 from trajopt.server.job import Job
 from trajopt.server.refusals import Refusal, Why
+from trajopt.values.arrays import Value
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ import signal
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from trajopt.model.robot import Robot
+from trajopt.robot.robot import Robot
 from trajopt.server.limits import Limits
 from trajopt.server.requests import Done
 from trajopt.server.service import OPERATIONS, Service
-from trajopt.warehouse import Warehouse
+from trajopt.server.warehouse import Warehouse
 
 Face: TypeAlias = Callable[[Service, asyncio.Event], Awaitable[None]]
 """Serves a started service until an event is set: one protocol on one port or several."""

@@ -9,11 +9,9 @@ from typing import Any, cast
 
 import msgspec
 
-from trajopt.errors import ProblemError, RobotNotFound, listed, shown
-from trajopt.errors.arguments import checked
-from trajopt.model.initial_positions import initial_positions
-from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
+from trajopt.robot.robot import Robot
+from trajopt.scene.initial_positions import initial_positions
+from trajopt.scene.scene import Scene
 from trajopt.server.job import Assignment, Job, Listener
 from trajopt.server.keeper import Keeper
 from trajopt.server.limits import Limits
@@ -24,8 +22,10 @@ from trajopt.server.refusals import Refusal, Why
 from trajopt.server.requests import Cancellation, Done, Reply, counted
 from trajopt.server.session import Session, Sessions
 from trajopt.server.state import PackedScene, SessionState, packed
+from trajopt.server.warehouse import Warehouse
 from trajopt.server.worker_process import WorkerLost
-from trajopt.warehouse import Warehouse
+from trajopt.values.errors import ProblemError, RobotNotFound, listed, shown
+from trajopt.values.errors.arguments import checked
 
 OPERATIONS = "trajopt.server.operations"
 """The module of the operations that every server has."""

@@ -10,10 +10,10 @@ from hashlib import blake2b
 from io import BytesIO
 from typing import Any, cast
 
-from trajopt.arrays import Floats, Value
-from trajopt.errors.arguments import checked
-from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.errors.arguments import checked
 
 
 @checked

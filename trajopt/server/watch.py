@@ -4,10 +4,10 @@ import time
 from collections.abc import Callable, Mapping
 from threading import Event, Lock
 
-from trajopt.errors.arguments import checked
-from trajopt.model.scene import Scene
+from trajopt.optimise.solvers import Iteration
 from trajopt.planning.result import Result
-from trajopt.solvers import Iteration
+from trajopt.scene.scene import Scene
+from trajopt.values.errors.arguments import checked
 
 SPACING = 0.05
 """Steps of a solver are told at most so often [s]: a reader takes in no more, and each costs the planner."""

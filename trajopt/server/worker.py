@@ -20,12 +20,8 @@ from typing import cast
 import msgspec
 import numpy as np
 
-from trajopt.errors import TrajoptError
-from trajopt.io.document import Node
-from trajopt.io.files import parse_json
-from trajopt.model.cached import LruCache
-from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
 from trajopt.server.memory import limit_memory, memory_used
 from trajopt.server.messages import (
     LENGTH,
@@ -47,6 +43,10 @@ from trajopt.server.refusals import Refusal, Why
 from trajopt.server.sizes import check_sizes
 from trajopt.server.state import PackedScene, SessionState, packed, unpacked
 from trajopt.server.watch import Watch
+from trajopt.values.cached import LruCache
+from trajopt.values.documents.document import Node
+from trajopt.values.documents.files import parse_json
+from trajopt.values.errors import TrajoptError
 
 SCENES = 8
 """Scenes that are kept unpacked, with what was computed of them."""

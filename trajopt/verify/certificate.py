@@ -5,7 +5,7 @@ from enum import Enum
 from math import isfinite
 from typing import Any
 
-from trajopt.model.printed import aligned, in_length, in_short, in_unit, shown_in
+from trajopt.values.printed import aligned, in_length, in_short, in_unit, shown_in
 
 
 class Evidence(Enum):

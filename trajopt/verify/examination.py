@@ -7,13 +7,13 @@ from itertools import chain
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, floats
-from trajopt.model.collisions.clearances import how_near
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.printed import in_joint_position, in_range, in_unit
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import Requirement
-from trajopt.model.trajectory import Trajectory
+from trajopt.problem.requirements import Requirement
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.scene.collisions.clearances import how_near
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats, floats
+from trajopt.values.printed import in_joint_position, in_range, in_unit
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.moving_limits import moving_limits
 from trajopt.verify.checks.quantities import check_requirement

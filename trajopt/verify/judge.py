@@ -7,13 +7,13 @@ from itertools import chain
 from math import inf
 from types import MappingProxyType
 
-from trajopt.arrays import Floats, floats, one_of
-from trajopt.errors.arguments import checked
-from trajopt.model.limits import JointLimits
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import During, Requirement
-from trajopt.model.tool_speed import ToolSpeed
-from trajopt.model.trajectory import Trajectory
+from trajopt.problem.requirements import During, Requirement
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, floats, one_of
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.checks.at_fault import judge_at_fault
 from trajopt.verify.checks.clearance import judge_clearance

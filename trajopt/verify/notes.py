@@ -4,12 +4,12 @@ from heapq import nsmallest
 
 import numpy as np
 
-from trajopt.errors import shown
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.limits import JointLimits
-from trajopt.model.payload import payloads
-from trajopt.model.printed import in_unit
-from trajopt.model.reduced import ReducedModel
+from trajopt.robot.limits import JointLimits
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.scene.payload import payloads
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.errors import shown
+from trajopt.values.printed import in_unit
 from trajopt.verify.kernel.motion import Motion
 
 _MOST_NAMES = 8

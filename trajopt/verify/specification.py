@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from trajopt.arrays import Floats, Value
-from trajopt.errors.arguments import checked
-from trajopt.model.limits import JointLimits
-from trajopt.model.requirements import During, Requirement
-from trajopt.model.tool_speed import ToolSpeed
+from trajopt.problem.requirements import During, Requirement
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.limits import JointLimits
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.errors.arguments import checked
 from trajopt.verify.certificate import Counts
 from trajopt.verify.checks.sampled import SampledCheck
 

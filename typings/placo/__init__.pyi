@@ -1,4 +1,4 @@
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 class Flags:
     ignore_collisions: int

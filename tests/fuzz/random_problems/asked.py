@@ -8,7 +8,7 @@ import numpy as np
 
 import trajopt as to
 from tests.fuzz.random_problems.chain import Chain
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 
 class Asked(Protocol):

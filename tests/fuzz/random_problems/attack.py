@@ -13,8 +13,8 @@ from tests.fuzz.random_problems.check import (
     fault_of_trajectory,
     spare_of,
 )
-from trajopt.arrays import Floats
-from trajopt.methods import method_named
+from trajopt.optimise.methods import method_named
+from trajopt.values.arrays import Floats
 
 SAMPLES = 400
 DESCENTS = 6

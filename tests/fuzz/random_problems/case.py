@@ -12,7 +12,7 @@ import trajopt as to
 from tests.fuzz.random_problems.asked import Asked
 from tests.fuzz.random_problems.chain import Chain, Placed
 from tests.fuzz.random_problems.shapes import Body
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 
 @dataclass(frozen=True)

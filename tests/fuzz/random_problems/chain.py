@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from tests.fuzz.random_problems.shapes import Body, box, cylinder, sphere
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import trajopt as to
 from tests.fuzz.random_problems.case import Case, Contact
 from tests.fuzz.random_problems.chain import Placed
 from tests.fuzz.random_problems.load import torques
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 SLACK = 1e-6
 """What rounding may cost [m, rad, and their share of a speed]."""

@@ -10,7 +10,7 @@ from tests.fuzz.random_problems.case import Arm, Case, Thing
 from tests.fuzz.random_problems.chain import turned
 from tests.fuzz.random_problems.check import fault_of_configuration, fault_of_path
 from tests.fuzz.random_problems.shapes import Body, ball, box, cylinder, prism, sphere
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 SPARE = 0.004
 """What a known motion keeps beyond what is required [m]."""

@@ -11,7 +11,7 @@ from tests.fuzz.random_problems.case import Arm, Case, Thing
 from tests.fuzz.random_problems.check import Pair, fault_of_path
 from tests.fuzz.random_problems.drawing import at, at_end, clear, cluttered, joints_at_end, moving
 from tests.fuzz.random_problems.shapes import sphere
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 
 def joint_tolerance(rng: np.random.Generator) -> Case:

@@ -20,7 +20,7 @@ from tests.fuzz.random_problems.drawing import (
 )
 from tests.fuzz.random_problems.families import touching
 from tests.fuzz.random_problems.shapes import ball, box
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 
 def open_meshes(rng: np.random.Generator) -> Case:

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from tests.fuzz.random_problems.case import Arm
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 LEAST = 1.0
 """No effort limit is less than this [Nm, N]: friction alone is more."""

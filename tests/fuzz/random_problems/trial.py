@@ -10,7 +10,7 @@ from tests.fuzz.random_problems.attack import counterexample
 from tests.fuzz.random_problems.case import Case
 from tests.fuzz.random_problems.check import fault_of_trajectory
 from tests.fuzz.random_problems.registry import case as drawn
-from trajopt.explanation.explanation import Certainty
+from trajopt.why.explanation import Certainty
 
 FALSE = ("false success", "false proof", "hang", "crash")
 """Outcomes that must not be."""

@@ -19,11 +19,11 @@ from tests.oracles.retiming.peaks import (
 from tests.oracles.retiming.profile import Profile
 from tests.oracles.retiming.refusal import exceeded
 from tests.oracles.retiming.smoothing import Smoothing
-from trajopt.arrays import Bools
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime import ToolLimits
-from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.robot.limits import JointLimits
+from trajopt.timing import ToolLimits
+from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.values.arrays import Bools
+from trajopt.values.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
-from trajopt.arrays import Floats, Ints
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime import InverseDynamics, ToolLimits
+from trajopt.timing import InverseDynamics, ToolLimits
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.trajectory import Trajectory
 
 LARGEST_SQUARED_SPEED = 1e8
 """Bound of x where no velocity limit binds, since all joints turn back at once [-]."""

@@ -11,10 +11,10 @@ from tests.oracles import reachability
 from tests.oracles.retiming.constraints import RampedTorque, Rows, TorqueAlong, squared_speed_bound
 from tests.oracles.retiming.profile import Profile, from_control, stations
 from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
-from trajopt.arrays import Bools, Floats
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime import ToolLimits
+from trajopt.robot.limits import JointLimits
+from trajopt.timing import ToolLimits
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.trajectory import Trajectory
 
 TURN = 0.25
 """How far a path may turn in an interval [rad]: at sharp corners the speed changes fast."""

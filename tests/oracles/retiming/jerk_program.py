@@ -21,7 +21,7 @@ from tests.oracles.retiming.constraints import LEAST_ROOM, squared_speed_bound
 from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath
 from tests.oracles.retiming.profile import stations
 from tests.oracles.retiming.smooth_path import RampedPath
-from trajopt.arrays import Floats, Ints
+from trajopt.values.arrays import Floats, Ints
 
 LARGEST = 1e4
 """Bound of the squared clock speed where nothing else bounds it [-]."""

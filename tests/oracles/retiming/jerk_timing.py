@@ -17,9 +17,9 @@ from tests.oracles.retiming.jerk_program import JerkRows, jerk_rows
 from tests.oracles.retiming.peaks import path_deviation, tightened
 from tests.oracles.retiming.profile import Profile, spline_profile
 from tests.oracles.retiming.smooth_path import RampedPath, RoughMotion, ramped
-from trajopt.arrays import Floats
-from trajopt.model.limits import JointLimits
-from trajopt.retime.result import Retimed, RetimeFailure
+from trajopt.robot.limits import JointLimits
+from trajopt.timing.result import Retimed, RetimeFailure
+from trajopt.values.arrays import Floats
 
 FIRST_AVERAGE = 1.0
 """Least time that the first motion is averaged over, in intervals of the grid."""

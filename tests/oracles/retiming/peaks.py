@@ -10,9 +10,9 @@ from tests.oracles.retiming.constraints import TorqueLimits, tool_speed_peaks, t
 from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath
 from tests.oracles.retiming.profile import Profile
 from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
-from trajopt.arrays import Floats
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime import ToolLimits
+from trajopt.timing import ToolLimits
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Trajectory
 
 LEAST_ROOM = 0.1
 """Part of the room beside gravity that tightening always leaves."""

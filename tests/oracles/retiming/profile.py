@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 
 
 def stations(s: Floats) -> Floats:

@@ -5,8 +5,8 @@ import numpy as np
 from tests.oracles.retiming.constraints import TorqueLimits
 from tests.oracles.retiming.discretised_path import DiscretisedPath
 from tests.oracles.retiming.peaks import Slowdown
-from trajopt.model.limits import JointLimits, LimitKind
-from trajopt.retime.result import RetimeFailure
+from trajopt.robot.limits import JointLimits, LimitKind
+from trajopt.timing.result import RetimeFailure
 
 GRAVITY = 1.0 - 1e-6
 """Part of a torque limit that holding still may take; a path that needs more is refused."""

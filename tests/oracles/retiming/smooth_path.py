@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
+from trajopt.values.arrays import Bools, Floats
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.oracles.retiming.smooth_path import SmoothPath, design, greville
-from trajopt.arrays import Bools, Floats, Ints
-from trajopt.errors import ShapeError
-from trajopt.retime import DeviationBound
+from trajopt.timing import DeviationBound
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.errors import ShapeError
 
 SAMPLES = 8
 """Even number of samples per piece of the spline at which its distance from the polyline is measured."""

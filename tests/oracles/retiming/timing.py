@@ -21,11 +21,11 @@ from tests.oracles.retiming.jerk_timing import DEVIATION, JerkTimer, limited_jer
 from tests.oracles.retiming.peaks import path_deviation, tightened
 from tests.oracles.retiming.refusal import ROOM, unholdable
 from tests.oracles.retiming.smoothing import Smoothing
-from trajopt.arrays import Floats, readonly
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import LONGEST
-from trajopt.retime import ToolLimits
-from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.robot.limits import JointLimits
+from trajopt.timing import ToolLimits
+from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.trajectory import LONGEST
 
 STRICT = 1.0 - 1e-9
 """Part of each limit that a trajectory may use: rounding errors stay below what is left."""

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 import trajopt as to
-from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
-from trajopt.commander.outcome import code_of
 from trajopt.planning.status import Certainty
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
+from trajopt.server.move_group.outcome import code_of
 
 FAST = to.Budget(attempts=1)
 UNDER = 0.02

@@ -6,13 +6,13 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.test_moving_things import alone
-from trajopt.errors import ShapeError
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.timed import timed_model
+from trajopt.geometry import Counts
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
 from trajopt.planning.moving.looks import Looks
 from trajopt.planning.moving.path_time import forbidden_times
-from trajopt.query import Counts
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.timed import timed_model
+from trajopt.values.errors import ShapeError
 
 
 @pytest.fixture(scope="module")

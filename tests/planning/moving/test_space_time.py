@@ -8,12 +8,12 @@ import pytest
 import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
-from trajopt.methods.space_time import PRECISION, SpaceTime
+from trajopt.optimise.methods.space_time import PRECISION, SpaceTime
+from trajopt.optimise.solvers.descent import Descent
+from trajopt.optimise.terms import rest_posture
+from trajopt.optimise.transcription.space_time import SpaceTimeFamily, SpaceTimeNlp
 from trajopt.planning.budget import WORK
 from trajopt.planning.moving.waiting import LONGEST
-from trajopt.solvers.descent import Descent
-from trajopt.terms import rest_posture
-from trajopt.transcription.space_time import SpaceTimeFamily, SpaceTimeNlp
 from trajopt.verify import Certificate, Judge, Specification
 
 __all__ = ["table"]  # a fixture

@@ -7,9 +7,6 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.arrays import Floats
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Path
 from trajopt.planning.moving.order_search import HELD, OrderSearch, Step, ever_over
 from trajopt.planning.moving.speed_changes import (
     FULL,
@@ -22,7 +19,10 @@ from trajopt.planning.moving.speed_changes import (
     possible_changes,
 )
 from trajopt.planning.moving.timed_path import followed, stretched
-from trajopt.retime import Retimed, retime
+from trajopt.robot.limits import JointLimits
+from trajopt.timing import Retimed, retime
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Path
 
 PAIRS = [(a, b) for a in range(len(RATES)) for b in range(len(RATES)) if a != b]
 NAMES = ("one", "two", "three")

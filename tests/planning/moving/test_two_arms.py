@@ -7,8 +7,8 @@ import pytest
 
 import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, START
-from trajopt.model.reduced import ReducedModel
-from trajopt.query.geometry import collision_geometry
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.scene.reduced import ReducedModel
 
 SAMPLES = 300
 

@@ -8,11 +8,11 @@ import pytest
 
 import trajopt as to
 from tests.planning.moving.test_path_time import arm, crowded, swinging
-from trajopt.model.reduced import reduce_model
-from trajopt.model.timed import timed_model
+from trajopt.geometry import Counts
 from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.moving.waiting import HALVINGS, MOST, STEP, Waiting
-from trajopt.query import Counts
+from trajopt.scene.reduced import reduce_model
+from trajopt.scene.timed import timed_model
 
 __all__ = ["arm"]
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
-from trajopt.commander.outcome import code_of
-from trajopt.infeasibility.in_time import InTime
-from trajopt.model.timed import timed_model
+from trajopt.geometry import Counts
+from trajopt.planning.infeasibility.in_time import InTime
 from trajopt.planning.status import Certainty
-from trajopt.query import Counts
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
+from trajopt.scene.timed import timed_model
+from trajopt.server.move_group.outcome import code_of
 
 FAST = to.Budget(attempts=1)
 PLANE = 0.1

@@ -6,9 +6,9 @@ import pytest
 import trajopt as to
 from tests.planning.walls import blocked_by, route_of, wall
 from tests.robots_for_tests import odd_arm
+from trajopt.geometry import Counts, Query
 from trajopt.planning.seeds import Around, NoSeed, SeedKind
 from trajopt.planning.seeds.around import SIDES, SIZES, bent
-from trajopt.query import Counts, Query
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ import pytest
 
 from tests.planning.walls import route_of, wall
 from tests.robots_for_tests import odd_arm
-from trajopt.model.trajectory import Path
+from trajopt.geometry import Counts
 from trajopt.planning.seeds import Bumps, SeedContext, SeedKind
-from trajopt.query import Counts
+from trajopt.values.trajectory import Path
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.errors import JointNotFound, ProblemError, ShapeError
-from trajopt.model.trajectory import Path
 from trajopt.planning.seeds import SeedKind
-from trajopt.problem import named_problem
+from trajopt.problem.problem import named_problem
+from trajopt.values.errors import JointNotFound, ProblemError, ShapeError
+from trajopt.values.trajectory import Path
 
 
 @pytest.fixture(scope="module")

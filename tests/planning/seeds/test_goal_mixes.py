@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 import trajopt as to
 from tests.planning.seeds.placo_search import PlacoSearch
 from tests.robots_for_tests import odd_arm, two_arms
-from trajopt.kinematics.goal_candidates import GoalCandidates, goal_candidates
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import AxisAlignment, FramePlacement, JointPositions, RotationCoordinates
-from trajopt.query import Counts
+from trajopt.geometry import Counts
+from trajopt.optimise.kinematics.goal_candidates import GoalCandidates, goal_candidates
+from trajopt.problem.requirements import AxisAlignment, FramePlacement, JointPositions, RotationCoordinates
+from trajopt.scene.reduced import ReducedModel, reduce_model
 
 SAME = 1e-2
 

@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
-from trajopt.methods.space_time import SpaceTime, SpaceTimeProgram
+from trajopt.optimise.methods.space_time import SpaceTime, SpaceTimeProgram
 from trajopt.planning.budget import Budget, BudgetTracker, Stop, Stopped
 from trajopt.planning.seeds.in_time import SPEED, Stage, searched
 

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.kinematics.goal_candidates import GoalCandidates, goal_candidates
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.query import Counts
+from trajopt.geometry import Counts
+from trajopt.optimise.kinematics.goal_candidates import GoalCandidates, goal_candidates
+from trajopt.scene.reduced import ReducedModel, reduce_model
 
 
 @pytest.fixture

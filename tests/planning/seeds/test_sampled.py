@@ -9,9 +9,9 @@ import pytest
 import trajopt as to
 from tests.planning.walls import GOAL, route_of, wall, walled_in
 from tests.robots_for_tests import odd_arm
+from trajopt.geometry import Counts, Query
 from trajopt.planning.seeds import NoSeed, SampledPaths, SeedKind
 from trajopt.planning.seeds.sampled import STEP, sampled
-from trajopt.query import Counts, Query
 
 
 @pytest.fixture(scope="module")

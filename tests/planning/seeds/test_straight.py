@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trajopt.kinematics.goal_candidates import nearest_turn
-from trajopt.model.limits import JointLimits
+from trajopt.optimise.kinematics.goal_candidates import nearest_turn
 from trajopt.planning.seeds.straight import straight_line
+from trajopt.robot.limits import JointLimits
 
 
 def limits(lower: float, upper: float) -> JointLimits:

@@ -1,6 +1,6 @@
 // Terms of one frame as it is seen from another: components, and their derivatives by a sample's configuration.
 //
-// The formulas are those of trajopt/terms, which these are tested against; what each is for is said there.
+// The formulas are those of trajopt/optimise/terms, which these are tested against; what each is for is said there.
 #pragma once
 
 #include <memory>

@@ -7,7 +7,7 @@
 namespace descent {
 
 // One number a pair everywhere, or one that tapers towards what fixed ends have; `TaperedMargins` and
-// `ShrunkMargins` of trajopt.transcription.margins, which this is tested against, say what each is for.
+// `ShrunkMargins` of trajopt.optimise.transcription.margins, which this is tested against, say what each is for.
 struct Margins {
   std::vector<double> full;  // by pair, as all that follows; empty where margins do not taper
   std::vector<double> required, at_start, at_end, contact_until, contact_from, depth;

@@ -6,7 +6,7 @@
 namespace descent {
 
 // Distance less error and margin of pairs that change with time by themselves, while both are there.
-// The algorithm is `ClearanceInTime` of trajopt.transcription.clearance_in_time, which this is tested against.
+// The algorithm is `ClearanceInTime` of trajopt.optimise.transcription.clearance_in_time, which this is tested against.
 struct DistancesInTime {
   Samples samples;
   std::vector<double> when;    // by sample
@@ -19,7 +19,7 @@ struct DistancesInTime {
 };
 
 // Torques as shares of their limits, at moments of a spline over time, where a joint needs much.
-// The algorithm is `SplineTorque` of trajopt.transcription.spline_torque, which this is tested against.
+// The algorithm is `SplineTorque` of trajopt.optimise.transcription.spline_torque, which this is tested against.
 struct Torques {
   Samples moments;                            // the weights of positions
   std::vector<double> velocity, acceleration;  // weights of these

@@ -1,6 +1,6 @@
 // Shapes as the judge sees them: how far they reach along a direction, and little more.
 //
-// Each has its origin where trajopt.model.shapes has it. A sphere and a capsule are a point and a segment,
+// Each has its origin where trajopt.values.shapes.shapes has it. A sphere and a capsule are a point and a segment,
 // rounded: the distance of the cores less the radii is exact, in shallow penetration too.
 #pragma once
 

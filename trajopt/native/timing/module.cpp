@@ -266,7 +266,7 @@ NB_MODULE(timing, m) {
   nb::register_exception_translator(
       [](const std::exception_ptr& thrown, void*) {
         const auto refuse = [](const std::string& name, const std::string& what) {
-          const nb::object error = nb::module_::import_("trajopt.errors").attr("ShapeError");
+          const nb::object error = nb::module_::import_("trajopt.values.errors").attr("ShapeError");
           PyErr_SetObject(error.ptr(), error(name, what).ptr());
         };
         try {

@@ -6,14 +6,14 @@ from math import inf
 
 import numpy as np
 
-from trajopt.model.timed import timed_model
-from trajopt.model.trajectory import Trajectory
+from trajopt.geometry import Counts, Query
 from trajopt.planning.moving.looks import Looks
 from trajopt.planning.moving.timed_path import PathTiming, TimedOnPath
 from trajopt.planning.moving.timing_words import waits
 from trajopt.planning.moving.waiting import LONGEST, STEP, Waiting
-from trajopt.problem import Problem
-from trajopt.query import Counts, Query
+from trajopt.problem.problem import Problem
+from trajopt.scene.timed import timed_model
+from trajopt.values.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

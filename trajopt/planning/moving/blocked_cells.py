@@ -10,8 +10,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints
 from trajopt.planning.moving.looks import Looks
+from trajopt.values.arrays import Bools, Floats, Ints
 
 SIDE = 8
 """Cells along each side of the largest blocks: with fewer, most looks are at what is far away; with more,

@@ -12,14 +12,14 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.kinematics.forward import moving_frame, stacked_jacobian
-from trajopt.model.limits import JointLimits
-from trajopt.model.requirements import FramePlacement
-from trajopt.model.rotations import as_rotation_vector
-from trajopt.model.timed import TimedModel
-from trajopt.model.trajectory import Trajectory
-from trajopt.query import Query
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.forward import moving_frame, stacked_jacobian
+from trajopt.problem.requirements import FramePlacement
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.timed import TimedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.rotations import as_rotation_vector
+from trajopt.values.trajectory import Trajectory
 
 STEP = 0.02
 """Time between two configurations that follow [s]: the spline between them is off by fractions of a

@@ -7,14 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.methods import Choice
-from trajopt.methods.space_time import PRECISION, SpaceTime
-from trajopt.model.placement import Placement
-from trajopt.model.requirements import WORLD, GoalSet
-from trajopt.model.scene import Scene
-from trajopt.model.scene_object import SceneObject
-from trajopt.model.shapes import bounding_box
+from trajopt.optimise.methods import Choice
+from trajopt.optimise.methods.space_time import PRECISION, SpaceTime
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.judgement import Judged
 from trajopt.planning.moving.meeting import Meeting, goals_that_move, soonest_goal
@@ -25,7 +19,13 @@ from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import TimedMotion, Workspace
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import GoalSet
+from trajopt.scene.scene import Scene
+from trajopt.scene.scene_object import SceneObject
+from trajopt.values.arrays import Floats
+from trajopt.values.placement import WORLD, Placement
+from trajopt.values.shapes.shapes import bounding_box
 
 LONGER = 1.5
 """A way around takes about so many times as long as one without what moves, and keeps clear of it so long."""

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints
-from trajopt.model.changing_pairs import ChangingPairs
-from trajopt.model.timed import TimedModel
-from trajopt.query import Counts, Query
+from trajopt.geometry import Counts, Query
+from trajopt.scene.changing_pairs import ChangingPairs
+from trajopt.scene.timed import TimedModel
+from trajopt.values.arrays import Bools, Floats, Ints
 
 LOOK = 0.02
 """Time between two looks along a motion [s]: at 1 m/s things move by 2 cm, as between samples of a path."""

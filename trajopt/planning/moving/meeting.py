@@ -11,12 +11,8 @@ from math import inf
 
 import numpy as np
 
-from trajopt.errors import shown
-from trajopt.kinematics.goal_candidates import goal_candidates
-from trajopt.model.requirements import FramePlacement
-from trajopt.model.scene import Scene
-from trajopt.model.timed import timed_model
-from trajopt.model.trajectory import Path, Trajectory
+from trajopt.geometry import Counts
+from trajopt.optimise.kinematics.goal_candidates import goal_candidates
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.moving.following_frame import Followed, FollowingFrame, seems_possible
 from trajopt.planning.moving.still import stopped
@@ -25,8 +21,12 @@ from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import TimedMotion, Workspace
-from trajopt.problem import Problem
-from trajopt.query import Counts
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FramePlacement
+from trajopt.scene.scene import Scene
+from trajopt.scene.timed import timed_model
+from trajopt.values.errors import shown
+from trajopt.values.trajectory import Path, Trajectory
 
 STEP = 0.25
 """Times of the meeting are tried in steps of this [s]; then halved between the last that failed and the next.

@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints, Value, number, readonly
-from trajopt.errors import ShapeError
-from trajopt.errors.arguments import checked
-from trajopt.model.timed import TimedModel, timed_model
-from trajopt.model.trajectory import Trajectory
+from trajopt.geometry import Counts
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
 from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.result import Plan, Result
-from trajopt.query import Counts
+from trajopt.scene.timed import TimedModel, timed_model
+from trajopt.values.arrays import Floats, Ints, Value, number, readonly
+from trajopt.values.errors import ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
 
 PARTS = 96
 """Cells along the path: each about a hundredth of it, which is what a picture shows."""

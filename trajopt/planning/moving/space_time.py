@@ -11,14 +11,14 @@ from math import ceil, inf
 
 import numpy as np
 
-from trajopt.methods.space_time import PRECISION, SpaceTime, SpaceTimeProgram
-from trajopt.model.trajectory import Path, Trajectory
+from trajopt.optimise.methods.space_time import PRECISION, SpaceTime, SpaceTimeProgram
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.moving.waiting import LONGEST
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import with_knots
 from trajopt.planning.seeds.in_time import Stage, searched
 from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.values.trajectory import Path, Trajectory
 
 ENOUGH = 1.05
 """A motion this much longer than without what changes is short enough: even pieces and the precision of the

@@ -24,10 +24,10 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime import InverseDynamics
+from trajopt.robot.limits import JointLimits
+from trajopt.timing import InverseDynamics
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.trajectory import Trajectory
 
 TICKS = 4
 """In a cell, at full rate: the time of a cell is that between two looks, a tick a quarter of it."""

@@ -1,6 +1,6 @@
 """Scenes in which time stands still: without what changes, or with something where it is at a time."""
 
-from trajopt.model.scene import Scene
+from trajopt.scene.scene import Scene
 
 
 def without_changes(scene: Scene) -> Scene:

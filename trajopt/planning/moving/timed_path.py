@@ -11,16 +11,16 @@ from math import ceil, floor
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Interpolation, Trajectory
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
 from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.moving.order_search import OrderSearch, Step, ever_over
 from trajopt.planning.moving.speed_changes import RATES, TICKS, Change, Limited, possible_changes
 from trajopt.planning.moving.timing_words import remarks_of
 from trajopt.planning.moving.waiting import begun_later
-from trajopt.retime import InverseDynamics
+from trajopt.robot.limits import JointLimits
+from trajopt.timing import InverseDynamics
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.trajectory import Interpolation, Trajectory
 
 CELLS = (24, 200)
 """Least and most cells of a path: each as long as between two looks, but no fewer than show a short motion,

@@ -6,11 +6,11 @@ from itertools import groupby
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
 from trajopt.planning.moving.blocked_cells import FREE
 from trajopt.planning.moving.looks import Looks
 from trajopt.planning.moving.order_search import Step
 from trajopt.planning.moving.speed_changes import FULL, RATES, TICKS
+from trajopt.values.arrays import Floats, Ints
 
 
 def waits(seconds: float, cause: str = "what changes with time") -> str:

@@ -11,9 +11,9 @@ from math import ceil, inf
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
-from trajopt.model.trajectory import Trajectory
 from trajopt.planning.moving.looks import LOOK, Looks
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.trajectory import Trajectory
 
 STEP = 0.05
 """Beginnings are tried in steps of this [s]; then halved between the last that was blocked and the next."""

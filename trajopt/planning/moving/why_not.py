@@ -6,22 +6,22 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.infeasibility.fixed_links import FixedLinkMet, FixedLinks, met_words
-from trajopt.infeasibility.in_time import LOOK, InTime, Occupied, Sweep
-from trajopt.infeasibility.occupied import Span
-from trajopt.infeasibility.reasons import Block, BlockKind
-from trajopt.kinematics.goal_candidates import STARTS, goal_candidates
-from trajopt.model.printed import in_length
-from trajopt.model.timed import timed_model
-from trajopt.model.trajectory import Trajectory
+from trajopt.geometry import Counts
+from trajopt.optimise.kinematics.goal_candidates import STARTS, goal_candidates
+from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.budget import BudgetTracker
+from trajopt.planning.infeasibility.fixed_links import FixedLinkMet, FixedLinks, met_words
+from trajopt.planning.infeasibility.in_time import LOOK, InTime, Occupied, Sweep
+from trajopt.planning.infeasibility.occupied import Span
+from trajopt.planning.infeasibility.reasons import Block, BlockKind
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import Workspace
-from trajopt.problem import Problem
-from trajopt.query import Counts
-from trajopt.terms.joint_positions import fixed_positions
+from trajopt.problem.problem import Problem
+from trajopt.scene.timed import timed_model
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_length
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify.certificate import Check, CheckKind
 
 NAMED = 3

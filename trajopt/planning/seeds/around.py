@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
+from trajopt.geometry import Counts, Query
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
-from trajopt.query import Counts, Query
+from trajopt.values.arrays import Floats, Value
 
 SIZES = (0.15, 0.35)
 """How far the touching point is moved aside [m]; every side once, then every side again."""

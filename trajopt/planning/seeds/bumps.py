@@ -6,10 +6,10 @@ from itertools import count
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
+from trajopt.geometry import Counts
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, SeedContext
-from trajopt.query import Counts
+from trajopt.values.arrays import Floats, Value
 
 BEND = 0.6
 """Standard deviation of the first bends, in ordinary steps of each joint."""

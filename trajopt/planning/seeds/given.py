@@ -7,12 +7,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, readonly, sequence
-from trajopt.errors import JointNotFound, ProblemError
-from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, GivenSeed, MakeSeed, SeedContext, with_knots
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.values.arrays import Floats, floats, readonly, sequence
+from trajopt.values.errors import JointNotFound, ProblemError
+from trajopt.values.trajectory import Path, Trajectory
 
 SeedLike: TypeAlias = Path | Trajectory | ArrayLike
 """A path, a motion whose path is meant, or knots of the group's joints, shape (k, n) [rad | m]."""

@@ -12,11 +12,11 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Printed
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Trajectory
+from trajopt.optimise.transcription.space_time import World
 from trajopt.planning.seeds.sampled import STEP, SURE, TURN
-from trajopt.transcription.space_time import World
+from trajopt.robot.limits import JointLimits
+from trajopt.values.arrays import Bools, Floats, Printed
+from trajopt.values.trajectory import Trajectory
 
 SPEED = 0.7
 """Part of the joints' speeds that branches use: the rest is for accelerations, which they do not know."""

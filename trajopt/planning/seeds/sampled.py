@@ -11,11 +11,11 @@ from itertools import count, pairwise
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
-from trajopt.kinematics.projection import Projection
+from trajopt.geometry import Counts, Query, SearchSpace, search_path
+from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
-from trajopt.query import Counts, Query, SearchSpace, search_path
+from trajopt.values.arrays import Floats, Value
 
 CHECKED = 20_000
 """Configurations that are checked on one leg before a restart: most searches that end end soon."""

@@ -6,12 +6,12 @@ from typing import Protocol
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import Requirement
+from trajopt.geometry import Counts
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.waypoints import WaypointLine
-from trajopt.query import Counts
+from trajopt.problem.requirements import Requirement
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Value
 
 Check = Callable[[], None]
 """Called between pieces of work; raises when it is time to stop."""

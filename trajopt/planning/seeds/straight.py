@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.errors.arguments import checked
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, GivenSeed, MakeSeed, SeedContext
+from trajopt.values.arrays import Floats
+from trajopt.values.errors.arguments import checked
 
 
 @checked

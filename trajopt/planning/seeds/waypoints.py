@@ -7,22 +7,22 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
-from trajopt.kinematics.goal_candidates import (
+from trajopt.geometry import Counts, Query
+from trajopt.optimise.kinematics.goal_candidates import (
     HOLDABLE,
     MANY_STARTS,
     GoalCandidates,
     goal_candidates,
     holding_load,
 )
-from trajopt.kinematics.missed import missed_at
-from trajopt.kinematics.projection import Projection
-from trajopt.model.collisions.clearances import how_near
-from trajopt.model.limits import EXCESS
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import Requirement
-from trajopt.query import Counts, Query
-from trajopt.terms.joint_positions import fixed_positions, joint_box
+from trajopt.optimise.kinematics.missed import missed_at
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
+from trajopt.problem.requirements import Requirement
+from trajopt.robot.limits import EXCESS
+from trajopt.scene.collisions.clearances import how_near
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Value
 
 
 @dataclass(frozen=True, eq=False)

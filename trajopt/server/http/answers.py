@@ -9,11 +9,11 @@ from fastapi import Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.requests import ClientDisconnect
 
-from trajopt.errors import TrajoptError
 from trajopt.server.http.guard import JSON
 from trajopt.server.job import Listener
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.requests import Reply
+from trajopt.values.errors import TrajoptError
 
 STATUS = {
     Why.MALFORMED: 400,

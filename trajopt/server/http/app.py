@@ -13,8 +13,6 @@ from fastapi.responses import FileResponse
 from starlette.exceptions import HTTPException
 from starlette.types import Receive, Scope, Send
 
-from trajopt.errors import TrajoptError, shown
-from trajopt.io.files import parse_json
 from trajopt.server.http.answers import (
     STATUS,
     answered,
@@ -32,6 +30,8 @@ from trajopt.server.refusals import Refusal, Why
 from trajopt.server.requests import Cancellation
 from trajopt.server.service import Service
 from trajopt.server.session import Session
+from trajopt.values.documents.files import parse_json
+from trajopt.values.errors import TrajoptError, shown
 
 _LOG = logging.getLogger("trajopt.server")
 PAGES = Path(__file__).parent / "pages"

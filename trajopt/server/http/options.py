@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from ipaddress import ip_address
 
-from trajopt.arrays import Value, at_least
-from trajopt.errors import ProblemError
-from trajopt.errors.arguments import checked
+from trajopt.values.arrays import Value, at_least
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
 
 SHORTEST_TOKEN = 16
 """Characters of a token at least: fewer are guessed."""

@@ -2,8 +2,8 @@
 
 from math import isfinite
 
-from trajopt.arrays import Floats
-from trajopt.model.robot import Robot
+from trajopt.robot.robot import Robot
+from trajopt.values.arrays import Floats
 
 
 def robot_document(name: str, robot: Robot) -> dict[str, object]:

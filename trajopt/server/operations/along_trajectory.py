@@ -4,13 +4,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from trajopt.arrays import Floats, Value
-from trajopt.commander.driving import Drive
-from trajopt.commander.execution import Execution
-from trajopt.commander.in_process import on_the_way
-from trajopt.execution import SimulatedExecutor
-from trajopt.execution.soonest_stop import StopTaken
+from trajopt.driving import SimulatedExecutor
+from trajopt.driving.soonest_stop import StopTaken
+from trajopt.server.move_group.driving import Drive
+from trajopt.server.move_group.execution import Execution
+from trajopt.server.move_group.in_process import on_the_way
 from trajopt.server.watch import Watch
+from trajopt.values.arrays import Floats, Value
 
 TELLING = 0.1
 """Who watches a robot sees it move smoothly enough at so many seconds between two places [s]."""

@@ -3,19 +3,19 @@
 from dataclasses import replace
 from pathlib import Path
 
-from trajopt.io.document import Node
-from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.stated import only_group, stated_start
-from trajopt.model.trajectory import Trajectory
-from trajopt.moveit.frames import world_names
-from trajopt.moveit.joint_trajectory import read_points
-from trajopt.moveit.motion_plan_request import RequestFile, request_of
-from trajopt.moveit.planning_scene import SceneFile
-from trajopt.moveit.robot_trajectory import read_joint_trajectory
-from trajopt.problem import Problem
+from trajopt.files.moveit.frames import world_names
+from trajopt.files.moveit.joint_trajectory import read_points
+from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
+from trajopt.files.moveit.planning_scene import SceneFile
+from trajopt.files.moveit.robot_trajectory import read_joint_trajectory
+from trajopt.problem.problem import Problem
+from trajopt.problem.stated import only_group, stated_start
+from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.server.operations.edits import edited
 from trajopt.server.operations.words import called, value_of
 from trajopt.server.state import SessionState
+from trajopt.values.documents.document import Node
+from trajopt.values.trajectory import Trajectory
 
 ABOUT = ("edits", "problem", "request")
 """What says which problem is meant."""

@@ -7,16 +7,16 @@ from typing import Any, cast
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.io.document import Node
-from trajopt.model.clouds.points import Points
-from trajopt.perception import PointCloud, Sensing, perceive
+from trajopt.lab.perception import PointCloud, Sensing, perceive
 from trajopt.server.operation import Answer
 from trajopt.server.operations.edits import stand
 from trajopt.server.operations.words import called
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.values.arrays import Floats
+from trajopt.values.documents.document import Node
+from trajopt.values.shapes.clouds.points import Points
 
 MAGIC = b"\x93NUMPY"
 """What numpy's files begin with. As two numbers of a plain cloud it would be 220,000 km away."""

@@ -3,16 +3,16 @@
 import time
 from dataclasses import replace
 
-from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
-from trajopt.execution import SimulatedExecutor, Supervisor
-from trajopt.io.document import Node
-from trajopt.problem import Problem
+from trajopt.driving import SimulatedExecutor, Supervisor
+from trajopt.problem.problem import Problem
 from trajopt.server.operation import Answer
 from trajopt.server.operations.along_trajectory import CYCLE, TELLING
 from trajopt.server.operations.asking import ABOUT, at_start, problem_in
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.values.arrays import Floats
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ProblemError
 
 STOPPING = 5.0
 """A robot that was told to stop stands after so long, or it never will [s]."""

@@ -4,15 +4,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
-from trajopt.arrays import floats
-from trajopt.errors import FileFormatError, ModelError, ProblemError
-from trajopt.io.document import Node
-from trajopt.model.scene import Scene
-from trajopt.moveit.frames import Reading, world_names
-from trajopt.moveit.robot_state import layered_positions, read_joint_positions
-from trajopt.moveit.scene_edits import edit_scene
+from trajopt.files.moveit.frames import Reading, world_names
+from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.files.moveit.scene_edits import edit_scene
+from trajopt.scene.scene import Scene
 from trajopt.server.operations.words import called, value_of
 from trajopt.server.state import SessionState
+from trajopt.values.arrays import floats
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import FileFormatError, ModelError, ProblemError
 
 SCENE_EDITS: Mapping[str, Callable[..., Scene]] = {
     "add": Scene.add,

@@ -1,13 +1,13 @@
 """Cartesian paths: a frame along a curve."""
 
-from trajopt.cartesian import FollowOptions, follow, follows_curve
-from trajopt.io.document import Node
 from trajopt.planning.budget import Budget
 from trajopt.server.operation import Answer
 from trajopt.server.operations.asking import changed
 from trajopt.server.operations.words import called, value_of
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve
+from trajopt.values.documents.document import Node
 
 
 def follow_curve(state: SessionState, arguments: Node, watch: Watch) -> Answer:

@@ -1,18 +1,18 @@
 """Kinematics: where frames are, where joints must be, whether a configuration is free."""
 
-from trajopt.arrays import Floats
-from trajopt.io.document import Node
-from trajopt.kinematics import forward_kinematics as place_frame
-from trajopt.kinematics import inverse_kinematics as search_configurations
-from trajopt.kinematics import validity as judge_configuration
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import Requirement
+from trajopt.optimise.kinematics import forward_kinematics as place_frame
+from trajopt.optimise.kinematics import inverse_kinematics as search_configurations
+from trajopt.optimise.kinematics import validity as judge_configuration
+from trajopt.problem.requirements import Requirement
+from trajopt.scene.reduced import ReducedModel
 from trajopt.server.operation import Answer
 from trajopt.server.operations.asking import changed, problem_in, reduced_in
 from trajopt.server.operations.scenes import placement_document
 from trajopt.server.operations.words import value_of
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.values.arrays import Floats
+from trajopt.values.documents.document import Node
 
 WHERE = ("edits", "group", "start")
 """What says which robot, of which only the joints of a group are free."""

@@ -2,18 +2,18 @@
 
 from dataclasses import replace
 
-from trajopt.errors import ProblemError
-from trajopt.explanation import explain as explain_result
-from trajopt.io.document import Node
 from trajopt.planning.budget import Budget, Stop
 from trajopt.planning.judgement import judge
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, Status
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
 from trajopt.server.operation import Answer
 from trajopt.server.operations.asking import ABOUT, problem_in, trajectory_in
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ProblemError
+from trajopt.why import explain as explain_result
 
 PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "certificate")
 """How to plan: the arguments of `plan`, and whether the certificate is wanted."""

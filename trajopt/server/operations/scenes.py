@@ -3,17 +3,17 @@
 from dataclasses import replace
 from typing import Any
 
-from trajopt.io.document import Node
-from trajopt.model.placement import Placement
-from trajopt.model.scene import Scene
-from trajopt.model.scene_object import SceneObject
-from trajopt.model.shapes import Shape
-from trajopt.moveit.motions import apply_motions
+from trajopt.files.moveit.motions import apply_motions
+from trajopt.scene.scene import Scene
+from trajopt.scene.scene_object import SceneObject
 from trajopt.server.operation import Answer
 from trajopt.server.operations.edits import STAND, edited, scene_of_message
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.values.documents.document import Node
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.shapes import Shape
 
 
 def edit(state: SessionState, arguments: Node, watch: Watch) -> Answer:

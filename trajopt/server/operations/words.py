@@ -10,17 +10,17 @@ from enum import Enum
 from functools import cache
 from typing import Any, cast, get_type_hints
 
-from trajopt.cartesian import arc_about, arc_through, circle, line, polyline, spline
-from trajopt.errors import shown
-from trajopt.io.document import Node
-from trajopt.model import requirements
-from trajopt.model.clouds.points import Points
-from trajopt.model.clouds.voxels import Voxels
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import placement
-from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
-from trajopt.model.tool_speed import tool_speed
-from trajopt.model.track import Prediction, Track
+from trajopt.problem import requirements
+from trajopt.problem.tool_speed import tool_speed
+from trajopt.scene.track import Prediction, Track
+from trajopt.tasks.cartesian import arc_about, arc_through, circle, line, polyline, spline
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import shown
+from trajopt.values.placement import placement
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
 
 PLACEMENT_FIELDS = frozenset(inspect.signature(placement).parameters)
 """What a mapping has that stands for a placement."""

@@ -1,4 +1,4 @@
-"""What `trajopt.commander.World(url=...)` asks: values whole, as a bundle holds them, and not in words.
+"""What `trajopt.ros.commander.World(url=...)` asks: values whole, as a bundle holds them, and not in words.
 
 A scene, a problem and a result come back to the caller as what they are. What is read here may be from
 anybody: it is made of the kinds that a bundle may hold and of nothing else, and every motion is judged where
@@ -10,24 +10,24 @@ from dataclasses import fields, replace
 from inspect import signature
 from typing import Any, TypeVar, cast
 
-from trajopt.bundle.message import message_of, request_kinds, value_of_message
-from trajopt.commander.driving import Drive
-from trajopt.commander.execution import Execution
-from trajopt.commander.functions import FUNCTIONS
-from trajopt.commander.settings import Settings
-from trajopt.errors import ProblemError, TrajoptError, listed
-from trajopt.errors.arguments import check_arguments
-from trajopt.execution import SimulatedExecutor
-from trajopt.io.document import Node
-from trajopt.model.reduced import reduce_model
-from trajopt.model.scene import Scene
-from trajopt.model.trajectory import Trajectory
+from trajopt.driving import SimulatedExecutor
+from trajopt.files.bundle.message import message_of, request_kinds, value_of_message
 from trajopt.planning.budget import Budget
-from trajopt.problem import Problem
+from trajopt.problem.problem import Problem
+from trajopt.scene.reduced import reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.server.move_group.driving import Drive
+from trajopt.server.move_group.execution import Execution
+from trajopt.server.move_group.functions import FUNCTIONS
+from trajopt.server.move_group.settings import Settings
 from trajopt.server.operation import Answer
 from trajopt.server.operations.along_trajectory import drive_along
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ProblemError, TrajoptError, listed
+from trajopt.values.errors.arguments import check_arguments
+from trajopt.values.trajectory import Trajectory
 
 Kind = TypeVar("Kind")
 ANSWERING = 0.5
@@ -35,7 +35,7 @@ ANSWERING = 0.5
 
 
 def robot(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Return the robot of the session, whole: what `trajopt.commander.World(url=...)` begins with."""
+    """Return the robot of the session, whole: what `trajopt.ros.commander.World(url=...)` begins with."""
     arguments.only(())
     return Answer(message_of(state.scene.robot, {}))
 

@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
+from trajopt.values.arrays import Bools, Floats
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.clearance import ClearanceFinding, clearance_check, followed, tightest_of
 from trajopt.verify.kernel.motion import Motion

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import AxisAlignment
+from trajopt.problem.requirements import AxisAlignment
+from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
 from trajopt.verify.checks.requirement import Component, When, proof_at_end, requirement_check

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.arrays import Ints
-from trajopt.model.collisions.allowed_collisions import ContactAllowance
+from trajopt.scene.collisions.allowed_collisions import ContactAllowance
+from trajopt.values.arrays import Ints
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trajopt.model.requirements import CoupledJoints
+from trajopt.problem.requirements import CoupledJoints
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.joint_positions import joint_rows
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities

@@ -13,8 +13,8 @@ from math import comb
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.model.curve import Curve, Piece
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.curve import Curve, Piece
 
 KINK = 0.05
 """Smaller jumps of direction are no kinks [-], [rad/m]."""

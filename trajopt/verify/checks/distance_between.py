@@ -9,8 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import DistanceBetween
+from trajopt.problem.requirements import DistanceBetween
+from trajopt.values.arrays import Floats
 from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.printed import in_unit
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.specification import Specification

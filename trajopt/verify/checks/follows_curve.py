@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
-from trajopt.model.printed import in_length, in_unit_apart
-from trajopt.model.requirements import FollowsCurve
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.printed import in_length, in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.curve_places import CurvePlaces
 from trajopt.verify.checks.progress import Errors, nearest_progress, refined

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import FramePlacement, RotationCoordinates
+from trajopt.problem.requirements import FramePlacement, RotationCoordinates
+from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
 from trajopt.verify.checks.requirement import When, proof_at_end, requirement_check, tightest

@@ -7,8 +7,8 @@ within an angle, the chord is too, and the target is off the chord by at most th
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import Gaze
+from trajopt.problem.requirements import Gaze
+from trajopt.values.arrays import Floats
 from trajopt.verify.checks.distance_between import range_quantities
 from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import GravityTorque
+from trajopt.problem.requirements import GravityTorque
+from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.joint_torques import torques_at_rest
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities

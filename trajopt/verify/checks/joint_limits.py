@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.cached import cached_per_value
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.limits import JointLimits
-from trajopt.model.printed import in_unit, in_unit_apart
 from trajopt.native import proof
+from trajopt.robot.limits import JointLimits
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.values.arrays import Floats
+from trajopt.values.cached import cached_per_value
+from trajopt.values.printed import in_unit, in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.moving_limits import joint_words
 from trajopt.verify.kernel.motion import Motion

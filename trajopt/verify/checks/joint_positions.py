@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.printed import in_unit
-from trajopt.model.requirements import JointPositions
+from trajopt.problem.requirements import JointPositions
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
 from trajopt.verify.checks.requirement import When, proof_at_end

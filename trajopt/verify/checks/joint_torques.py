@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.errors.arguments import checked
-from trajopt.model.description.pinocchio_model import effort_unit
-from trajopt.model.limits import JointLimits
-from trajopt.model.payload import payloads
-from trajopt.model.printed import in_unit_apart
+from trajopt.robot.limits import JointLimits
+from trajopt.robot.loading.pinocchio_model import effort_unit
+from trajopt.scene.payload import payloads
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import counting, steps_in_pieces
 from trajopt.verify.kernel.kinematics import Kinematics

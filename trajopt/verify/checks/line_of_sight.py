@@ -9,13 +9,13 @@ bulge below the smaller of its values at two times.
 import coal
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.errors import ProblemError, shown
-from trajopt.model.clouds.points import Points
-from trajopt.model.clouds.voxels import Voxels
-from trajopt.model.placement import Placement
-from trajopt.model.requirements import LineOfSight
-from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
+from trajopt.problem.requirements import LineOfSight
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.quantities import Quantity, check_requirement, checks_of, quantities
 from trajopt.verify.checks.requirement import When

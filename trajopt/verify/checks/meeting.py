@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.printed import in_unit
-from trajopt.model.requirements import FramePlacement, Requirement
+from trajopt.problem.requirements import FramePlacement, Requirement
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.quantities import check_requirement
 from trajopt.verify.checks.requirement import When

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from trajopt.arrays import readonly
-from trajopt.errors import ProblemError, shown
-from trajopt.model.limits import JointLimits
-from trajopt.model.reduced import ReducedModel
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import readonly
+from trajopt.values.errors import ProblemError, shown
 
 
 def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLimits:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
-from trajopt.model.requirements import During
+from trajopt.problem.requirements import During
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.waypoints import Passage
 from trajopt.verify.kernel.motion import Motion

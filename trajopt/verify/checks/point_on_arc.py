@@ -7,8 +7,8 @@ vector is at most u + v^2 / r, so it is off the chord by at most that times h^2 
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
-from trajopt.model.requirements import PointOnArc
+from trajopt.problem.requirements import PointOnArc
+from trajopt.values.arrays import Bools, Floats
 from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion

@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import Member, PositionInRegion
-from trajopt.model.shapes import Box, Cylinder, Plane, Sphere
+from trajopt.problem.requirements import Member, PositionInRegion
+from trajopt.values.arrays import Floats
+from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
 from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion

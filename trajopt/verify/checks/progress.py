@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import FollowsCurve
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.values.arrays import Floats
 from trajopt.verify.checks.curve_places import CurvePlaces
 from trajopt.verify.kernel.motion import Motion
 

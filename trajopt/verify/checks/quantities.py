@@ -11,10 +11,10 @@ from functools import singledispatch
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.printed import in_unit_apart
-from trajopt.model.requirements import Requirement
-from trajopt.model.requirements.registered import has, import_installed, registered
+from trajopt.problem.requirements import Requirement
+from trajopt.problem.requirements.registered import has, import_installed, registered
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.requirement import When, proof_at_end
 from trajopt.verify.kernel.intervals import sampled_times

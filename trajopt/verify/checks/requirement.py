@@ -5,8 +5,8 @@ from enum import Enum
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.printed import in_unit_apart
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.search.interval_proof import Proof

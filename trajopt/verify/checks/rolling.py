@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.printed import in_length
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_length
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.motion import Motion
 

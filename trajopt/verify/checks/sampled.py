@@ -5,8 +5,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats
-from trajopt.errors import ShapeError, shown
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ShapeError, shown
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import sampled_times
 from trajopt.verify.kernel.motion import Motion

@@ -8,8 +8,8 @@ velocity that the outer of i and j gives, if the inner one turns, and not at all
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.requirements import SingularityDistance
+from trajopt.problem.requirements import SingularityDistance
+from trajopt.values.arrays import Floats
 from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 

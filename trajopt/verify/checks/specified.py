@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from trajopt.errors import WaypointNotFound
-from trajopt.model.requirements import During, Requirement
+from trajopt.problem.requirements import During, Requirement
+from trajopt.values.errors import WaypointNotFound
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.parts import part_checks
 from trajopt.verify.checks.quantities import check_requirement

@@ -7,9 +7,9 @@ which no velocity is larger than at one of the ends.
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.tool_speed import ToolSpeed
-from trajopt.model.trajectory import Interpolation
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Interpolation
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.requirement import Component, When, requirement_check
 from trajopt.verify.kernel.motion import Motion

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.printed import in_unit
-from trajopt.model.requirements import During, Requirement
+from trajopt.problem.requirements import During, Requirement
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.intervals import sampled_times

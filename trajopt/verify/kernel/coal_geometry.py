@@ -6,11 +6,11 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
-from trajopt.model.clouds.points import Points
-from trajopt.model.clouds.voxels import Voxels
-from trajopt.model.shapes import (
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ProblemError
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.shapes import (
     Box,
     Capsule,
     Cone,

@@ -4,13 +4,24 @@ from functools import singledispatch
 
 import numpy as np
 
-from trajopt.errors import ShapeError
-from trajopt.model.cached import cached_per_value
-from trajopt.model.clouds.points import Points
-from trajopt.model.clouds.voxels import Voxels
-from trajopt.model.meshes.closed_surface import closed_surface, part_points
-from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere, convex
 from trajopt.native import proof
+from trajopt.values.cached import cached_per_value
+from trajopt.values.errors import ShapeError
+from trajopt.values.shapes.closed_surface import closed_surface, part_points
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.shapes import (
+    Box,
+    Capsule,
+    Cone,
+    Convex,
+    Cylinder,
+    Mesh,
+    Plane,
+    Shape,
+    Sphere,
+    convex,
+)
 
 _THICKENING = 1e-5
 """A flat mesh is thickened by this much for its hull [m]."""

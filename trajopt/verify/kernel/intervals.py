@@ -6,8 +6,8 @@ often: a motion takes no more samples at a hundred-thousandth of its speed than 
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.errors import ProblemError
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.errors import ProblemError
 from trajopt.verify.kernel.motion import Motion
 
 MOST_PIECES = 8

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Bools, Floats
-from trajopt.model.reduced import ReducedModel
 from trajopt.native import proof
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,10 +4,10 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.errors import ProblemError, shown
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.trajectory import Interpolation, Trajectory
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.trajectory import Interpolation, Trajectory
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.polynomials import Polynomials

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from trajopt.errors import ProblemError, shown
-from trajopt.errors.arguments import checked
-from trajopt.model.limits import EXCESS
+from trajopt.robot.limits import EXCESS
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import checked
 
 
 @checked

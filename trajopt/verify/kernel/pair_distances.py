@@ -6,11 +6,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints
-from trajopt.errors import ModelError
-from trajopt.model.shapes import Mesh, Plane
-from trajopt.model.timing import Timing
 from trajopt.native import proof
+from trajopt.scene.timing import Timing
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.errors import ModelError
+from trajopt.values.shapes.shapes import Mesh, Plane
 from trajopt.verify.kernel.forms import form_of
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.required import required_clearances

@@ -12,8 +12,8 @@ To turn with angular velocity w and acceleration u the load of moments I needs t
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.payload import Payload, payloads
+from trajopt.scene.payload import Payload, payloads
+from trajopt.values.arrays import Floats
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.travel import Travel
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints, readonly
 from trajopt.native import proof
+from trajopt.values.arrays import Floats, Ints, readonly
 
 TIGHTNESS = 1e-9
 """Extremes are found to within this, relative to the larger of their size and one."""

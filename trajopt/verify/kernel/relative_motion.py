@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.model.placement import Placement
+from trajopt.values.arrays import Floats
+from trajopt.values.placement import Placement
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.travel import Travel, relative_chain
 

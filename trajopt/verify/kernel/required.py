@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence, Set
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, readonly
-from trajopt.model.collisions.clearances import PairKind
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import WORLD
-from trajopt.model.scene import Scene
+from trajopt.scene.collisions.clearances import PairKind
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Ints, readonly
+from trajopt.values.placement import WORLD
 
 ROWS = {
     PairKind.WORLD: "clearance from the world",

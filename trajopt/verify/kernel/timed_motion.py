@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
-from trajopt.model.piecewise import refined
-from trajopt.model.timed import TimedModel
-from trajopt.model.trajectory import Trajectory
+from trajopt.scene.timed import TimedModel
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.piecewise import refined
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions

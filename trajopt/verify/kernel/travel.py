@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.values.arrays import Floats, Ints
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints
-from trajopt.model.reduced import BodyPairs
+from trajopt.scene.reduced import BodyPairs
+from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.kernel.required import required_clearances

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Evidence
 from trajopt.verify.kernel.intervals import cut, pieces_needed
 from trajopt.verify.kernel.motion import Motion

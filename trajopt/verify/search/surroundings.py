@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from math import inf
 
-from trajopt.model.timed import TimedModel, timed_model
-from trajopt.model.timing import Timing
+from trajopt.scene.timed import TimedModel, timed_model
+from trajopt.scene.timing import Timing
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion

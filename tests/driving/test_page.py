@@ -1,0 +1,75 @@
+"""docs/execution.md, block by block, with a controller in MuJoCo."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.pages import Page
+from trajopt.driving import Kind
+from trajopt.values.arrays import Floats
+
+
+class Controller:
+    """A controller that holds positions, with the time of the simulation."""
+
+    def __init__(self, robot: to.Robot) -> None:
+        self.at, self.rate, self.clock = robot.positions("ready"), np.zeros(len(robot.joint_names)), 0.0
+
+    def positions(self) -> Floats:
+        return self.at
+
+    def velocities(self) -> Floats:
+        return self.rate
+
+    def time(self) -> float:
+        return self.clock
+
+    def send(self, positions: Floats, velocities: Floats) -> None:
+        self.at, self.rate = positions, velocities
+
+    def brake(self) -> None:
+        self.rate = np.zeros(len(self.rate))
+
+    def error(self) -> str:
+        return ""
+
+    def reset(self) -> None:
+        pass
+
+
+def test_every_block(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    try:
+        panda = to.load("panda")
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+    controller, page = Controller(panda), Page("execution.md", tmp_path)
+
+    def wait(seconds: float) -> None:
+        for _ in range(round(seconds / 0.004)):
+            controller.clock += 0.004
+            page.names["driver"].tick()
+
+    page.names.update(controller=controller, wait=wait)
+    page.run("A supervised robot")
+    assert "reached" in capsys.readouterr().out
+    page.run("A world that changes")
+    kinds = [event.kind for event in page.names["supervisor"].events]
+    assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
+    page.run("Goals one after the other")
+    kinds = [event.kind for event in page.names["supervisor"].events]
+    assert kinds in ([Kind.STARTED, kind, Kind.REACHED] for kind in (Kind.PASSED, Kind.REACHED))
+    page.run("A goal that moves")
+    kinds = [event.kind for event in page.names["supervisor"].events]
+    assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
+    page.run("Servo")
+    assert "no command for 0.1" in capsys.readouterr().out
+    page.run("Gamepad, and streams of commands")
+    page.run("A driver for your robot")
+    said = capsys.readouterr().out
+    assert "FAIL" not in said and said.count("ok ") >= 15
+    page.run("Rehearsed")

@@ -1,0 +1,155 @@
+"""A supervised robot under physics: faults on request, and a world that is not as the planner was told."""
+
+import gc
+from weakref import ref
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.driving import Fault, FaultKind, Kind, SimulatedExecutor, Supervisor
+from trajopt.values.errors import JointNotFound
+
+CYCLE = 0.02
+
+
+@pytest.fixture(scope="module")
+def problem() -> to.Problem:
+    try:
+        return to.named_problem("cup_past_pillar")
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+def driven(
+    problem: to.Problem, *faults: Fault, world: to.Scene | None = None
+) -> tuple[SimulatedExecutor, Supervisor]:
+    arm = SimulatedExecutor(world or problem.scene, problem.start_positions, faults=faults)
+    supervisor = Supervisor(arm, problem)
+    supervisor.go(problem)
+    return arm, supervisor
+
+
+def run(arm: SimulatedExecutor, supervisor: Supervisor, until: float) -> None:
+    while supervisor.busy and arm.now() < until - 1e-9:
+        supervisor.cycle()
+        arm.advance(CYCLE)
+
+
+def kinds(supervisor: Supervisor) -> list[Kind]:
+    return [event.kind for event in supervisor.events]
+
+
+def test_reaches_the_goal_without_touching_anything(problem: to.Problem) -> None:
+    arm, supervisor = driven(problem)
+    run(arm, supervisor, 5.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    assert arm.contacts == ()
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        Fault(kind=FaultKind.DRIFT, begin=0.25, end=9.0, joint="panda_joint4", size=0.05),
+        Fault(kind=FaultKind.STUCK, begin=0.25, end=9.0, joint="panda_joint1"),
+        Fault(kind=FaultKind.LOST_COMMANDS, begin=0.2, end=9.0),
+    ],
+    ids=lambda fault: fault.kind.value,
+)
+def test_what_is_not_followed_ends_at_rest_and_is_told(problem: to.Problem, fault: Fault) -> None:
+    arm, supervisor = driven(problem, fault)
+    run(arm, supervisor, 3.0)
+    assert Kind.OFF_TRACK in kinds(supervisor)
+    arm.advance(2.0)
+    assert np.abs(arm.state().velocities).max() < 1e-2
+    assert arm.fault()
+    assert not supervisor.busy
+
+
+def test_what_appears_unannounced_is_not_touched_by_a_moving_robot(problem: to.Problem) -> None:
+    """It is there in the world when the supervisor is told: 0.25 s before the robot would be there."""
+    place, when = to.placement((0.44, 0.15, 0.25)), 0.22
+    world = problem.scene.add("surprise", to.Box(0.1, 0.1, 0.1), place, appears=when)
+    arm, supervisor = driven(problem, world=world)
+    run(arm, supervisor, when)
+    supervisor.see(problem.scene.add("surprise", to.Box(0.1, 0.1, 0.1), place))
+    run(arm, supervisor, 8.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert arm.contacts_at_fault == ()
+
+
+def test_a_world_that_moves_is_passed(problem: to.Problem) -> None:
+    """A wall moves through the way; the planner knows its track, and how far it is off."""
+    track = to.Track.constant_velocity(to.placement((0.44, 0.9, 0.25)), (0.0, -0.5, 0.0), end=2.5)
+    moving = to.Prediction(track, error=(0.005, 0.0, 0.0))
+    world = problem.scene.add("ball", to.Sphere(0.06), motion=moving)
+    arm = SimulatedExecutor(world, problem.start_positions)
+    supervisor = Supervisor(arm, problem)
+    supervisor.see(world, 0.0)
+    supervisor.go(problem)
+    run(arm, supervisor, 8.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert arm.contacts_at_fault == ()
+
+
+def test_worlds_that_were_seen_and_left_behind_are_let_go(problem: to.Problem) -> None:
+    """Else hours among things that move would take more and more memory."""
+    track = to.Track.constant_velocity(to.placement((0.44, 1.5, 0.25)), (0.0, -0.1, 0.0))
+    world = problem.scene.add("ball", to.Sphere(0.06), motion=track)
+    arm, supervisor = driven(problem, world=world)
+    seen = list[ref[to.Scene]]()
+    for _ in range(5):
+        scene = world.at(arm.now())
+        seen.append(ref(scene))
+        supervisor.see(scene)
+        run(arm, supervisor, arm.now() + 2.0 * CYCLE)
+    supervisor.see(problem.scene)
+    run(arm, supervisor, arm.now() + 4.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+    gc.collect()
+    assert [each() for each in seen[:3]] == [None] * 3  # judges of the last two worlds are kept
+
+
+def run_into(problem: to.Problem) -> SimulatedExecutor:
+    """A robot that stands, and a ball that comes to its hand at 0.2 m/s."""
+    hand = problem.scene.placement_of("panda_hand", problem.start_positions).translation
+    track = to.Track.constant_velocity(to.placement(hand - (0.0, 0.2, 0.0)), (0.0, 0.2, 0.0), end=5.0)
+    world = problem.scene.add("ball", to.Sphere(0.05), motion=track)
+    return SimulatedExecutor(world, problem.start_positions)
+
+
+def test_a_robot_at_rest_that_is_run_into_is_not_at_fault_while_it_is_pushed(problem: to.Problem) -> None:
+    arm = run_into(problem)
+    rested = arm.truth().positions
+    arm.advance(1.0)
+    assert any("ball" in contact.pair for contact in arm.contacts)
+    assert np.abs(arm.truth().positions - rested).max() > 1e-3
+    assert arm.contacts_at_fault == ()
+
+
+def test_a_robot_that_is_run_into_is_at_fault_once_it_moves_of_its_own(problem: to.Problem) -> None:
+    arm = run_into(problem)
+    while not arm.contacts:
+        arm.advance(0.01)
+    begun = arm.now() + 0.02
+    assert arm.splice(to.plan(problem).require().trajectory, begun) == ""
+    arm.advance(0.3)
+    assert [contact.start >= begun for contact in arm.contacts_at_fault][:1] == [True]
+
+
+def test_a_robot_that_is_driven_into_something_is_at_fault_from_the_first_touch(problem: to.Problem) -> None:
+    motion = to.plan(problem).require().trajectory
+    there = problem.scene.placement_of(
+        "panda_hand", problem.reduced.all_positions(motion(0.5 * motion.duration))
+    ).translation
+    world = problem.scene.add("box", to.Box(0.05, 0.05, 0.05), to.placement(there))
+    arm = SimulatedExecutor(world, problem.start_positions)
+    assert arm.splice(motion, arm.latency) == ""
+    arm.advance(motion.duration)
+    (met, *_), (at_fault, *_) = arm.contacts, arm.contacts_at_fault
+    assert met.pair == at_fault.pair and met.start == at_fault.start
+
+
+def test_a_fault_names_its_joint(problem: to.Problem) -> None:
+    with pytest.raises(JointNotFound, match="panda_joint9"):
+        driven(problem, Fault(kind=FaultKind.STUCK, begin=0.0, end=1.0, joint="panda_joint9"))

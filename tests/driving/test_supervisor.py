@@ -1,0 +1,314 @@
+"""A supervised robot: always committed to a proven stop, whatever happens to the world and to the planner."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.driving import IdealExecutor, Kind, Supervisor
+from trajopt.driving.guard import Seen, guard_of
+from trajopt.optimise.methods.stopping import stopping_motion
+from trajopt.planning import on_the_way
+from trajopt.verify import examine
+
+CYCLE = 0.02
+
+
+@pytest.fixture(scope="module")
+def problem() -> to.Problem:
+    try:
+        return to.named_problem("cup_past_pillar")
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+def supervised(problem: to.Problem) -> tuple[IdealExecutor, Supervisor]:
+    arm = IdealExecutor(problem.scene.robot.joint_names, problem.start_positions)
+    supervisor = Supervisor(arm, problem)
+    supervisor.go(problem)
+    return arm, supervisor
+
+
+def run(arm: IdealExecutor, supervisor: Supervisor, until: float) -> None:
+    while supervisor.busy and arm.now() < until - 1e-9:
+        supervisor.cycle()
+        arm.advance(CYCLE)
+
+
+class Slow(IdealExecutor):
+    """So much time passes each time that a motion for it is looked for."""
+
+    late: tuple[float, ...] = ()
+
+    def splice(self, trajectory: to.Trajectory, at: float) -> str:
+        if self.late:
+            self.advance(self.late[0])
+            self.late = self.late[1:]
+        return super().splice(trajectory, at)
+
+
+def slowly_supervised(problem: to.Problem) -> tuple[Slow, Supervisor]:
+    arm = Slow(problem.scene.robot.joint_names, problem.start_positions)
+    supervisor = Supervisor(arm, problem)
+    supervisor.go(problem)
+    run(arm, supervisor, 0.2)
+    assert arm.state().velocities.any()
+    return arm, supervisor
+
+
+@pytest.mark.parametrize("late", [(0.006,), (0.006, 0.02)])
+def test_a_stop_that_comes_late_is_looked_for_again(problem: to.Problem, late: tuple[float, ...]) -> None:
+    arm, supervisor = slowly_supervised(problem)
+    arm.late = late
+    taken = supervisor.stop()
+    assert taken.proven and Kind.UNPROVEN_STOP not in kinds(supervisor)
+    assert kinds(supervisor).count(Kind.REJECTED) == len(late)
+    assert kinds(supervisor).count(Kind.STOPPING) == 1
+    arm.advance(taken.duration + 0.1)
+    assert not arm.state().velocities.any() and not arm.fault()
+
+
+def test_motors_brake_where_no_stop_comes_in_time(problem: to.Problem) -> None:
+    arm, supervisor = slowly_supervised(problem)
+    arm.late = (0.006, 0.02, 0.05)
+    taken = supervisor.stop()
+    assert not taken.proven
+    assert kinds(supervisor)[-2:] == [Kind.STOPPING, Kind.UNPROVEN_STOP]
+    assert arm.fault() and not arm.state().velocities.any()
+
+
+def kinds(supervisor: Supervisor) -> list[Kind]:
+    return [event.kind for event in supervisor.events]
+
+
+def in_the_way(problem: to.Problem) -> to.Scene:
+    """A box appears on the second half of the way."""
+    return problem.scene.add("surprise", to.Box(0.1, 0.1, 0.1), to.placement((0.44, 0.15, 0.25)))
+
+
+def test_reaches_the_goal_in_the_time_of_the_plan(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 10.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    goal = to.judge(replace(problem, start=arm.state().positions), standing(problem, arm))
+    assert goal.verified
+
+
+def standing(problem: to.Problem, arm: IdealExecutor) -> to.Trajectory:
+    names = problem.reduced.joint_names
+    here = arm.state().positions[problem.scene.robot.index(names)]
+    still = np.zeros((2, len(names)))
+    return to.Trajectory(names, np.array((0.0, 0.1)), np.tile(here, (2, 1)), still, still)
+
+
+@pytest.mark.parametrize("last", [0.1, 0.2, 0.35, 0.5])
+def test_a_dead_planner_stops_the_arm_on_its_path(problem: to.Problem, last: float) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, last)
+    arm.advance(5.0)
+    assert not arm.state().velocities.any()
+    done = replace(problem, start=problem.start)
+    path = to.plan(done).require().trajectory(np.linspace(0.0, 10.0, 20_000))
+    here = arm.state().positions[problem.scene.robot.index(problem.reduced.joint_names)]
+    assert np.abs(path - here).max(axis=1).min() < 2e-3
+
+
+def test_what_is_committed_is_proven_and_ends_at_rest_in_each_cycle(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    names = problem.reduced.joint_names
+    while supervisor.busy:
+        supervisor.cycle()
+        arm.advance(CYCLE)
+        ahead = arm.committed.ahead(arm.now(), names)
+        if ahead is None:
+            continue
+        assert np.abs(ahead(ahead.duration, 1)).max() < 1e-12
+        asked = on_the_way(replace(problem, goal=to.joint_positions(end(ahead))), ahead, 0.0)
+        assert to.judge(asked, ahead).verified
+
+
+def end(motion: to.Trajectory) -> dict[str, float]:
+    return dict(zip(motion.joint_names, motion(motion.duration).tolist(), strict=True))
+
+
+def test_a_world_that_changes_elsewhere_slows_nothing(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    supervisor.see(problem.scene.add("far", to.Box(0.1, 0.1, 0.1), to.placement((0.0, -0.8, 0.3))))
+    run(arm, supervisor, 10.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.WORLD_CHANGED, Kind.STILL_CLEAR, Kind.REACHED]
+
+
+def test_what_appears_in_the_way_is_stopped_for_or_planned_around(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    world = in_the_way(problem)
+    supervisor.see(world)
+    driven = [arm.state().positions]
+    while supervisor.busy and arm.now() < 10.0:
+        supervisor.cycle()
+        for _ in range(4):
+            arm.advance(CYCLE / 4)
+            driven.append(arm.state().positions)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert Kind.UNPROVEN_STOP not in kinds(supervisor)
+    clear = replace(problem, scene=world).reduced
+    columns = problem.scene.robot.index(problem.reduced.joint_names)
+    for positions in driven:
+        assert examine(clear, positions[columns]).clear
+
+
+def test_a_stop_that_is_asked_for_is_the_soonest_that_is_proven(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.24)
+    taken = supervisor.stop()
+    assert taken.proven
+    assert 0.0 < taken.duration < 0.4
+    arm.advance(arm.latency + taken.duration)
+    assert not arm.state().velocities.any()
+    assert not supervisor.moving
+
+
+def test_a_new_goal_in_motion_is_reached_without_a_stop(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    back = dict(zip(problem.reduced.joint_names, problem.reduced.start_positions.tolist(), strict=True))
+    supervisor.go(replace(problem, goal=to.joint_positions(back)))
+    run(arm, supervisor, 10.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.GOAL_CHANGED, Kind.REPLANNED, Kind.REACHED]
+
+
+def test_a_goal_that_cannot_be_reached_leaves_the_robot_stopped(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.1)
+    supervisor.see(problem.scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement((0.44, 0.29, 0.25))))
+    run(arm, supervisor, 3.0)
+    assert Kind.NO_PLAN in kinds(supervisor)
+    assert not arm.state().velocities.any()
+    assert Kind.UNPROVEN_STOP not in kinds(supervisor)
+
+
+def test_a_robot_off_its_track_is_stopped_and_says_by_how_much(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    arm.displace(np.full(len(arm.joint_names), 0.01))
+    supervisor.cycle()
+    assert kinds(supervisor)[-1] is Kind.OFF_TRACK
+    assert "has to be at" in supervisor.events[-1].words
+    assert arm.fault()
+
+
+def test_what_is_known_for_a_short_time_only_brings_the_robot_to_rest_and_is_named(
+    problem: to.Problem,
+) -> None:
+    far = to.Track.constant_velocity(to.placement((0.0, -2.0, 0.3)), (0.0, -0.1, 0.0), end=9.0)
+    known = problem.scene.add("cart", to.Box(0.1, 0.1, 0.1), motion=to.Prediction(far, until=0.9))
+    arm, supervisor = supervised(problem)
+    supervisor.see(known, 0.0)
+    run(arm, supervisor, 0.3)
+    assert np.abs(arm.state().velocities).max() > 0.1
+    supervisor.see(
+        problem.scene.add("cart", to.Box(0.1, 0.1, 0.1), motion=to.Prediction(far, until=0.35)), 0.0
+    )
+    run(arm, supervisor, 3.0)
+    assert not arm.state().velocities.any()
+    stale = [event for event in supervisor.events if event.kind is Kind.STALE]
+    assert len(stale) == 1 and "where cart is, was known until 0.350 s" in stale[0].words
+    supervisor.see(problem.scene)
+    run(arm, supervisor, 9.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+
+
+def test_what_is_planned_is_proven_of_a_robot_that_is_a_little_off() -> None:
+    """Between plates there is just room: what keeps nearer than the robot may be off cannot be driven."""
+    narrow = named("between_plates_xarm7")
+    arm = IdealExecutor(narrow.scene.robot.joint_names, narrow.start_positions)
+    arm.tolerance[:] = 1e-3
+    supervisor = Supervisor(arm, narrow)
+    supervisor.go(narrow)
+    run(arm, supervisor, 5.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+
+
+def test_what_can_never_be_proven_is_not_planned_again_and_again() -> None:
+    """Standing in contact is proven of no robot that may be off: that is said once."""
+    touching = named("pick_and_place_panda")
+    arm = IdealExecutor(touching.scene.robot.joint_names, touching.start_positions)
+    arm.tolerance[:] = 1e-3
+    supervisor = Supervisor(arm, touching)
+    supervisor.go(touching)
+    run(arm, supervisor, 1.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.NO_PLAN]
+    assert "what was planned is not proven: table - block" in supervisor.events[-1].words
+    assert supervisor.blocked and not supervisor.moving
+
+
+def test_a_heavy_load_is_braked_as_gently_as_the_torque_allows() -> None:
+    heavy = named("heavy_payload_panda")
+    arm = IdealExecutor(heavy.scene.robot.joint_names, heavy.start_positions)
+    supervisor = Supervisor(arm, heavy)
+    supervisor.go(heavy)
+    run(arm, supervisor, 0.3)
+    left = supervisor.committed.end - arm.now()
+    taken = supervisor.stop()
+    assert taken.proven and taken.duration < left - 0.05
+
+
+def named(name: str) -> to.Problem:
+    try:
+        return to.named_problem(name)
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+def cup_at(problem: to.Problem, configuration: np.ndarray) -> np.ndarray:
+    return problem.scene.placement_of("cup", problem.reduced.all_positions(configuration)).translation
+
+
+def walled(problem: to.Problem, arm: IdealExecutor, supervisor: Supervisor) -> to.Scene | None:
+    """A wall that only a stop off the path is clear of, in which the cup tilts too much; or None."""
+    begin, names, plan = arm.now() + arm.latency, problem.reduced.joint_names, supervisor.intended
+    ahead = supervisor.committed.ahead(begin, names)
+    assert ahead is not None and plan is not None
+    off = stopping_motion(on_the_way(problem, ahead, 0.0))
+    guard, seen = guard_of(problem, arm), Seen(problem.scene, 0.0)
+    if guard.proven(off, seen, begin):
+        return None
+    on_path = [ahead, plan.stops.earliest(begin - plan.begin).trajectory]
+
+    def clear(stop: to.Trajectory, scene: to.Scene) -> bool:
+        return guard.proven(stop, Seen(scene, 0.0), begin, requirements=False)
+
+    begins, ends = cup_at(problem, off(0.0)), cup_at(problem, off(off.duration))
+    towards = np.append((ends - begins)[:2], 0.0)
+    towards /= np.linalg.norm(towards)
+    turn = float(np.arctan2(towards[1], towards[0]))
+    for away in np.arange(0.06, 0.3, 0.002):
+        where = to.placement(ends + away * towards + (0.0, 0.0, 0.1), rpy=(0.0, 0.0, turn))
+        scene = problem.scene.add("wall", to.Box(0.01, 0.3, 0.3), where)
+        if clear(off, scene):
+            return None if any(clear(stop, scene) for stop in on_path) else scene
+    return None
+
+
+def test_from_a_stop_off_the_path_the_robot_comes_back_to_where_all_holds_and_goes_on(
+    problem: to.Problem,
+) -> None:
+    """The cup tilts too much in the only stop that is clear: no motion that keeps it upright begins there."""
+    arm, supervisor = supervised(problem)
+    scene = None
+    while scene is None and supervisor.busy:
+        run(arm, supervisor, arm.now() + CYCLE)
+        scene = walled(problem, arm, supervisor) if supervisor.moving else None
+    assert scene is not None
+    for _ in range(4):  # seen again and again it is no other stop
+        supervisor.see(scene)
+        run(arm, supervisor, arm.now() + CYCLE)
+    assert kinds(supervisor).count(Kind.STOPPING) == 1
+    run(arm, supervisor, arm.now() + 0.4)
+    supervisor.see(problem.scene)
+    run(arm, supervisor, arm.now() + 5.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED and Kind.UNPROVEN_STOP not in kinds(supervisor)
+    back = kinds(supervisor).index(Kind.RECOVERING)
+    assert Kind.STARTED in kinds(supervisor)[back:] and "cup" in supervisor.events[back].words

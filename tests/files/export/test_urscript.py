@@ -1,0 +1,171 @@
+"""Programs for Universal Robots, executed by a small interpreter."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.files.export.urscript import Controller, Halted
+from trajopt.files.export import Movej, Servoj, export
+from trajopt.files.export.urscript import UR_JOINTS
+from trajopt.planning.moving.waiting import begun_later
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ShapeError
+
+START = np.array((0.0, -1.57, 1.2, -0.5, 0.3, 0.1))
+END = np.array((1.1, -1.0, 0.7, -1.5, 0.3, -0.2))
+
+
+@pytest.fixture
+def motion() -> to.Trajectory:
+    """From rest to rest, its joints in another order than URScript's, with a prefix."""
+    via = (START + END) / 2 + np.array((0.0, 0.3, -0.2, 0.0, 0.1, 0.0))
+    rows = np.array((START, via, END))
+    speeds = np.array((np.zeros(6), (END - START) / 2.0, np.zeros(6)))
+    flipped = tuple(f"left_{name}" for name in reversed(UR_JOINTS))
+    return to.Trajectory(
+        flipped, np.array((0.0, 1.0, 2.003)), rows[:, ::-1], speeds[:, ::-1], np.zeros((3, 6))
+    )
+
+
+def ordered(motion: to.Trajectory, t: float) -> Floats:
+    return motion(t)[::-1]
+
+
+def test_servoj_streams_the_motion_in_time(motion: to.Trajectory, tmp_path: Path) -> None:
+    exported = export(motion, tmp_path / "m.script", to="urscript")
+    arm = Controller(START)
+    arm.run((tmp_path / "m.script").read_text())
+    for time, joints in arm.visited:
+        reached = ordered(motion, time)
+        assert np.abs(joints - reached).max() < 1e-8, time
+    assert [time for time, _ in arm.visited[:3]] == pytest.approx([0.008, 0.016, 0.024])
+    assert arm.stopped and np.array_equal(arm.joints, END)
+    assert motion.duration + 0.1 <= arm.time <= motion.duration + 0.1 + 2 * 0.008
+    assert exported.duration == pytest.approx(arm.time)
+
+
+def test_speeds_of_the_stream_are_within_those_of_the_motion(motion: to.Trajectory, tmp_path: Path) -> None:
+    fastest = np.abs(motion(np.linspace(0.0, 2.003, 20001), 1)).max(axis=0)[::-1]
+    for hz in (None, 500.0, 50.0):
+        export(motion, tmp_path / "m.script", to=Servoj(lookahead_time=0.05), hz=hz)
+        arm = Controller(START)
+        arm.run((tmp_path / "m.script").read_text())
+        rows = np.array([START, *(joints for _, joints in arm.visited)])
+        steps = np.diff([0.0, *(time for time, _ in arm.visited)])[:, None]
+        assert (np.abs(np.diff(rows, axis=0) / steps).max(axis=0) <= fastest + 1e-6).all()
+
+
+def test_movej_waits_as_long_as_the_motion_does(motion: to.Trajectory, tmp_path: Path) -> None:
+    later = begun_later(motion, 0.8)
+    written = export(later, tmp_path / "m.script", to="urscript-movej")
+    lines = (tmp_path / "m.script").read_text().split("\n")
+    (wait,) = (line.strip() for line in lines if "sleep(" in line)
+    assert 0.75 <= float(wait.removeprefix("sleep(").removesuffix(")")) <= 0.85
+    assert any("waits 0." in note for note in written.notes)
+    export(motion, tmp_path / "at_once.script", to="urscript-movej")
+    assert "sleep(" not in (tmp_path / "at_once.script").read_text()
+
+
+def test_one_line_is_told_in_the_singular(motion: to.Trajectory, tmp_path: Path) -> None:
+    straight = motion.between(0.0, 1e-3)
+    assert "\n  1 straight line in joint space" in str(
+        export(straight, tmp_path / "m.script", to="urscript-movej")
+    )
+
+
+def test_movej_stays_near_and_ends_at_rest_at_the_end(motion: to.Trajectory, tmp_path: Path) -> None:
+    for tolerance in (0.05, 0.01):
+        export(motion, tmp_path / "m.script", to=Movej(tolerance=tolerance, blend=0.01))
+        arm = Controller(START)
+        arm.run((tmp_path / "m.script").read_text())
+        assert np.array_equal(arm.joints, END) and arm.radii[-1] == 0.0
+        assert len(arm.radii) > 2 and set(arm.radii[:-1]) == {0.01}
+        corners = np.array([START, *(joints for _, joints in arm.visited)])
+        lines = np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(corners)])
+        for t in np.linspace(0.0, motion.duration, 300):
+            assert np.abs(lines - ordered(motion, t)).max(axis=1).min() <= tolerance + 1e-3
+
+
+def test_speed_and_acceleration_of_each_line_are_within_the_motions(
+    motion: to.Trajectory, tmp_path: Path
+) -> None:
+    export(motion, tmp_path / "m.script", to="urscript-movej")
+    arm = Controller(START)
+    arm.run((tmp_path / "m.script").read_text())
+    dense = np.linspace(0.0, motion.duration, 20001)
+    fastest, hardest = (np.abs(motion(dense, order)).max(axis=0)[::-1] * (1 + 1e-4) for order in (1, 2))
+    for moved, speed, acceleration in arm.speeds:
+        share = np.abs(moved) / np.abs(moved).max()
+        assert (share * speed <= fastest + 1e-6).all() and (share * acceleration <= hardest + 1e-6).all()
+
+
+@pytest.mark.parametrize("to_", ["urscript", "urscript-movej"])
+def test_an_arm_that_is_elsewhere_does_not_move(motion: to.Trajectory, tmp_path: Path, to_: str) -> None:
+    export(motion, tmp_path / "m.script", to=to_)
+    for joint in range(6):
+        arm = Controller(START + 0.02 * np.eye(6)[joint])
+        with pytest.raises(Halted, match="not at the start"):
+            arm.run((tmp_path / "m.script").read_text())
+        assert not arm.visited
+
+
+@pytest.mark.parametrize("to_", ["urscript", "urscript-movej"])
+def test_what_is_lost_stands_in_the_file_and_is_said(motion: to.Trajectory, tmp_path: Path, to_: str) -> None:
+    exported = export(motion, tmp_path / "m.script", to=to_)
+    text = (tmp_path / "m.script").read_text()
+    assert text.startswith("def trajopt_motion():\n") and text.endswith("\nend\n")
+    assert any(note.startswith("loses: ") for note in exported.notes)
+    assert all(f"# {note}\n" in text and note in str(exported) for note in exported.notes)
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [
+        (
+            ("a", "b", "c"),
+            "this motion has a, b, c: for other arms there are csv, ros2, ros2-topic and moveit",
+        ),
+        (
+            (*UR_JOINTS[:5], "wrist_4_joint"),
+            "this motion has no wrist_3_joint; URScript cannot move wrist_4_joint",
+        ),
+        ((*UR_JOINTS, "finger_joint"), "URScript cannot move finger_joint"),
+        (
+            (*UR_JOINTS[:5], "left_wrist_3_joint"),
+            "this motion has no wrist_3_joint; .* cannot move left_wrist_3_joint",
+        ),
+        (("a_elbow_joint",), "this motion has a_elbow_joint: for other arms there are csv"),
+    ],
+)
+def test_other_arms_are_refused(names: tuple[str, ...], says: str, tmp_path: Path) -> None:
+    rows = np.zeros((2, len(names)))
+    with pytest.raises(ShapeError, match=f"six joints of one UR arm .*{says}"):
+        export(to.Trajectory(names, np.array((0.0, 1.0)), rows), tmp_path / "m.script", to="urscript")
+    assert not list(tmp_path.iterdir())
+
+
+def test_options_that_the_controller_does_not_take(motion: to.Trajectory, tmp_path: Path) -> None:
+    for make, says in (
+        (lambda: Servoj(lookahead_time=0.5), "lookahead_time: must be from 0.03 to 0.2"),
+        (lambda: Servoj(gain=np.nan), "gain"),
+        (lambda: Movej(blend=-0.1), "blend: must be from 0 to 1"),
+        (lambda: Movej(tolerance=0.0), "tolerance"),
+        (lambda: export(motion, tmp_path / "m", to="urscript-movej", hz=10.0), "hz: movej has no rate"),
+        (lambda: export(motion, tmp_path / "m", to="urscript", hz=1000.0), "hz: .* 500"),
+    ):
+        with pytest.raises(ShapeError, match=says):
+            make()
+
+
+def test_a_motion_that_stands_still_or_is_linear_has_a_program(tmp_path: Path) -> None:
+    still = to.Trajectory(UR_JOINTS, np.array((0.0, 1.0)), np.array((START, START)))
+    line = to.Trajectory(UR_JOINTS, np.array((0.0, 1.0)), np.array((START, END)))
+    for name in ("urscript", "urscript-movej"):
+        for motion, end in ((still, START), (line, END)):
+            export(motion, tmp_path / "m.script", to=name)
+            arm = Controller(START)
+            arm.run((tmp_path / "m.script").read_text())
+            assert np.array_equal(arm.joints, end)

@@ -1,0 +1,152 @@
+"""A whole SRDF: written, read back, and right."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.cli.test_commands import trajopt
+from tests.conftest import PLANAR_ARM
+from trajopt.lab.srdf import Confidence, SrdfProposal, Verdict, propose_srdf
+from trajopt.optimise.kinematics import reduce_model, validity
+
+QUICK = Confidence(share=2e-3, level=0.95)
+
+
+def proposal_of(robot: to.Robot) -> SrdfProposal:
+    return propose_srdf(robot, rng=np.random.default_rng(0), confidence=QUICK)
+
+
+@pytest.fixture(scope="module")
+def panda() -> to.Robot:
+    try:
+        return to.load("panda")
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def proposal(panda: to.Robot) -> SrdfProposal:
+    return proposal_of(panda)
+
+
+def read_back(robot: to.Robot, proposal: SrdfProposal, folder: Path) -> to.Robot:
+    (folder / "robot.srdf").write_text(proposal.xml)
+    dirs = [parent for parent in robot.urdf_path.parents if (parent / "example-robot-data").is_dir()]
+    return to.load(robot.urdf_path, srdf=folder / "robot.srdf", package_dirs=dirs)
+
+
+def test_what_is_written_is_read_back(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
+    again = read_back(panda, proposal, tmp_path)
+    assert again.groups["arm"].joints == panda.groups["panda_arm"].joints
+    assert again.groups["arm"].tip == "panda_link8"
+    assert again.groups["gripper"].joints == panda.groups["hand"].joints
+    assert {frozenset(pair) for pair in proposal.disabled} <= again.disabled_pairs
+    effector = again.end_effectors["gripper_eef"]
+    assert (effector.group, effector.parent_link, effector.parent_group) == ("gripper", "panda_link8", "arm")
+    for (group, state), values in proposal.states.items():
+        assert again.state(state, group=group) == pytest.approx(values, abs=1e-9)
+
+
+def test_home_is_valid_and_the_gripper_opens(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
+    again = read_back(panda, proposal, tmp_path)
+    for fingers in ("open", "close"):
+        home = again.positions({**again.state("home"), **again.state(fingers)})
+        arm = reduce_model(to.Scene(again), "arm", home)
+        assert validity(arm, arm.start_positions).valid, fingers
+    assert again.state("open")["panda_finger_joint1"] == pytest.approx(0.04)
+    assert again.state("close")["panda_finger_joint1"] == pytest.approx(0.0)
+
+
+def test_a_plan_can_be_made_with_it(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
+    again = read_back(panda, proposal, tmp_path)
+    goal = {joint: value + 0.4 for joint, value in again.state("home").items()}
+    problem = to.Problem(scene=to.Scene(again), start="home", goal=to.joint_positions(goal), group="arm")
+    assert to.plan(problem).verified
+
+
+def test_fingers_may_meet_and_others_are_named(proposal: SrdfProposal) -> None:
+    assert proposal.disabled["panda_leftfinger", "panda_rightfinger"] == "Default"
+    assert ("panda_link5", "panda_hand") not in proposal.disabled
+    named = {item.pair for item in proposal.with_verdict(Verdict.DEFAULT)}
+    assert {"panda_link5", "panda_hand"} in named
+    text = str(proposal)
+    assert "not checked: inside one gripper" in text and "arm: panda_link0 to panda_link8" in text
+    json.dumps(proposal.as_dict(), allow_nan=False)
+
+
+def test_a_long_list_of_pairs_is_cut_and_a_pair_that_always_collides_does_so_in_all_samples(
+    proposal: SrdfProposal,
+) -> None:
+    one = proposal.with_verdict(Verdict.SOMETIMES)[0]
+    many = replace(proposal, evidence=(one,) * 25)
+    assert str(many).count(str(one)) == 20
+    assert "  and 5 more: --json, or as_dict(), has all" in str(many)
+    always = replace(one, collisions=one.samples, descended=False)
+    assert f"in collision in 100 % of {one.samples} samples" in str(always)
+
+
+def test_home_is_zero_where_zero_is_valid(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(PLANAR_ARM)
+    found = proposal_of(to.load(tmp_path / "arm.urdf"))
+    assert found.states["arm", "home"] == {"shoulder": 0.0, "elbow": 0.0}
+    assert found.states["gripper", "open"] == {"left_slide": 0.04}
+    assert found.states["gripper", "close"] == {"left_slide": 0.0}
+
+
+def single_jaw() -> str:
+    """An arm of two joints, and a jaw that turns up from what is fixed to the arm."""
+
+    def link(name: str) -> str:
+        shape = '<origin xyz="0.06 0 0"/><geometry><box size="0.1 0.02 0.02"/></geometry>'
+        return f'<link name="{name}"><collision>{shape}</collision></link>'
+
+    def joint(name: str, kind: str, parent: str, child: str, along: float, lower: float, upper: float) -> str:
+        return (
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{along} 0 0"/><axis xyz="0 1 0"/>'
+            f'<limit lower="{lower}" upper="{upper}" effort="1" velocity="1"/></joint>'
+        )
+
+    return (
+        f'<robot name="z">{"".join(map(link, ("base", "upper", "fore", "gripperStator", "gripperMover")))}'
+        + joint("shoulder", "revolute", "base", "upper", 0.3, -1, 1)
+        + joint("elbow", "revolute", "upper", "fore", 0.3, -1, 1)
+        + joint("mount", "fixed", "fore", "gripperStator", 0.2, 0, 0)
+        + joint("jointGripper", "revolute", "gripperStator", "gripperMover", 0.0, -1.5, 0)
+        + "</robot>"
+    )
+
+
+def test_an_arms_motion_leaves_a_single_jaw_where_it_is(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(single_jaw())
+    robot = to.load(tmp_path / "arm.urdf")
+    found = proposal_of(robot)
+    # Which end of its range is open is not to be known from one finger, and is not guessed.
+    assert all(group != "gripper" for group, _ in found.states)
+    assert "name its open and closed states" in str(found)
+    again = read_back(robot, found, tmp_path)
+    problem = to.Problem(
+        scene=to.Scene(again),
+        group="arm",
+        start={"shoulder": 0.1, "elbow": 0.2, "jointGripper": -0.1},
+        goal=to.joint_positions({"shoulder": 0.5, "elbow": -0.2}),
+    )
+    assert to.plan(problem).require().trajectory.joint_names == ("shoulder", "elbow")
+    assert "jointGripper: taken for a gripper's" in str(found)
+
+
+def test_on_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(PLANAR_ARM)
+    out = tmp_path / "arm.srdf"
+    done = trajopt("srdf", tmp_path / "arm.urdf", "--out", out, "--share", 0.002, "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["file"] == str(out) and told["robot"] == "planar_arm"
+    robot = to.load(tmp_path / "arm.urdf", srdf=out)
+    assert {frozenset(item["links"]) for item in told["disabled"]} <= robot.disabled_pairs
+    refused = trajopt("srdf", tmp_path / "arm.urdf", "--share", 0)
+    assert refused.returncode == 2 and "must lie in (0, 1)" in refused.stderr

@@ -1,0 +1,103 @@
+"""Covers of mesh files: the same from the cache as made anew, and made anew when the file changes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from tests.robot.test_robot import tetrahedron
+from trajopt.robot.meshes import mesh_cover
+from trajopt.robot.meshes.mesh_cover import Cover, MeshPolicy, cover_file, cover_mesh
+from trajopt.values.errors import MeshFileError
+from trajopt.values.shapes.mesh_file import Mesh, load_mesh
+from trajopt.values.shapes.shapes import Convex
+
+SCALE = (0.1, 0.2, 0.3)
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Two tetrahedra far apart, which become two pieces."""
+    path = tmp_path / "two.stl"
+    far = tetrahedron().replace("vertex 0 ", "vertex 9 ").replace("vertex 1 ", "vertex 10 ")
+    path.write_text(f"{tetrahedron()}\n{far}\n")
+    return path
+
+
+def same(a: Cover, b: Cover) -> bool:
+    return a.note == b.note and all(
+        isinstance(one, Convex)
+        and isinstance(other, Convex)
+        and np.array_equal(one.vertices, other.vertices)
+        and np.array_equal(one.faces, other.faces)
+        for one, other in zip(a.shapes, b.shapes, strict=True)
+    )
+
+
+def test_a_kept_cover_is_the_one_made(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = cover_mesh(load_mesh(file, SCALE), MeshPolicy())
+    assert len(expected.shapes) == 2
+    assert same(cover_file(file, SCALE, MeshPolicy()), expected)
+    monkeypatch.setattr(mesh_cover, "load_mesh", None)
+    kept = cover_file(file, SCALE, MeshPolicy())
+    assert same(kept, expected)
+    assert not any(array.flags.writeable for shape in kept.shapes for array in (shape.vertices, shape.faces))  # pyright: ignore
+    for scale, policy in (((0.1, 0.2, 0.4), MeshPolicy()), (SCALE, MeshPolicy(tolerance=0.02))):
+        with pytest.raises(TypeError):
+            cover_file(file, scale, policy)
+
+
+def test_a_changed_file_is_covered_anew(file: Path) -> None:
+    before = cover_file(file, SCALE, MeshPolicy())
+    file.write_text(tetrahedron())
+    after = cover_file(file, SCALE, MeshPolicy())
+    assert (len(before.shapes), len(after.shapes)) == (2, 1)
+
+
+def test_an_exact_mesh_is_read(file: Path) -> None:
+    (shape,) = cover_file(file, SCALE, MeshPolicy(exact=True)).shapes
+    assert isinstance(shape, Mesh)
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(MeshFileError, match="gone"):
+        cover_file(tmp_path / "gone.stl", SCALE, MeshPolicy())
+
+
+def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("trajopt.robot.meshes.convex._MOST_WORK", 1)
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(24)], axis=1)
+    low, high = np.array((0.0, 0.0, -0.05)), np.array((0.0, 0.0, 0.05))
+    corners = np.concatenate([0.3 * ring + low, 0.3 * ring + high, 0.25 * ring + high, 0.25 * ring + low])
+    first, after = np.arange(24), (np.arange(24) + 1) % 24
+    faces = [
+        quad
+        for side in range(4)
+        for a, b in (((24 * side) % 96, (24 * side + 24) % 96),)
+        for quad in (
+            *np.stack([a + first, a + after, b + after], axis=1),
+            *np.stack([a + first, b + after, b + first], axis=1),
+        )
+    ]
+    mesh = Mesh(corners, np.array(faces, dtype=np.int32))
+    assert mesh.is_closed
+    covers = [cover_mesh(mesh, MeshPolicy()) for _ in range(2)]
+    assert "stand out of it by up to" in covers[0].note and "MeshPolicy(exact=True)" in covers[0].note
+    assert covers[0].note == covers[1].note, "work is counted, not timed"
+    for corner in mesh.vertices:
+        assert any(
+            np.all(hull.equations[:, :3] @ corner + hull.equations[:, 3] <= 1e-9)
+            for hull in (ConvexHull(shape.vertices) for shape in covers[0].shapes)
+        ), "the surface stays covered"
+    monkeypatch.setattr("trajopt.robot.meshes.convex._MOST_WORK", 10**10)
+    monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "anew"))
+    assert "stand out" not in cover_mesh(mesh, MeshPolicy()).note

@@ -1,0 +1,73 @@
+"""What is printed is short and in the units that people speak in."""
+
+import re
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.problem.requirements.kind import kinds
+from trajopt.optimise.kinematics import self_motion
+from trajopt.planning.infeasibility.reasons import unreachable
+from trajopt.tasks.cartesian import polyline
+from trajopt.values.curve import joined
+from trajopt.values.errors import ProblemError
+
+AT = to.placement((0.41, 0.3, 0.14))
+
+
+def test_a_placement() -> None:
+    assert str(AT) == "(0.41, 0.3, 0.14) m"
+    assert str(to.placement((0, 0, 1), rpy=(np.pi, 0, 0))) == "(0, 0, 1) m turned by rpy (180, 0, 0) deg"
+    assert repr(AT).startswith("placement(xyz=")
+
+
+def test_a_problem_says_its_goal_so() -> None:
+    robot = to.load("planar2")
+    goal = to.frame_placement(robot.links[-1], AT)
+    problem = to.Problem(scene=to.Scene(robot), start={}, goal=goal)
+    assert f"at the end   {goal}" in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("required", "said"),
+    [
+        *(pair for kind in kinds() for pair in kind.printed),
+        (
+            to.during(to.gravity_torque(0.5), after="via"),
+            "gravity takes at most 50% of the effort limits, from via to the end",
+        ),
+        (to.any_of({"top": to.gravity_torque(0.5), "side": to.gravity_torque(0.4)}), "any of top, side"),
+        (
+            to.tool_speed("tip", linear=0.05, angular=np.pi, steady=0.1),
+            "tip at most 50 mm/s and 180 deg/s, steady within 10%",
+        ),
+        (to.tool_speed("tip", linear=0.25), "tip at most 0.25 m/s"),
+    ],
+)
+def test_a_requirement(required: object, said: str) -> None:
+    assert str(required) == said
+
+
+def test_a_curve_says_in_which_unit_its_pieces_do_not_meet() -> None:
+    begin, middle, end = (to.placement((0.1 * k, 0, 0)) for k in range(3))
+    away = to.placement((0.112, 0, 0))
+    turned = to.placement((0.1, 0, 0), rpy=(0, 0, np.pi / 6))
+    with pytest.raises(ProblemError, match=r"do not meet: 12 mm apart$"):
+        joined((polyline((begin, middle)), polyline((away, end))))
+    with pytest.raises(ProblemError, match=r"do not meet: turned by 30 deg$"):
+        joined((polyline((begin, middle)), polyline((turned, end))))
+
+
+def test_messages_say_by_how_much_in_the_unit_of_the_requirement() -> None:
+    robot = to.load("planar2")
+    far = to.position_in_region(robot.links[-1], to.Sphere(0.01), to.placement((0.1, 0, 5.0)))
+    goal = to.joint_positions(dict.fromkeys(robot.joint_names, 0.1))
+    problem = to.Problem(scene=to.Scene(robot), start={}, goal=goal, constraints=[far])
+    with pytest.raises(ProblemError, match=r"missed by [0-9.]+ m$"):
+        self_motion(problem.reduced, far, problem.reduced.start_positions)
+    reason = to.plan(problem).reason
+    assert f"{far}: missed by " in reason and reason.endswith(" m)")
+    begin = problem.reduced.start_positions
+    assert re.search(r"misses the goal by [0-9.]+ m$", unreachable(problem.reduced, (), begin, (far,)))
+    assert unreachable(problem.reduced, (), begin, (goal,)).endswith("misses the goal by 5.72 deg")

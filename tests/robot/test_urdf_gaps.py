@@ -1,0 +1,160 @@
+"""What many URDFs lack is filled in, and what cannot be read is named, not told on standard error."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.values.errors import FileFormatError
+
+LIMIT = '<limit lower="-1" upper="1" velocity="2" effort="30"/>'
+MASS = '<mass value="1"/>'
+INERTIA = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
+ARM = f"""<robot name="arm">
+  <link name="base"/>
+  <joint name="swing" type="revolute"><parent link="base"/><child link="boom"/>
+    <axis xyz="0 0 1"/>{LIMIT}</joint>
+  <link name="boom"><inertial>{MASS}{INERTIA}</inertial>
+    <collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.1"/></geometry></collision></link>
+</robot>"""
+SECOND = '<link name="lid"/><joint name="hinge" type="fixed"><parent link="boom"/><child link="lid"/></joint>'
+
+
+def loaded(folder: Path, old: str, new: str) -> to.Robot:
+    """Return the arm with a part of its file replaced."""
+    assert old in ARM
+    (folder / "arm.urdf").write_text(ARM.replace(old, new))
+    return to.load(folder / "arm.urdf")
+
+
+FILLED = {
+    "no velocity": (' velocity="2"', "", ("swing velocity 57.3 deg/s (no limit stated)",), ()),
+    "no effort": (
+        ' effort="30"',
+        "",
+        (),
+        ("no effort limit is stated, or 0, so torque is not limited: swing",),
+    ),
+    "an empty limit of a continuous joint": (
+        f'type="revolute"><parent link="base"/><child link="boom"/>\n    <axis xyz="0 0 1"/>{LIMIT}',
+        'type="continuous"><parent link="base"/><child link="boom"/><axis xyz="0 0 1"/><limit/>',
+        ("swing velocity 57.3 deg/s (no limit stated)",),
+        ("no effort limit is stated, or 0, so torque is not limited: swing",),
+    ),
+    "no products of inertia": (' ixy="0" ixz="0" iyz="0"', "", (), ()),
+    "an empty <dynamics>": (LIMIT, f"{LIMIT}<dynamics/>", (), ()),
+    "an empty <safety_controller>": (LIMIT, f"{LIMIT}<safety_controller/>", (), ()),
+    "a material twice": (
+        '<link name="base"/>',
+        '<material name="a"/><material name="a"/><link name="base"/>',
+        (),
+        (),
+    ),
+    "another version": ('<robot name="arm">', '<robot name="arm" version="1.2">', (), ()),
+    "no mass": (MASS, "", (), ("inertias without a mass or moments are left out of torques: boom",)),
+    "a mass without a value": (
+        MASS,
+        "<mass/>",
+        (),
+        ("inertias without a mass or moments are left out of torques: boom",),
+    ),
+    "no moments": (INERTIA, "", (), ("inertias without a mass or moments are left out of torques: boom",)),
+    "no lower, no upper": (
+        ' lower="-1" upper="1"',
+        "",
+        (),
+        ("no lower and upper limits are stated, which URDF takes as 0, so that nothing moves: swing",),
+    ),
+}
+
+
+@pytest.mark.parametrize("old,new,chosen,notes", FILLED.values(), ids=FILLED)
+def test_what_a_file_lacks_is_filled_in_and_said_once(
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    old: str,
+    new: str,
+    chosen: tuple[str, ...],
+    notes: tuple[str, ...],
+) -> None:
+    robot = loaded(tmp_path, old, new)
+    velocities = tuple(each for each in robot.limits.defaulted if "velocity" in each)
+    assert velocities == chosen and robot.notes == notes
+    assert capfd.readouterr().err == ""
+
+
+def test_an_arm_whose_file_states_no_rates_is_planned_with_what_is_chosen(tmp_path: Path) -> None:
+    robot = loaded(tmp_path, ' velocity="2" effort="30"', "")
+    found = to.plan(to.Problem(scene=to.Scene(robot), start={}, goal={"swing": 0.8}))
+    speeds = found.require().trajectory(np.linspace(0.0, found.require().trajectory.duration, 50), 1)
+    assert found.verified and 0.5 < np.abs(speeds).max() <= 1.0 + 1e-6
+
+
+REFUSED = {
+    "no limit": (LIMIT, "", r"joint 'swing' is revolute and has no <limit>: state lower and upper"),
+    "mimics nothing": (LIMIT, f"{LIMIT}<mimic/>", r"joint 'swing': its <mimic> names no joint"),
+    "no child": ('<child link="boom"/>', "", r"joint 'swing' has no <child link=\.\.\.>"),
+    "no parent": ('<parent link="base"/>', "<parent/>", r"joint 'swing' has no <parent link=\.\.\.>"),
+    "an unknown child": (
+        'child link="boom"',
+        'child link="bom"',
+        r"'swing': no child link named 'bom'; did you mean 'boom'",
+    ),
+    "a joint without a name": ('name="swing" ', "", "a <joint> has no name"),
+    "a link without a name": ('<link name="base"/>', "<link/>", "a <link> has no name"),
+    "a name twice": ("</robot>", '<link name="boom"/></robot>', "more than one <link> is named 'boom'"),
+    "a joint's name twice": (
+        "</robot>",
+        f"{SECOND.replace('hinge', 'swing')}</robot>",
+        "more than one <joint> is named 'swing'",
+    ),
+    "two roots": ("</robot>", '<link name="lid"/></robot>', "one alone may be: base, lid"),
+    "two parents": (
+        "</robot>",
+        f"{SECOND}{SECOND[SECOND.index('<joint') :].replace('hinge', 'latch')}</robot>",
+        "link 'lid' is the child of two joints, 'hinge' and 'latch'",
+    ),
+    "a circle": (
+        "</robot>",
+        '<joint name="back" type="fixed"><parent link="boom"/><child link="base"/></joint></robot>',
+        "in a circle: base, boom",
+    ),
+    "itself": ('parent link="base"', 'parent link="boom"', "in a circle: boom"),
+}
+
+
+@pytest.mark.parametrize("old,new,reason", REFUSED.values(), ids=REFUSED)
+def test_what_is_no_tree_of_links_is_named(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], old: str, new: str, reason: str
+) -> None:
+    with pytest.raises(FileFormatError, match=reason):
+        loaded(tmp_path, old, new)
+    assert capfd.readouterr().err == ""
+
+
+VISIBLE = '<visual><geometry><sphere radius="0.1"/></geometry></visual>'
+
+
+def test_links_that_are_seen_and_not_solid_are_named(tmp_path: Path) -> None:
+    seen = loaded(tmp_path, '<link name="base"/>', f'<link name="base">{VISIBLE}</link>')
+    assert seen.notes == (
+        "links are visible and have no collision shape, so nothing keeps clear of them: base",
+    )
+    solid = ARM[ARM.index("<collision>") : ARM.index("</link>", ARM.index("<collision>"))]
+    ghost = loaded(tmp_path, solid, VISIBLE)
+    assert ghost.notes[-1].startswith("links are visible and have no collision shape, so nothing")
+    assert ghost.notes[-1].endswith("boom")
+    scene = to.Scene(ghost).add("wall", to.Box(0.1, 0.1, 0.1), to.placement((0.2, 0.0, 0.0)))
+    plan = to.plan(to.Problem(scene=scene, start={}, goal={"swing": 0.8})).require()
+    assert (
+        "no link that moves has a collision shape: the motion is kept clear of nothing"
+        in plan.certificate.notes
+    )
+
+
+def test_negative_moments_of_inertia_are_told(tmp_path: Path) -> None:
+    robot = loaded(tmp_path, 'ixx="0.1"', 'ixx="-0.1"')
+    (said,) = (note for note in robot.notes if "inertia" in note)
+    assert said.startswith("no body has the negative moments of inertia that are stated of what swing moves")
+    assert not any("inertia" in note for note in loaded(tmp_path, MASS, MASS).notes)

@@ -1,0 +1,148 @@
+"""Files that are no warehouse, newer, damaged or made by somebody else are refused, and say so."""
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import trajopt as to
+from trajopt.server.warehouse import Warehouse
+from trajopt.server.warehouse.database import APPLICATION, VERSION
+from trajopt.values.errors import FileFormatError
+
+
+def change(path: Path, *statements: str) -> None:
+    with sqlite3.connect(path) as connection:
+        for statement in statements:
+            connection.execute(statement)
+    connection.close()
+
+
+@pytest.fixture
+def path(kept: Warehouse, cell: to.Scene) -> Path:
+    kept.add("cell", cell)
+    kept.close()
+    return kept.path
+
+
+def test_a_missing_file_is_made_only_where_that_is_meant(tmp_path: Path) -> None:
+    with pytest.raises(FileFormatError, match="there is no such file"):
+        Warehouse(tmp_path / "none", create=False)
+    assert not (tmp_path / "none").exists()
+    with Warehouse(tmp_path / "folder" / "new") as new:
+        assert new.find() == ()
+
+
+def test_what_is_no_database_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "text").write_text("no database at all, but long enough to be looked at" * 100)
+    with pytest.raises(FileFormatError, match="is no warehouse"):
+        Warehouse(tmp_path / "text")
+    with pytest.raises(FileFormatError, match="cannot be used"):
+        Warehouse(tmp_path)
+
+
+def test_a_database_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    other = tmp_path / "other.db"
+    change(other, "CREATE TABLE orders (id INTEGER)")
+    before = other.read_bytes()
+    with pytest.raises(FileFormatError, match="a database of something else"):
+        Warehouse(other)
+    assert other.read_bytes() == before
+
+
+def test_a_newer_format_is_refused(path: Path) -> None:
+    change(path, f"PRAGMA user_version = {VERSION + 1}")
+    with pytest.raises(FileFormatError, match=f"is of format {VERSION + 1}.*newer"):
+        Warehouse(path)
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("DROP TABLE tags", "'tags' is missing or another"),
+        ("CREATE TRIGGER t AFTER INSERT ON entries BEGIN DELETE FROM entries; END", "code of its own"),
+        ("CREATE VIEW v AS SELECT 1", "code of its own"),
+    ],
+)
+def test_tables_of_somebody_else_are_refused(path: Path, statement: str, words: str) -> None:
+    change(path, statement)
+    with pytest.raises(FileFormatError, match=words):
+        Warehouse(path)
+
+
+def test_an_empty_file_becomes_a_warehouse(tmp_path: Path) -> None:
+    (tmp_path / "empty").touch()
+    with Warehouse(tmp_path / "empty") as kept:
+        assert kept.find() == ()
+    with sqlite3.connect(tmp_path / "empty") as connection:
+        assert connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION
+    connection.close()
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("UPDATE contents SET packed = x'00'", "damaged"),
+        ("UPDATE contents SET packed = 'text'", "damaged"),
+        ("UPDATE contents SET size = size - 1", "damaged"),
+        ("UPDATE contents SET size = 1 << 40", "holds more than"),
+        ("UPDATE members SET name = 'meshes/..' WHERE name = 'value.json'", "of a name that no entry has"),
+        ("DELETE FROM members", "has no member 'value.json'"),
+    ],
+)
+def test_damaged_contents_are_named(path: Path, statement: str, words: str) -> None:
+    change(path, statement)
+    with Warehouse(path) as kept, pytest.raises(FileFormatError, match=words):
+        kept.scene("cell")
+
+
+def test_pages_that_were_overwritten_are_named(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    data[4096:] = bytes(len(data) - 4096)
+    path.write_bytes(bytes(data))
+    with pytest.raises(FileFormatError, match=r"damaged|no warehouse|cannot be used"):
+        Warehouse(path).find()
+
+
+def test_what_cannot_be_written_leaves_nothing_behind(
+    kept: Warehouse, cell: to.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept.add("cell", cell)
+
+    def full(*given: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("trajopt.server.warehouse.keeping.keep_members", full)
+        with pytest.raises(FileFormatError, match="disk is full"):
+            kept.add("cell", cell)
+    assert [entry.version for entry in kept.find()] == [1]
+    assert kept.add("cell", cell).version == 2
+
+
+def test_another_that_writes_too_long_is_named(
+    path: Path, cell: to.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("trajopt.server.warehouse.database.PATIENCE", 0.05)
+    blocker = sqlite3.connect(path, isolation_level=None)
+    blocker.execute("BEGIN IMMEDIATE")
+    with Warehouse(path) as kept:
+        assert len(kept.find()) == 1  # readers do not wait
+        with pytest.raises(FileFormatError, match="another process has been writing"):
+            kept.add("cell", cell)
+        blocker.execute("ROLLBACK")
+        assert kept.add("cell", cell).version == 2
+    blocker.close()
+
+
+def test_a_stranger_cannot_put_a_bundle_of_nonsense_in(kept: Warehouse, tmp_path: Path) -> None:
+    (tmp_path / "x.trajopt").write_bytes(b"PK nothing")
+    refused: list[Callable[[], object]] = [
+        lambda: kept.add_bundle(tmp_path / "x.trajopt"),
+        lambda: kept.add_bundle(tmp_path / "none.trajopt"),
+    ]
+    for call in refused:
+        with pytest.raises(FileFormatError):
+            call()
+    assert kept.find() == ()

@@ -1,0 +1,74 @@
+"""Generated grasps: the pads are where they must be, by geometry worked out apart."""
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.tasks.grasping import Grasp, Gripper, grasps_of
+from trajopt.values.errors import ModelError
+from trajopt.values.shapes.shapes import Shape
+
+from .conftest import on_table
+
+
+def grasps(robot: to.Robot, gripper: Gripper, shape: Shape) -> tuple[Grasp, ...]:
+    return grasps_of(on_table(robot, shape, to.placement((0.5, 0.0, 0.1))), "thing", gripper)
+
+
+def extent(shape: Shape, direction: np.ndarray) -> float:
+    """How far a shape reaches along a direction from its centre, by sampling its surface."""
+    rng = np.random.default_rng(1)
+    match shape:
+        case to.Box():
+            points = rng.choice((-0.5, 0.5), (64, 3)) * (shape.x, shape.y, shape.z)
+        case to.Cylinder():
+            angle = np.linspace(0.0, 2.0 * np.pi, 721)
+            ring = shape.radius * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+            points = np.vstack(
+                [np.column_stack((ring, np.full(721, side * shape.length / 2))) for side in (-1, 1)]
+            )
+        case _:
+            points = shape.radius * direction[None]
+    return float((points @ direction).max())
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [to.Box(0.04, 0.05, 0.12), to.Cylinder(0.02, 0.1), to.Sphere(0.025)],
+    ids=["box", "cylinder", "sphere"],
+)
+def test_pads_meet_the_shape_where_it_is_as_wide_as_said(
+    panda: to.Robot, gripper: Gripper, shape: Shape
+) -> None:
+    found = grasps(panda, gripper, shape)
+    assert len({grasp.name for grasp in found}) == len(found) >= 16
+    for grasp in found:
+        approach = grasp.placement.rotation @ gripper.approach
+        closing = grasp.placement.rotation @ gripper.closing
+        assert grasp.width == pytest.approx(2.0 * extent(shape, closing), rel=1e-4)
+        assert grasp.width < grasp.opening <= gripper.widest
+        middle = grasp.placement.translation
+        # Centred between the faces; over the edge by no more than the fingers reach.
+        assert abs(middle @ closing) < 1e-12
+        over = extent(shape, -approach) + middle @ approach
+        assert 0.0 < over <= 0.03 + 1e-9
+        np.testing.assert_allclose(np.cross(approach, middle), 0.0, atol=1e-12)
+
+
+def test_from_above_comes_first(panda: to.Robot, gripper: Gripper) -> None:
+    first = grasps(panda, gripper, to.Box(0.04, 0.05, 0.12))[0]
+    np.testing.assert_allclose(first.placement.rotation @ gripper.approach, (0.0, 0.0, -1.0), atol=1e-9)
+
+
+def test_what_is_too_wide_is_left_out(panda: to.Robot, gripper: Gripper) -> None:
+    found = grasps(panda, gripper, to.Box(0.2, 0.05, 0.3))
+    assert {grasp.width for grasp in found} == {0.05}
+    assert grasps(panda, gripper, to.Box(0.2, 0.2, 0.2)) == ()
+
+
+def test_shapes_without_generator_are_refused(panda: to.Robot, gripper: Gripper) -> None:
+    with pytest.raises(ModelError, match="Capsule"):
+        grasps(panda, gripper, to.Capsule(0.02, 0.1))
+    scene = to.Scene(panda).add("pair", [(to.Sphere(0.02), to.placement())] * 2)
+    with pytest.raises(ModelError, match="2 shapes"):
+        grasps_of(scene, "pair", gripper)

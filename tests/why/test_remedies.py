@@ -1,0 +1,102 @@
+"""Remedies: each was planned and solves it, half of it was planned and does not."""
+
+from dataclasses import replace
+
+import pytest
+
+import trajopt as to
+from tests.why.conftest import GOAL, START, tip_at
+from trajopt.planning.judgement import judge
+from trajopt.planning.result import Status
+from trajopt.why import Change, Remedy
+from trajopt.why.remedies import smallest_changes
+
+
+def remedied(problem: to.Problem) -> dict[str, Remedy]:
+    """Explain with planning again; check every remedy by a judge of its own."""
+    result = to.plan(problem)
+    assert not result.verified
+    found = result.explain(plan_again=True).remedies
+    assert found is not None
+    for remedy in found:
+        plan = to.plan(remedy.problem).require()
+        assert judge(remedy.problem, plan.trajectory).verified
+        assert not remedy.half.verified
+    return {remedy.what: remedy for remedy in found}
+
+
+def test_a_start_is_moved_or_its_obstacle(pillar: to.Scene) -> None:
+    found = remedied(to.Problem(scene=pillar, start={**START, "pan": 0.05}, goal=to.joint_positions(GOAL)))
+    assert "start" in found and "place of pillar" in found
+    start = found["start"].problem.start_positions
+    assert start[0] > 0.05 and found["start"].amount < 0.3
+
+
+def test_a_goal_beyond_a_limit_is_moved_to_it(arm: to.Robot) -> None:
+    problem = to.Problem(scene=to.Scene(arm), start=START, goal=to.joint_positions({**GOAL, "elbow": 2.6}))
+    moved = remedied(problem)["goal"]
+    assert moved.amount == pytest.approx(0.1, rel=0.1) and "elbow by -5.7" in moved.words
+
+
+def test_a_region_is_widened_or_the_goal_moved_into_it(arm: to.Robot) -> None:
+    scene = to.Scene(arm)
+    here = to.placement(scene.placement_of("tip", arm.positions(START)).translation)
+    inside = to.position_in_region("tip", to.Sphere(0.1), here)
+    goal = tip_at(scene, {**START, "pan": -0.8})
+    found = remedied(to.Problem(scene=scene, start=START, goal=goal, constraints=[inside]))
+    assert {"place of tip", "region of tip grown on every side"} & found.keys()
+    for remedy in found.values():
+        assert 0.01 < remedy.amount < 0.2
+
+
+def test_nothing_alone_helps_where_several_joints_are_too_weak(arm: to.Robot) -> None:
+    weak = replace(arm, limits=replace(arm.limits, effort=0.02 * arm.limits.effort))
+    problem = to.Problem(scene=to.Scene(weak), start={"elbow": -1.6}, goal=to.joint_positions(GOAL))
+    assert to.plan(problem).status is Status.START_CANNOT_BE_HELD
+    found = to.plan(problem).explain(plan_again=True)
+    assert found.remedies == () and "No single change" in str(found), "more than one joint is too weak"
+
+
+@pytest.mark.parametrize("needed", [0.3, 1.0, 7.0])
+def test_the_amount_is_the_smallest(pillar: to.Scene, needed: float) -> None:
+    """The search with a planner that solves from a known amount on."""
+    problem = to.Problem(scene=pillar, start=START, goal=to.joint_positions(GOAL))
+    solved = to.plan(problem)
+    failed = replace(solved, status=Status.STUCK)
+    change = Change(
+        what="x",
+        unit="",
+        first=1.0,
+        largest=100.0,
+        words=lambda amount: f"x by {amount:g}",
+        apply=lambda amount: replace(problem, name=repr(amount)),
+    )
+
+    def plan(asked: to.Problem) -> to.Result:
+        return replace(solved if float(asked.name) >= needed else failed, problem=asked)
+
+    (remedy,) = smallest_changes([change], plan)
+    assert needed <= remedy.amount <= 1.15 * needed
+    assert float(remedy.problem.name) == remedy.amount
+    assert float(remedy.half.problem.name) == remedy.amount / 2.0
+
+
+def test_a_change_that_never_helps_is_none(pillar: to.Scene) -> None:
+    problem = to.Problem(scene=pillar, start=START, goal=to.joint_positions(GOAL))
+    failed = replace(to.plan(problem), status=Status.STUCK)
+    change = Change(
+        what="x",
+        unit="",
+        first=1.0,
+        largest=3.0,
+        words=str,
+        apply=lambda amount: replace(problem, name=str(amount)),
+    )
+    asked: list[str] = []
+
+    def plan(changed: to.Problem) -> to.Result:
+        asked.append(changed.name)
+        return failed
+
+    assert smallest_changes([change], plan) == ()
+    assert asked == ["1.0", "2.0", "3.0"]

@@ -1,3 +1,0 @@
-"""Stands for the ROS package of this name; its messages are in `msg`."""
-
-from trajopt.commander.sensor_msgs import msg as msg

@@ -1,0 +1,231 @@
+"""Committed motion: what a robot has to do, one motion after the other on one clock; then it stands still."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf
+
+import numpy as np
+
+from trajopt.planning.moving.waiting import JOLT, begun_later
+from trajopt.values.arrays import Floats, floats, number
+from trajopt.values.errors import JointNotFound
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import MEETING, Trajectory
+from trajopt.values.trajectory_state import state_of
+
+REST = 1e-6
+"""A joint this slow stands still [rad/s | m/s]: what the judge takes for it."""
+INSTANT = 1e-9
+"""Times nearer than this are one [s]."""
+ORDERS = ("position", "velocity", "acceleration")
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """A motion of some of the robot's joints, and when it begins; the others stand.
+
+    It is the motion as it was given: what is known of its polynomials need not be found again.
+    """
+
+    begin: float
+    trajectory: Trajectory
+    joint_names: tuple[str, ...]
+    standing: Floats
+
+    @property
+    def end(self) -> float:
+        return self.begin + self.trajectory.duration
+
+    @cached_property
+    def columns(self) -> list[int]:
+        return [self.joint_names.index(name) for name in self.trajectory.joint_names]
+
+    def state(self, time: float) -> Floats:
+        """Return positions, velocities and accelerations of all joints at a time, shape (3, n)."""
+        since = time - self.begin
+        rows = state_of(self.trajectory, since)
+        if self.trajectory.joint_names != self.joint_names:
+            rows, moving = np.zeros((3, len(self.joint_names))), rows
+            rows[0] = self.standing
+            rows[:, self.columns] = moving
+        if since >= self.trajectory.duration:
+            rows[1:] = 0.0
+        return rows
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The motion as one of all joints."""
+        motion, count = self.trajectory, len(self.joint_names)
+        if motion.joint_names == self.joint_names:
+            return motion
+        positions = np.tile(self.standing, (len(motion.times), 1))
+        positions[:, self.columns] = motion.positions
+        rates = [np.zeros((len(motion.times), count)) for _ in _rates(motion)]
+        for whole, part in zip(rates, _rates(motion), strict=True):
+            whole[:, self.columns] = part
+        return Trajectory(self.joint_names, motion.times, positions, *rates)
+
+    def of(self, joint_names: tuple[str, ...]) -> Trajectory:
+        """Return the part of the motion that some joints make, in their order."""
+        own = self.trajectory
+        return own if own.joint_names == joint_names else of_joints(self.whole, joint_names)
+
+
+class CommittedMotion:
+    """What a robot has to do.
+
+    It is replaced in one step where something is spliced in, so a driver's thread may ask while a planner's
+    thread splices.
+
+    Attributes:
+        joint_names: The n joints of the robot.
+    """
+
+    @checked
+    def __init__(self, joint_names: tuple[str, ...], positions: Floats) -> None:
+        """Stand still.
+
+        Args:
+            joint_names: Joints of the robot.
+            positions: Where they stand, shape (n,) [rad | m].
+        """
+        self.joint_names = joint_names
+        self._standing = floats("positions", positions, (len(joint_names),))
+        self._pieces: tuple[_Piece, ...] = ()
+        self._asked: tuple[tuple[_Piece, ...], float, Floats] | None = None
+
+    @property
+    def kept(self) -> int:
+        """How many motions it keeps: those that are over are forgotten."""
+        return len(self._pieces)
+
+    @property
+    def pieces(self) -> tuple[tuple[float, Trajectory], ...]:
+        """The motions that it keeps, of all joints, with when each begins [s]; it ends with the next."""
+        return tuple((piece.begin, piece.whole) for piece in self._pieces)
+
+    @property
+    def end(self) -> float:
+        """When the last motion ends, on the clock [s]; minus infinity if there is none."""
+        pieces = self._pieces
+        return pieces[-1].end if pieces else -inf
+
+    def __call__(self, time: float) -> Floats:
+        """Return where the joints have to be at a time on the clock [s].
+
+        Returns:
+            Positions, velocities and accelerations, shape (3, n).
+
+        Raises:
+            ShapeError: If the time is no number.
+        """
+        number("time", time, infinite=True)
+        pieces, asked = self._pieces, self._asked
+        if asked is not None and asked[0] is pieces and asked[1] == time:
+            return asked[2].copy()  # where a motion begins is asked before it is spliced in, and then
+        now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
+        if now is None:
+            first = self._standing if not pieces else pieces[0].state(pieces[0].begin)[0]
+            rows = np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
+        else:
+            rows = now.state(time)
+        self._asked = pieces, time, rows
+        return rows.copy()
+
+    @checked
+    def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
+        """Say why a motion cannot be spliced in; empty if it can.
+
+        Args:
+            trajectory: Of some or all joints.
+            at: When it would begin [s].
+            earliest: When it can begin [s].
+        """
+        if at < earliest:
+            return f"it comes {1e3 * (earliest - at):.1f} ms late"
+        unknown = [name for name in trajectory.joint_names if name not in self.joint_names]
+        if unknown:
+            return f"it moves {', '.join(unknown)}, which is not driven here"
+        here = self(at)
+        columns = [self.joint_names.index(name) for name in trajectory.joint_names]
+        left = np.abs(here[1]) > REST
+        left[columns] = False
+        if left.any():
+            return f"{self.joint_names[int(left.argmax())]}, which it leaves where it is, is still moving"
+        # From rest a motion may begin with an acceleration, as it may end with one: there is time for both.
+        orders = 2 if at >= self.end + 2.0 * JOLT else 3
+        apart = np.abs(state_of(trajectory, 0.0) - here[:, columns])[:orders]
+        if apart.max() > MEETING:
+            order = int((apart.max(axis=1) > MEETING).argmax())
+            worst = int(apart[order].argmax())
+            name = trajectory.joint_names[worst]
+            return f"the {ORDERS[order]} of {name} would jump by {apart[order, worst]:.3g}"
+        last = np.abs(state_of(trajectory, trajectory.duration)[1])
+        if last.max() > REST:
+            return f"it does not end at rest: {trajectory.joint_names[int(last.argmax())]} moves on"
+        return ""
+
+    @checked
+    def splice(self, trajectory: Trajectory, at: float, *, now: float) -> None:
+        """Put a motion in place of what there is from a time on, and forget what is over.
+
+        Args:
+            trajectory: One that is not refused.
+            at: When it begins [s].
+            now: What ended before is forgotten [s].
+        """
+        kept = [piece for piece in self._pieces if piece.begin < at]
+        current = [number for number, piece in enumerate(kept) if piece.begin <= now]
+        piece = _Piece(at, trajectory, self.joint_names, self(at)[0])
+        self._pieces = (*kept[current[-1] if current else 0 :], piece)
+
+    @checked
+    def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
+        """Return what is still to be done from a time on, as one motion; None if nothing is.
+
+        Args:
+            time: On the clock [s].
+            joint_names: Joints of the result, in its order.
+
+        Raises:
+            JointNotFound: If one of them is not driven.
+        """
+        for name in joint_names:
+            if name not in self.joint_names:
+                raise JointNotFound("joint that is driven", name, self.joint_names)
+        rest: Trajectory | None = None
+        pieces = self._pieces
+        for place, piece in enumerate(pieces):
+            next_begin = pieces[place + 1].begin if place + 1 < len(pieces) else piece.end
+            begin, end = max(piece.begin, time), min(piece.end, next_begin)
+            if end - begin <= INSTANT:
+                continue
+            motion = piece.of(joint_names)
+            part = motion.between(begin - piece.begin, min(end - piece.begin, motion.duration))
+            if rest is None:
+                rest = part if begin - time <= INSTANT else begun_later(part, begin - time)
+            else:
+                gap = begin - time - rest.duration
+                rest = rest.followed_by(part) if gap <= INSTANT else _one_after_the_other(rest, gap, part)
+        return rest
+
+
+def _one_after_the_other(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
+    """Return a motion, so long a time of standing [s], and another that begins where the first ends."""
+    standing = np.zeros((1, first.positions.shape[1]))
+    rows = [np.concatenate((first.positions, standing + first.positions[-1]))]
+    rows += [np.concatenate((each, standing)) for each in _rates(first)]
+    stood = Trajectory(first.joint_names, np.append(first.times, first.duration + JOLT), *rows)
+    return stood.followed_by(begun_later(second, gap - JOLT))
+
+
+def _rates(motion: Trajectory) -> list[Floats]:
+    """Return the velocities and accelerations that a motion states."""
+    return [rows for rows in (motion.velocities, motion.accelerations) if rows is not None]
+
+
+def of_joints(motion: Trajectory, joint_names: tuple[str, ...]) -> Trajectory:
+    """Return the part of a motion that some joints make, in their order."""
+    columns = [motion.joint_names.index(name) for name in joint_names]
+    rows = [rows[:, columns] for rows in (motion.positions, *_rates(motion))]
+    return Trajectory(joint_names, motion.times, *rows)

@@ -1,0 +1,197 @@
+"""Conformance: whether an executor does what whoever plans relies on; run it on a driver of your own."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.driving.executor import Executor
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+
+SETTLED = 1e-2
+"""A joint this slow has come to rest, as far as sensors tell [rad/s | m/s]."""
+LOOKS = 20
+"""So often a motion is looked at."""
+BRAKING = 2.0
+"""Whatever moves has come to rest by then after a stop [s]."""
+
+
+@dataclass(frozen=True)
+class Rule(Value):
+    """Something that an executor must do, and whether it does.
+
+    Attributes:
+        name: What it must do.
+        broken: What it does instead; empty if it holds.
+    """
+
+    name: str
+    broken: str = ""
+
+    @property
+    def holds(self) -> bool:
+        """Whether it does."""
+        return not self.broken
+
+    def __str__(self) -> str:
+        """Say it in a line."""
+        return f"ok    {self.name}" if self.holds else f"FAIL  {self.name}: {self.broken}"
+
+
+@checked
+def conformance(
+    executor: Executor, wait: Callable[[float], object], *, step: float = 0.02, duration: float = 1.0
+) -> tuple[Rule, ...]:
+    """Try whether an executor does what it must; the robot moves.
+
+    Each joint moves by a small step and back, all together. There must be room for that, and the robot must
+    stand still without a fault.
+
+    Args:
+        executor: What is tried.
+        wait: Lets so many seconds pass: `time.sleep`, or `advance` of a simulated one.
+        step: How far each joint moves [rad | m].
+        duration: How long it takes there, and back [s].
+
+    Returns:
+        Every rule, in the order in which they were tried.
+    """
+    return tuple(_Trial(executor, wait, step, duration).rules())
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    executor: Executor
+    wait: Callable[[float], object]
+    step: float
+    duration: float
+
+    def rules(self) -> Iterator[Rule]:
+        yield from self._at_rest()
+        yield from self._refusals()
+        yield from self._motions()
+        yield from self._stops()
+
+    def _at_rest(self) -> Iterator[Rule]:
+        executor = self.executor
+        begin, state = executor.now(), executor.state()
+        self.wait(0.1)
+        passed = executor.now() - begin
+        odd = f"it went on by {passed:.3f} s in 0.1 s"
+        yield Rule("its clock goes on as time does", "" if 0.05 < passed < 1.0 else odd)
+        count = len(executor.joint_names)
+        sizes = {
+            len(state.positions),
+            len(state.velocities),
+            len(state.accelerations),
+            len(executor.tolerance),
+        }
+        odd = f"there are {count} joints, and arrays of {sorted(sizes)}"
+        yield Rule("its state has a value for each joint", "" if sizes == {count} else odd)
+        age = begin - state.stamp
+        yield Rule(
+            "a state has been measured before it is told", "" if age >= -1e-9 else f"{-age:.4f} s after"
+        )
+        yield Rule("it has no fault to begin with", executor.fault())
+
+    def _refusals(self) -> Iterator[Rule]:
+        executor, here = self.executor, self._here()
+        away = here + self.step
+        soon = executor.now() + executor.latency
+        late = executor.splice(self._there(here, away), soon - 2.0 * executor.latency - 0.1)
+        yield Rule("it refuses a motion that comes late", "" if late else "it takes it")
+        jumps = executor.splice(self._there(here + 10.0 * self.step, away), soon + 0.1)
+        yield Rule("it refuses a motion that begins elsewhere", "" if jumps else "it takes it")
+        on = Trajectory(
+            executor.joint_names,
+            np.array((0.0, self.duration)),
+            np.stack((here, away)),
+            np.stack((0.0 * here, 0.0 * here + self.step)),
+            np.zeros((2, len(here))),
+        )
+        goes_on = executor.splice(on, executor.now() + executor.latency + 0.1)
+        yield Rule("it refuses a motion that does not end at rest", "" if goes_on else "it takes it")
+        self.wait(2.0 * self.duration)
+        moved = float(np.abs(self.executor.state().positions - here).max())
+        odd = f"a joint is {moved:.4f} away" if moved > executor.tolerance.max() else ""
+        yield Rule("what is refused changes nothing", odd)
+
+    def _motions(self) -> Iterator[Rule]:
+        executor, here = self.executor, self._here()
+        there = self._there(here, here + self.step)
+        begin = executor.now() + 2.0 * executor.latency
+        odd = executor.splice(there, begin)
+        yield Rule("it takes a motion from rest to rest", odd)
+        yield Rule("it follows within its tolerance", odd or self._followed(there, begin, self.duration))
+        self.wait(0.2)
+        yield Rule("it stands still after the end", self._moving())
+        back, begin = self._there(here + self.step, here), executor.now() + 2.0 * executor.latency
+        odd = executor.splice(back, begin)
+        middle = self.duration / 2.0
+        rest = _to_rest(back, middle)
+        odd = odd or executor.splice(rest, begin + middle)
+        yield Rule("it takes another motion in place of the second half of one", odd)
+        spliced = back.between(0.0, middle).followed_by(rest)
+        yield Rule("it follows through the splice", odd or self._followed(spliced, begin, spliced.duration))
+        self.wait(0.2)
+        yield Rule("it stands still where nothing more comes", self._moving())
+
+    def _stops(self) -> Iterator[Rule]:
+        executor, here = self.executor, self._here()
+        begin = executor.now() + 2.0 * executor.latency
+        executor.splice(self._there(here, here - self.step / 2.0), begin)
+        self.wait(begin - executor.now() + self.duration / 2.0)
+        executor.stop()
+        yield Rule("a stop is a fault", "" if executor.fault() else "it says that there is none")
+        self.wait(BRAKING)
+        yield Rule("it comes to rest after a stop", self._moving())
+        motion = self._there(self._here(), self._here() + self.step / 4.0)
+        taken = not executor.splice(motion, executor.now() + 2.0 * executor.latency)
+        yield Rule("it takes nothing while there is a fault", "it takes a motion" if taken else "")
+        executor.clear_fault()
+        yield Rule("a fault can be cleared", executor.fault())
+        self.wait(0.1)
+        motion = self._there(self._here(), self._here() + self.step / 4.0)
+        begin = executor.now() + 2.0 * executor.latency
+        odd = executor.splice(motion, begin)
+        yield Rule(
+            "it goes on from where it stands then", odd or self._followed(motion, begin, self.duration)
+        )
+
+    def _followed(self, motion: Trajectory, begin: float, duration: float) -> str:
+        """Watch a motion; say by how much a joint was off, beyond its tolerance."""
+        executor, end = self.executor, begin + duration
+        worst, which = 0.0, 0
+        while executor.now() < end:
+            self.wait(max(duration / LOOKS, executor.period))
+            state = executor.state()
+            off = np.abs(state.positions - motion(state.stamp - begin)) - executor.tolerance
+            if off.max() > worst:
+                worst, which = float(off.max()), int(off.argmax())
+        return f"{executor.joint_names[which]} is off by {worst:.4f} more than that" if worst > 0.0 else ""
+
+    def _moving(self) -> str:
+        speeds = np.abs(self.executor.state().velocities)
+        fastest = int(speeds.argmax())
+        name = self.executor.joint_names[fastest]
+        return f"{name} moves at {speeds[fastest]:.4f}" if speeds[fastest] > SETTLED else ""
+
+    def _here(self) -> Floats:
+        """Where the robot is driven to stand: where what is committed ends."""
+        return self.executor.state().commanded
+
+    def _there(self, begin: Floats, end: Floats) -> Trajectory:
+        still = np.zeros((2, len(begin)))
+        times = np.array((0.0, self.duration))
+        return Trajectory(self.executor.joint_names, times, np.stack((begin, end)), still, still)
+
+
+def _to_rest(motion: Trajectory, time: float) -> Trajectory:
+    """Return a motion from a time of another to rest nearby, in as long as that has left."""
+    left = motion.duration - time
+    here, speed, gain = (motion(time, order) for order in range(3))
+    ends = (here + speed * left / 3.0, 0.0 * here, 0.0 * here)
+    rows = [np.stack(both) for both in zip((here, speed, gain), ends, strict=True)]
+    return Trajectory(motion.joint_names, np.array((0.0, left)), *rows)

@@ -1,0 +1,237 @@
+"""Guard: proves what is to be driven next, in the world as it is known at that time."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from trajopt.driving.committed_motion import CommittedMotion
+from trajopt.driving.executor import Executor
+from trajopt.problem.problem import Problem
+from trajopt.scene.deviation import largest_deviation
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.scene.track import Prediction
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.cached import LruCache
+from trajopt.values.errors import JointNotFound, ProblemError, shown
+from trajopt.values.trajectory import Trajectory
+from trajopt.values.trajectory_state import state_of
+from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
+
+FIRST_INTERVALS = 8
+"""Into so many intervals a piece and its stop are cut at first: they are half as long as motions mostly are,
+which the judge cuts into sixteen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen(Value):
+    """The world as it was seen last.
+
+    Attributes:
+        scene: Its clock shows 0 at the time of the stamp.
+        stamp: On the executor's clock [s].
+    """
+
+    scene: Scene
+    stamp: float
+
+    def followed_by(self, scene: Scene, stamp: float) -> "Seen":
+        """Return the world as it is seen next.
+
+        Args:
+            scene: Its clock shows 0 at the time of the stamp.
+            stamp: On the executor's clock [s].
+
+        Raises:
+            ProblemError: If it is a scene of another robot.
+        """
+        own, other = self.scene.robot, scene.robot
+        # Whoever watches may do so in another process: its robot is a copy.
+        if other is not own and (other.name != own.name or other.model != own.model):
+            unlike = " with other joints" if other.name == own.name else ""
+            raise ProblemError(
+                f"the scene is of the robot {shown(other.name)}{unlike}; driven is {shown(own.name)}: "
+                "tell of the world by a scene made from the problem's"
+            )
+        return Seen(scene, stamp)
+
+    def stale(self, time: float) -> str:
+        """Say whose motion is not known any more at a time on the executor's clock [s]; empty if all are."""
+        objects = self.scene.objects
+        for name in self._changing:
+            motion, since = objects[name].timing.motion, time - self.stamp
+            if motion is not None and motion.until < min(since, objects[name].timing.expires):
+                return f"where {name} is, was known until {self.stamp + motion.until:.3f} s"
+        return ""
+
+    def as_well_known(self, time: float) -> "Seen | None":
+        """Return the world as if all were still known as well as when it was seen; None if that is no more.
+
+        Args:
+            time: What moves has gone on along its track until then, on the executor's clock [s].
+        """
+        if not self._changing:
+            return self
+        if self.stale(time):
+            return None
+        scene, objects = self.at(time), self.scene.objects
+        for name in scene.changing:
+            timing, seen = scene.objects[name].timing, objects[name].timing.motion
+            if timing.motion is not None and seen is not None:
+                known = Prediction(timing.motion.track, (seen.error[0], 0.0, 0.0))
+                scene = scene.with_motion(name, known, appears=timing.appears, expires=timing.expires)
+        return Seen(scene, time)
+
+    def at(self, time: float) -> Scene:
+        """Return the scene for a motion that begins at a time on the executor's clock [s].
+
+        Raises:
+            ShapeError: If nothing is known of an object's motion any more then.
+        """
+        return self.scene.at(self.clock(time)) if self._changing else self.scene
+
+    def clock(self, time: float) -> float:
+        """Return what the scene's clock shows at a time on the executor's clock, not before 0 [s]."""
+        return max(time - self.stamp, 0.0) if self._changing else 0.0
+
+    @cached_property
+    def _changing(self) -> tuple[str, ...]:
+        return self.scene.changing
+
+
+@dataclass(frozen=True, eq=False)
+class Guard(Value):
+    """Proves motions that end at rest somewhere on the way; one for each thread, as judges are.
+
+    What a problem requires all the way must hold for them as well, and the limits; its goal need not. Every
+    distance must be larger than is required by as much as the robot can be off where it has to be. The judge
+    of a scene is kept: it is asked about one motion after the other, at other times of the scene's clock.
+
+    Attributes:
+        problem: What is required, and of which group.
+        tolerance: How far each joint of the group can be off where it has to be, shape (n,) [rad | m].
+    """
+
+    problem: Problem
+    tolerance: Floats
+
+    def proven(self, motion: Trajectory, world: Seen, begin: float, *, requirements: bool = True) -> bool:
+        """Say whether a motion that begins at a time is proven.
+
+        Args:
+            motion: Of the group's joints.
+            world: What is known of the world.
+            begin: When the motion begins, on the executor's clock [s].
+            requirements: Whether the problem's own constraints must hold too, besides limits and clearances.
+        """
+        asked = self._specification(motion, requirements=requirements, clock=world.clock(begin))
+        return self._judge(world.scene).decide(motion, asked).verified
+
+    def prepare(self, world: Seen) -> None:
+        """Make the judge of a world, so that the first motion in it is judged as fast as the others."""
+        self._judge(world.scene)
+
+    def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
+        """Measure by how much a motion is proven, or is not; arguments as of `proven`.
+
+        Raises:
+            ShapeError: If nothing is known of an object's motion any more when it begins.
+        """
+        reduced = self._reduced(motion, world.at(begin))
+        return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
+
+    def why_not(self, motion: Trajectory, world: Seen, begin: float) -> str:
+        """Say which check fails, or of what nothing is known any more; arguments as of `proven`."""
+        if stale := world.stale(begin):
+            return stale
+        checks = self.certificate(motion, world, begin).checks
+        return next((check.detail for check in checks if not check.holds), "")
+
+    @cached_property
+    def options(self) -> VerifyOptions:
+        """The judge's own, and how far the robot can be off taken off every distance."""
+        off = largest_deviation(self.problem.reduced, self.tolerance)
+        return VerifyOptions(
+            distance_error=VerifyOptions.distance_error + off, first_intervals=FIRST_INTERVALS
+        )
+
+    @cached_property
+    def _judges(self) -> LruCache[Scene, Judge]:
+        return LruCache(2)
+
+    def _judge(self, scene: Scene) -> Judge:
+        problem = self.problem
+
+        def make() -> Judge:
+            return Judge(reduce_model(scene, problem.group, problem.start_positions), self.options)
+
+        return self._judges.get(scene, make)
+
+    def _reduced(self, motion: Trajectory, scene: Scene) -> ReducedModel:
+        problem = self.problem
+        positions = np.array(problem.start_positions)
+        positions[scene.robot.index(motion.joint_names)] = motion(0.0)
+        return reduce_model(scene, problem.group, scene.robot.followed(positions))
+
+    def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
+        """State what must hold; the motion begins where it begins, which is for the executor to check."""
+        problem, begins = self.problem, state_of(motion, 0.0)
+        return Specification(
+            goals=(),
+            constraints=problem.requirements if requirements else (),
+            limits=problem.moving_limits,
+            tool_speeds=problem.tool_speeds,
+            start_positions=motion.positions[0],
+            start_velocities=begins[1],
+            start_accelerations=begins[2],
+            clock=clock,
+        )
+
+
+def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
+    """Return a problem from where a robot stands, in a scene.
+
+    Args:
+        problem: What is asked.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        scene: What is around the robot.
+    """
+    return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
+
+
+def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: Scene) -> Problem:
+    """Return a problem as if the robot stood in a scene where it has to be at a time.
+
+    Args:
+        problem: What is asked.
+        committed: What the robot has to do.
+        time: On the executor's clock [s].
+        scene: What is around the robot.
+    """
+    positions = np.array(problem.start_positions)
+    positions[scene.robot.index(committed.joint_names)] = committed(time)[0]
+    return start_from(problem, scene.robot.followed(positions), scene)
+
+
+def guard_of(problem: Problem, executor: Executor) -> Guard:
+    """Return the guard of a problem whose robot an executor drives, within its tolerance.
+
+    Joints that it drives and the group does not move stand where the executor has them, whatever the problem
+    says.
+
+    Args:
+        problem: What is required.
+        executor: What drives the robot.
+
+    Raises:
+        JointNotFound: If it does not drive a joint of the group.
+    """
+    names, driven = problem.reduced.joint_names, executor.joint_names
+    for name in names:
+        if name not in driven:
+            raise JointNotFound("joint that is driven", name, driven)
+    stands, robot = np.array(problem.start_positions), problem.scene.robot
+    stands[robot.index(driven)] = executor.state().commanded
+    here = start_from(problem, robot.followed(stands), problem.scene)
+    return Guard(here, executor.tolerance[[driven.index(name) for name in names]])

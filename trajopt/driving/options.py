@@ -1,0 +1,44 @@
+"""Options of a supervisor."""
+
+from dataclasses import dataclass, field
+
+from trajopt.planning import Budget
+from trajopt.values.arrays import number
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class SupervisorOptions:
+    """Options of a supervisor.
+
+    Attributes:
+        cycle: Time from one cycle to the next [s].
+        ahead: So far ahead of now the robot is committed to its motion before it would brake [s]. A plan that
+            takes no longer than that changes the motion without a stop; the longer, the later a stop begins.
+        budget: What each plan may take.
+        on_the_way: Whether it plans while the robot moves, or only once it stands.
+        retry: After a plan that failed the next is tried so much later [s].
+        patience: Where something that moves breaks the rest of the motion, the same path is driven slower, or
+            with a stop, if that ends at most so much later [s]; else it is planned anew. With 0 it always is.
+    """
+
+    cycle: float = 0.02
+    ahead: float = 0.1
+    budget: Budget = field(default_factory=Budget)
+    on_the_way: bool = True
+    retry: float = 0.25
+    patience: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ProblemError: If one is not positive, or the patience is negative.
+        """
+        for name in ("cycle", "ahead", "retry"):
+            if not number(name, getattr(self, name)) > 0.0:
+                raise ProblemError(f"{name} must be positive, is {getattr(self, name):g}")
+        if number("patience", self.patience) < 0.0:
+            raise ProblemError(f"patience must not be negative, is {self.patience:g}")

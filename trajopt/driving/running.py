@@ -1,0 +1,231 @@
+"""Running: the motion that a robot is on, committed piece by piece, each with a stop after it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from math import inf
+
+from trajopt.driving.commitment import Commitment
+from trajopt.driving.events import Kind
+from trajopt.driving.intention import Intention
+from trajopt.driving.options import SupervisorOptions
+from trajopt.driving.pace import PACES, where_on
+from trajopt.driving.soonest_stop import StopTaken
+from trajopt.planning.moving.waiting import JOLT
+from trajopt.problem.problem import Problem
+from trajopt.timing.stops import PathStop
+from trajopt.values.arrays import Printed
+
+FARTHER = (0.0, 0.2, 0.5, inf)
+"""How much farther the robot goes on where a sooner stop is not proven [s]: past a box of 0.1 m at 0.5 m/s,
+past a person, or to the goal."""
+STOPS = 3
+"""So often a stop is looked for. The second time there is twice the time that the first took, which is enough
+but for a machine that stalls."""
+
+
+class Progress(Enum):
+    """How a robot gets on with the motion that it is on."""
+
+    ON = "on"
+    """It is committed as far ahead as it has to be."""
+    UNPROVEN = "unproven"
+    """What comes next is not proven; there is time until it brakes."""
+    BRAKING = "braking"
+    """It brakes: nothing that goes on was proven in time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pause(Printed):
+    """Where a robot stands, or will come to rest, on the path that it was on.
+
+    Attributes:
+        intended: What it was to do.
+        stop: How it stops on the path of that.
+    """
+
+    intended: Intention
+    stop: PathStop
+
+    @cached_property
+    def rests(self) -> float:
+        """Where it comes to rest, on the clock of what it was to do [s]."""
+        stop = self.stop.trajectory
+        return where_on(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
+
+
+@dataclass(eq=False)
+class Running(Printed):
+    """The motion that a robot is on, committed piece by piece, each with a stop after it.
+
+    Where the next piece is not proven, and something moves, the path is gone on along slower: the slower, the
+    sooner the robot stands. If no pace is proven it brakes as was proven before, and stands on its path.
+
+    Attributes:
+        commitment: What the robot will do whatever comes.
+        options: Of the supervisor.
+        intended: What it is to do; None where it is on no motion.
+        parting: When it would begin to brake, if nothing more were committed [s].
+        pause: Where it stands on the path that it was on; None where it was on none.
+    """
+
+    commitment: Commitment
+    options: SupervisorOptions
+    intended: Intention | None
+    parting: float
+    pause: Pause | None = None
+    _committed: Pause | None = None
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether there is a motion that it can be changed on."""
+        return self.intended is not None and self.parting < self.intended.end
+
+    def parts(self, now: float) -> float | None:
+        """Return when the motion can be left for another [s]; None where the robot is on none.
+
+        That is where the robot would begin to brake; where it is committed to the end of the motion, as
+        far ahead as a plan may take.
+        """
+        if self.intended is None:
+            return None
+        end, soon = self.intended.end, now + self.options.ahead
+        return self.parting if self.parting < end else soon if soon < end - 2.0 * JOLT else None
+
+    def take(self, intended: Intention) -> None:
+        """Be on another motion from where it begins."""
+        self.intended, self.parting, self.pause = intended, intended.begin, None
+
+    def leave(self) -> None:
+        """Be on no motion any more."""
+        self.intended = self.pause = None
+
+    def extend(self, now: float) -> Progress:
+        """Commit the next piece of the motion, and a stop after it."""
+        intended, begin = self.intended, self.parting
+        if intended is None or begin >= intended.end:
+            return Progress.ON
+        if begin < now + self.commitment.executor.latency:
+            self.intended, self.pause = None, self._committed
+            return Progress.BRAKING
+        if self._after(now) <= begin and begin > intended.begin:
+            return Progress.ON
+        with self.commitment.journal.stage("prove"):
+            for candidate, farther in self._candidates(intended, begin):
+                if self.commit(candidate, begin, now, farther=farther):
+                    self._say(intended, candidate)
+                    return Progress.ON
+        return Progress.UNPROVEN
+
+    def commit(self, intended: Intention, begin: float, now: float, *, farther: float = 0.0) -> bool:
+        """Prove the next piece of a motion and a stop after it, and have it driven; say whether it is.
+
+        Args:
+            intended: The motion.
+            begin: When the piece begins [s].
+            now: The time [s].
+            farther: It goes on for so much longer than it must before it brakes [s].
+        """
+        after = min(self._after(now) + farther - intended.begin, intended.trajectory.duration)
+        stop = intended.stops.earliest(begin - intended.begin, after=after)
+        commitment, guard = self.commitment, intended.goal.guard
+        if commitment.stale(begin) or not guard.proven(stop.trajectory, commitment.world, begin):
+            return False
+        if not commitment.splice(stop.trajectory, begin):
+            return False
+        commitment.holds(guard)
+        self.intended, self.pause = intended, None
+        self.parting, self._committed = intended.begin + stop.leaves, Pause(intended, stop)
+        return True
+
+    def why_not(self, intended: Intention, begin: float, now: float) -> str:
+        """Say why the next piece of a motion is not proven; arguments as of `commit`."""
+        stop = intended.stops.earliest(begin - intended.begin, after=self._after(now) - intended.begin)
+        return intended.goal.guard.why_not(stop.trajectory, self.commitment.world, begin)
+
+    def resume(self, now: float) -> bool:
+        """Go on along the path on which the robot stands, at the fastest pace that is proven.
+
+        All that is left of it has to be clear, as well as it was known where everything is.
+        """
+        pause, motion = self.pause, self.commitment.motion
+        if pause is None or motion.end > now + self.options.ahead:
+            return False
+        at = max(motion.end + 2.0 * JOLT, now + self.options.ahead)
+        if not self.would_be_clear(pause, at):
+            return False
+        for pace in PACES:
+            candidate = pause.intended.at_pace(pace, at, stands=pause.rests)
+            if candidate is not None and self.commit(candidate, at, now):
+                words = f"the same path{_at(pace)}; {candidate.end - at:.3f} s to the goal"
+                self.commitment.journal.note(Kind.RESUMED, words)
+                return True
+        return False
+
+    def would_be_clear(self, left: Intention | Pause, time: float) -> bool:
+        """Whether what is left of a motion is clear if all is still known as well as when it was seen."""
+        commitment = self.commitment
+        world = commitment.world.as_well_known(time)
+        if world is None:
+            return False
+        if isinstance(left, Intention):
+            return left.goal.guard.proven(left.left(time), world, time)
+        intended = left.intended
+        paces = (intended.at_pace(pace, time, stands=left.rests) for pace in PACES)
+        found = next((each for each in paces if each is not None), None)
+        return found is not None and found.goal.guard.proven(found.trajectory, world, time)
+
+    def stop(self, problem: Problem, why: str) -> StopTaken:
+        """Take the soonest proven stop, of the motion or off its path.
+
+        Finding one takes time. Where that was more than the executor's latency leaves, it is looked for again
+        from as much later on; if none comes in time, the motors brake at once.
+        """
+        commitment, intended, lead = self.commitment, self.intended, 0.0
+        self.leave()
+        for _ in range(STOPS):
+            asked = commitment.executor.now()
+            begin, along = commitment.soonest + lead, None
+            if intended is not None and intended.begin <= begin < min(self.parting, intended.end):
+                along = intended.stops.earliest(begin - intended.begin)
+            found = commitment.stop(problem, begin, None if along is None else along.trajectory, why)
+            if found is not None and (not lead or found[0] is not None):
+                motion, taken = found
+                if intended is not None and taken.along:
+                    shorter = along is not None and motion is along.trajectory
+                    self.pause = Pause(intended, along) if along is not None and shorter else self._committed
+                self.parting = begin
+                return taken
+            lead = 2.0 * (commitment.executor.now() - asked)
+        self.parting = commitment.soonest
+        return commitment.brake(why)
+
+    def _after(self, now: float) -> float:
+        """Return until when the robot goes on before it brakes [s]."""
+        return now + self.options.ahead + self.options.cycle
+
+    def _candidates(self, intended: Intention, begin: float) -> Iterator[tuple[Intention, float]]:
+        """Yield the motion at paces that it may go on with, the best first, and how much farther at once [s].
+
+        Where something moves, a stop may be in its way that is clear farther on, and so may be one that is
+        sooner where the robot goes slower. With a heavy load, braking hard takes a torque that there is not:
+        going on to where it can be braked gently, or to the goal, does not.
+        """
+        pace, changing = intended.clock.pace, bool(self.commitment.world.scene.changing)
+        for other in PACES:
+            if other == pace:
+                yield from ((intended, farther) for farther in FARTHER)
+            elif (other > pace or changing) and (found := intended.at_pace(other, begin)) is not None:
+                yield found, 0.0
+
+    def _say(self, before: Intention, now: Intention) -> None:
+        """Note that the pace has changed."""
+        old, pace = before.clock.pace, now.clock.pace
+        if pace != old:
+            kind = Kind.SLOWING if pace < old else Kind.RESUMED
+            self.commitment.journal.note(kind, f"the same path{_at(pace)}")
+
+
+def _at(pace: float) -> str:
+    return " at full speed" if pace == 1.0 else f" at {pace:.0%} of its speed"

@@ -1,0 +1,1 @@
+"""Files: bundles, MoveIt's YAML and messages, and exported motions."""

@@ -1,0 +1,113 @@
+"""The file of a bundle: a zip whose members are bounded before anything is unpacked.
+
+Whoever sends a bundle may be anybody. So names are plain, members are stored or deflated and nothing else,
+none is encrypted or there twice, and what they say they hold is bounded for each and for all; what they hold
+beyond that is not read.
+"""
+
+import re
+import zipfile
+import zlib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from trajopt.files.bundle.members import LARGEST, LARGEST_ARRAY, Members
+from trajopt.values.documents.files import is_file
+from trajopt.values.documents.whole import written_whole
+from trajopt.values.errors import FileFormatError, shown
+
+MOST_MEMBERS = 20_000
+"""Members of a bundle: objects of a large scene have some arrays each."""
+ARRAYS = "arrays/"
+"""Where arrays are."""
+_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
+_PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+_ENCRYPTED = 0x1
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The time stamp of every member: the same content makes the same file."""
+
+
+class Archive(Members):
+    """The members of a bundle's file, read one by one."""
+
+    def __init__(self, path: Path | str) -> None:
+        """Open a file and check its members.
+
+        Raises:
+            FileFormatError: If it is missing, no zip, or its members are not what a bundle has.
+        """
+        super().__init__(Path(path))
+        if not is_file(self.path):
+            raise self.error("there is no such file")
+        try:
+            with zipfile.ZipFile(self.path) as file:
+                self._members = {item.filename: item for item in self._checked(file.infolist())}
+        except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError) as error:
+            raise self.error(f"is no bundle: {error}") from error
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the members."""
+        return tuple(self._members)
+
+    def read(self, name: str, *, most: int = LARGEST) -> bytes:
+        """Return what a member holds.
+
+        Args:
+            name: Its name.
+            most: Bytes that it may hold.
+
+        Raises:
+            FileFormatError: If there is none of that name, or it holds more, or is damaged.
+        """
+        item = self._members.get(name)
+        if item is None:
+            raise self.error(f"has no member {shown(name)}")
+        if item.file_size > most:
+            raise self.error(f"{name} holds {item.file_size} bytes, more than {most}")
+        try:
+            with zipfile.ZipFile(self.path) as file, file.open(item) as member:
+                data = member.read(most + 1)
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+            raise self.error(f"{name} is damaged: {error}") from error
+        if len(data) != item.file_size:
+            raise self.error(f"{name} is damaged: it holds {len(data)} bytes and not {item.file_size}")
+        return data
+
+    def _checked(self, items: list[zipfile.ZipInfo]) -> Iterable[zipfile.ZipInfo]:
+        if len(items) > MOST_MEMBERS:
+            raise self.error(f"has {len(items)} members, more than {MOST_MEMBERS}")
+        if sum(item.file_size for item in items) > LARGEST:
+            raise self.error(f"holds more than {LARGEST >> 20} MB")
+        seen = set[str]()
+        for item in items:
+            if not is_plain(item.filename):
+                raise self.error(f"has a member of a name that no bundle has: {shown(item.filename)}")
+            if item.filename in seen:
+                raise self.error(f"has two members named {shown(item.filename)}")
+            if item.compress_type not in _PACKED or item.flag_bits & _ENCRYPTED:
+                raise self.error(f"{item.filename} is packed in a way that no bundle is")
+            if item.filename.startswith(ARRAYS) and item.file_size > LARGEST_ARRAY:
+                raise self.error(f"{item.filename} holds more than {LARGEST_ARRAY >> 20} MB")
+            seen.add(item.filename)
+            yield item
+
+
+def is_plain(name: str) -> bool:
+    """Say whether a member may have a name: it leads nowhere but to a file in a folder."""
+    return _NAME.fullmatch(name) is not None
+
+
+def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:
+    """Write a file of members, in one step: a reader finds the old file or the new, never half of one.
+
+    Raises:
+        FileFormatError: If it cannot be written, or holds more than can be read again.
+    """
+    if len(members) > MOST_MEMBERS or sum(map(len, members.values())) > LARGEST:
+        raise FileFormatError(str(path), f"would hold more than {LARGEST >> 20} MB or {MOST_MEMBERS} members")
+    with written_whole(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, data in members.items():
+            item = zipfile.ZipInfo(name, _EPOCH)
+            item.compress_type = zipfile.ZIP_DEFLATED
+            file.writestr(item, data)

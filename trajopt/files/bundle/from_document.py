@@ -1,0 +1,67 @@
+"""Read values from a bundle's documents; the inverse of `trajopt/files/bundle/to_document.py`."""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from trajopt.files.bundle.kinds import bundle_kinds
+from trajopt.files.bundle.kinematics import MOST_JOINTS, model_from
+from trajopt.problem.read_checks import check_fields, check_value
+from trajopt.values.documents import read_values
+from trajopt.values.documents.document import Node
+from trajopt.values.documents.read_values import is_mapping
+from trajopt.values.errors import ShapeError
+
+ArrayOf = Callable[[str], NDArray[np.generic]]
+"""Returns an array by the name of its member."""
+FileOf = Callable[[str], Path]
+"""Returns where a file is, by its name in the bundle."""
+
+
+class Reader(read_values.Reader):
+    """Makes values of documents, and nothing else: only kinds that a bundle may hold, checked again."""
+
+    def __init__(self, array_of: ArrayOf, file_of: FileOf) -> None:
+        """Note where arrays and files are."""
+        forms = {"file": self._file, "kinematics": self._kinematics}
+        super().__init__(bundle_kinds(), check_fields, check_value, forms)
+        self._array_of, self._file_of = cache(array_of), file_of  # named a thousand times, it is read once
+
+    def array(self, node: Node) -> NDArray[np.generic]:
+        """Return an array, of the document or of a member of its own.
+
+        Raises:
+            FileFormatError: If it is none.
+        """
+        if isinstance(node["array"].value, str):
+            return self._array_of(node.only(("array", "type"))["array"].text())
+        return super().array(node)
+
+    def _file(self, node: Node) -> Path:
+        return self._file_of(node.only(("file",))["file"].text())
+
+    def _kinematics(self, node: Node) -> pin.Model:
+        stated = node.only(("kinematics",))["kinematics"]
+        if len(stated["joints"].elements()) > MOST_JOINTS:
+            raise stated["joints"].error(f"are more than {MOST_JOINTS}")
+        tree = Node(self._tree(stated), node.path, f"{node.place}.kinematics")
+        try:
+            return model_from(tree)
+        except ShapeError as error:
+            raise node.error(str(error)) from error
+        except (ValueError, RuntimeError) as error:
+            raise node.error(f"is no model of a robot: {error}") from error
+
+    def _tree(self, node: Node) -> object:
+        """Read the arrays of a plain document."""
+        if isinstance(node.value, list):
+            return [self._tree(item) for item in node.elements()]
+        if not is_mapping(node.value):
+            return node.value
+        if "array" in node.value:
+            return self.array(node)
+        return {key: self._tree(node[key]) for key in node.value}

@@ -1,0 +1,82 @@
+"""Messages of ROS 2 and MoveIt, as `ros2 action send_goal` and `ros2 topic pub` take them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from trajopt.files.export.exporter import Exported
+from trajopt.files.moveit.joint_trajectory import header, on_whole_nanoseconds, points_document, write_message
+from trajopt.files.moveit.planar_joints import planar_joints
+from trajopt.files.moveit.robot_trajectory import write_trajectory
+from trajopt.values.errors import ShapeError, listed
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Interpolation, Trajectory
+
+BETWEEN = {
+    Interpolation.LINEAR: "positions only: controllers go in straight lines between the points",
+    Interpolation.CUBIC: "with velocities: controllers go along cubic polynomials between the points",
+    Interpolation.QUINTIC: "with velocities and accelerations: controllers go along quintic polynomials",
+}
+AS_PLANNED = "the motion's own points: between them the controller goes along the motion itself"
+
+
+@dataclass(frozen=True)
+class JointTrajectory:
+    """`trajectory_msgs/JointTrajectory`, for the topic of a `joint_trajectory_controller`."""
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion, without a rate its own points; see `Exporter.write`."""
+        motion = _at_rate(trajectory, hz)
+        write_message(path, _joint_trajectory(motion))
+        return Exported(path, len(motion.times), motion.duration, _notes(motion, hz))
+
+
+@dataclass(frozen=True)
+class FollowJointTrajectory:
+    """The goal of `control_msgs/action/FollowJointTrajectory`; its tolerances are the controller's own."""
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion, without a rate its own points; see `Exporter.write`."""
+        motion = _at_rate(trajectory, hz)
+        goal: dict[str, object] = {
+            "trajectory": _joint_trajectory(motion),
+            "path_tolerance": list[object](),
+            "goal_tolerance": list[object](),
+            "goal_time_tolerance": {"sec": 0, "nanosec": 0},
+        }
+        write_message(path, goal)
+        notes = (*_notes(motion, hz), "no tolerances: those of the controller's parameters hold")
+        return Exported(path, len(motion.times), motion.duration, notes)
+
+
+@dataclass(frozen=True)
+class RobotTrajectory:
+    """`moveit_msgs/RobotTrajectory`, for MoveIt's `execute`."""
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion, without a rate its own points; see `Exporter.write`."""
+        motion = _at_rate(trajectory, hz)
+        write_trajectory(motion, path)
+        return Exported(path, len(motion.times), motion.duration, _notes(motion, hz))
+
+
+def _at_rate(trajectory: Trajectory, hz: float | None) -> Trajectory:
+    return trajectory if hz is None else trajectory.sampled(hz)
+
+
+def _notes(motion: Trajectory, hz: float | None) -> tuple[str, ...]:
+    where = AS_PLANNED if hz is None else f"{hz:g} samples per second; the last point is the end itself"
+    return where, BETWEEN[motion.interpolation]
+
+
+def _joint_trajectory(motion: Trajectory) -> dict[str, object]:
+    planar = planar_joints(motion.joint_names)
+    if planar:
+        raise ShapeError(
+            "trajectory",
+            f"moves a base in the plane ({listed(planar)}), for which a JointTrajectory has no place; "
+            "export it to moveit",
+        )
+    return {"header": header(), **points_document(on_whole_nanoseconds(motion))}

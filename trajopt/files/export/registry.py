@@ -1,0 +1,80 @@
+"""Exporters by name, and the one call that exports."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from trajopt.files.export.exporter import Exported, Exporter
+from trajopt.files.export.messages import FollowJointTrajectory, JointTrajectory, RobotTrajectory
+from trajopt.files.export.table import Csv
+from trajopt.files.export.urscript import Movej, Servoj
+from trajopt.scene.planned_robot import Planned
+from trajopt.values import arrays
+from trajopt.values.errors import NameNotFound, ProblemError, shown
+from trajopt.values.trajectory import Trajectory
+
+EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
+    "csv": Csv,
+    "ros2": FollowJointTrajectory,
+    "ros2-topic": JointTrajectory,
+    "moveit": RobotTrajectory,
+    "urscript": Servoj,
+    "urscript-movej": Movej,
+}
+"""Name of each format -> what makes its exporter with default options."""
+
+
+def exporter_named(name: str) -> Exporter:
+    """Return an exporter with its default options.
+
+    Raises:
+        NameNotFound: If there is none of that name.
+    """
+    if not isinstance(name, str) or name not in EXPORTERS:  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise NameNotFound("format to export to", name, EXPORTERS)
+    return EXPORTERS[name]()
+
+
+def export(
+    motion: Trajectory | Planned[object], path: Path | str, *, to: Exporter | str, hz: float | None = None
+) -> Exported:
+    """Write a motion in the format of a controller.
+
+    Args:
+        motion: A plan, a result that has one, or a trajectory.
+        path: The file; messages are JSON where its name ends so, YAML otherwise.
+        to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
+            "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); or an
+            exporter with options of your own.
+        hz: Samples per second. Without it messages have the motion's own points, which lose nothing,
+            tables 100 samples per second and URScript 125.
+
+    Returns:
+        What was written and what it loses: print it.
+
+    Raises:
+        NameNotFound: If there is no format of that name.
+        PlanningFailed: If the result has no plan.
+        ProblemError: If the motion or the exporter is none.
+        FileFormatError: If the file cannot be written.
+        ShapeError: If the format has no place for the motion's joints, or the rate cannot be kept.
+    """
+    exporter = exporter_named(to) if isinstance(to, str) else to
+    if not isinstance(exporter, Exporter):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"to is an Exporter or the name of one, is {shown(to)}")
+    return exporter.write(_trajectory_of(motion), arrays.path("path", path), hz)
+
+
+def _trajectory_of(motion: Trajectory | Planned[object]) -> Trajectory:
+    if isinstance(motion, Trajectory):
+        return motion
+    plan: object = motion.require() if hasattr(motion, "require") else motion
+    if isinstance(plan, tuple):
+        raise ProblemError(
+            "export: several motions need a file each: export(segment.result, ...) for each of its segments"
+        )
+    trajectory: object = getattr(plan, "trajectory", None)
+    if not isinstance(trajectory, Trajectory):
+        raise ProblemError(
+            f"export: give a plan, a result that has one, or a trajectory; motion is {shown(motion)}"
+        )
+    return trajectory

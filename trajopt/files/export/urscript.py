@@ -1,0 +1,257 @@
+"""Programs for the controllers of Universal Robots: a stream of `servoj`, or `movej` with blends."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from trajopt.files.export.exporter import Exported
+from trajopt.values.arrays import Floats, number
+from trajopt.values.documents.document import write_text
+from trajopt.values.errors import ShapeError, listed
+from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_number
+from trajopt.values.trajectory import Trajectory
+
+OTHERS = "csv, ros2, ros2-topic and moveit"
+"""Formats that move any arm."""
+UR_JOINTS = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+"""The joints of every arm of Universal Robots, in the order of URScript; a prefix may stand before them."""
+CONTROL_RATE = 125.0
+"""Commands per second that both generations of controllers take: the CB3's only rate, a quarter of the
+e-Series' 500 [1/s]."""
+AT_START = 0.01
+"""How far from the start of the motion a joint may be when the program begins: half a degree is more than a
+standing arm is off, and too little to matter to what the motion keeps away from [rad]."""
+FASTEST_RATE = 500.0
+"""Cycles per second of the e-Series [1/s]."""
+STOPPING = 2.0
+"""Deceleration of the final `stopj`; the arm stands by then [rad/s^2]."""
+DEFAULT_ACCELERATION = 1.4
+"""Acceleration of `movej` in Universal Robots' manual, where the motion states none [rad/s^2]."""
+_STANDING = 1e-6
+"""A joint that turns by less on a line stands still [rad]."""
+_CREEPING = 0.01
+"""The least acceleration that is asked for, whatever else holds; it harms no arm [rad/s^2]."""
+_STILL = 1e-5
+"""A joint that has not moved by more than this stands still [rad]."""
+_SHORTEST_REST = 0.02
+"""Shorter rests are no waits: so slowly motions begin by themselves [s]."""
+_SAMPLES = 2000
+"""Samples in which the corners of `movej` are sought: for ten seconds one in 5 ms."""
+
+
+@dataclass(frozen=True)
+class Servoj:
+    """The motion as a stream of positions, one for each cycle of the controller.
+
+    Attributes:
+        lookahead_time: How far ahead the controller smooths the stream, 0.03 to 0.2 [s].
+        gain: How stiffly it follows, 100 to 2000.
+    """
+
+    lookahead_time: float = 0.1
+    gain: float = 300.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges that the controller takes."""
+        _within("lookahead_time", self.lookahead_time, 0.03, 0.2)
+        _within("gain", self.gain, 100.0, 2000.0)
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion; see `Exporter.write`."""
+        rate = CONTROL_RATE if hz is None else number("hz", hz)
+        if rate > FASTEST_RATE:
+            raise ShapeError("hz", f"controllers take at most {FASTEST_RATE:g} commands per second")
+        samples = in_ur_order(trajectory).sampled(rate)
+        step = 1.0 / rate
+        options = f"t={step:.9g}, lookahead_time={self.lookahead_time:g}, gain={self.gain:g}"
+        holding = math.ceil(self.lookahead_time / step)
+        # The arm stands at the first sample: the command of each cycle is where it must be at its end.
+        streamed = [*samples.positions[1:], *[samples.positions[-1]] * holding]
+        lines = [f"servoj({_vector(row)}, {options})" for row in streamed]
+        notes = (
+            f"{rate:g} commands per second, positions in rad in the order of URScript",
+            f"the last position is held for {self.lookahead_time:g} s until the arm has come to it",
+            "loses: velocities and accelerations; the controller follows about "
+            f"{self.lookahead_time:g} s behind and rounds the motion where it turns, by an amount that was "
+            "not judged: try it at reduced speed, with clearance to spare",
+            *_STARTING,
+        )
+        _write(path, [*lines, f"stopj({STOPPING:g})"], samples.positions[0], notes)
+        return Exported(path, len(samples.times), len(lines) * step, notes)
+
+
+@dataclass(frozen=True)
+class Movej:
+    """A few straight lines in joint space near the motion, each a `movej`, with rounded corners.
+
+    Attributes:
+        tolerance: How far the lines may be from the motion, in each joint [rad].
+        blend: Radius of the corners, of the tool; 0 stops at each [m].
+    """
+
+    tolerance: float = 0.01
+    blend: float = 0.005
+
+    def __post_init__(self) -> None:
+        """Check that they can be."""
+        _within("tolerance", self.tolerance, 1e-6, 1.0)
+        _within("blend", self.blend, 0.0, 1.0)
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion; see `Exporter.write`. There is no rate.
+
+        Raises:
+            ShapeError: If a rate is given, too.
+        """
+        if hz is not None:
+            raise ShapeError("hz", "movej has no rate: the controller times each line itself")
+        motion = in_ur_order(trajectory)
+        times = np.union1d(np.linspace(0.0, motion.duration, _SAMPLES), motion.times)
+        positions = motion(times)
+        positions[-1] = motion.positions[-1]
+        corners = _corners(positions, self.tolerance)
+        wait = _rest_at_start(times, positions)
+        lines = [f"sleep({wait:.6f})"] * (wait > 0.0)
+        lasting = wait
+        peaks = np.abs(motion(times, 2)).max(axis=0)
+        for place, (begin, end) in enumerate(pairwise(corners)):
+            seconds = times[end] - max(times[begin], wait)
+            speed, acceleration = _leg(positions[end] - positions[begin], seconds, peaks)
+            radius = self.blend if place < len(corners) - 2 else 0.0
+            lines.append(
+                f"movej({_vector(positions[end])}, a={acceleration:.6f}, v={speed:.6f}, r={radius:g})"
+            )
+            lasting += seconds + speed / acceleration
+        notes = (
+            f"{in_number(corners[1:], 'straight line')} in joint space, "
+            f"at most {math.degrees(self.tolerance):.2g} deg from the motion in each joint; "
+            f"corners rounded by {self.blend * 1000:g} mm of the tool",
+            "each line at the motion's mean speed on it: no joint goes faster than in the motion",
+            *((f"waits {wait:.3f} s first, as the motion does",) * (wait > 0.0)),
+            "loses: the timing (it takes longer, so it is not for scenes in which things move), and what "
+            "was judged: straight lines and rounded corners are not the motion, so keep clearance to spare; "
+            "where the tool moves less than two radii between two corners, as when only the wrist turns, "
+            "the controller leaves a corner out",
+            *_STARTING,
+        )
+        _write(path, lines, positions[0], notes)
+        return Exported(path, len(corners), float(lasting), notes)
+
+
+_STARTING = (
+    f"the program ends with a message if a joint is more than {AT_START:g} rad from the motion's start",
+    "sent to port 30001 or 30002 it runs; in a Script node of the pendant, call trajopt_motion() after it",
+)
+
+
+def in_ur_order(trajectory: Trajectory) -> Trajectory:
+    """Return the motion with its joints in the order of URScript.
+
+    Raises:
+        ShapeError: If it does not move exactly the six joints of one arm of Universal Robots.
+    """
+    names = trajectory.joint_names
+    prefix = next((name.removesuffix(UR_JOINTS[0]) for name in names if name.endswith(UR_JOINTS[0])), "")
+    wanted = tuple(prefix + name for name in UR_JOINTS)
+    if set(names) != set(wanted):
+        missing, others = [x for x in wanted if x not in names], [x for x in names if x not in wanted]
+        what = [f"this motion has no {listed(missing)}"] if missing else []
+        what += [f"URScript cannot move {listed(others)}"] if others else []
+        if len(missing) == len(wanted):
+            what = [f"this motion has {listed(others)}: for other arms there are {OTHERS}"]
+        raise ShapeError(
+            "trajectory", f"URScript moves the six joints of one UR arm ({listed(wanted)}); {'; '.join(what)}"
+        )
+    return trajectory.ordered(wanted)
+
+
+def _within(name: str, value: float, lower: float, upper: float) -> None:
+    if not lower <= number(name, value) <= upper:
+        raise ShapeError(name, f"must be from {lower:g} to {upper:g}, is {value:g}")
+
+
+def _rest_at_start(times: Floats, positions: Floats) -> float:
+    """Return how long a motion rests before it moves [s]."""
+    moved = np.flatnonzero(np.abs(positions - positions[0]).max(axis=1) > _STILL)
+    rests = float(times[max(int(moved[0]) - 1, 0)]) if len(moved) else 0.0
+    return rests if rests > _SHORTEST_REST else 0.0
+
+
+def _vector(row: Iterable[float]) -> str:
+    """Return positions as URScript has them, to the nanoradian."""
+    return "[" + ", ".join(f"{float(value):.9f}" for value in row) + "]"
+
+
+def _leg(difference: Floats, seconds: float, peaks: Floats) -> tuple[float, float]:
+    """Return speed and acceleration of the leading joint of a straight line, as `movej` takes them.
+
+    The speed is the mean of the motion on the line: of no joint is it beyond what the motion reaches there.
+    The acceleration takes no joint beyond the peak of its own in the motion.
+    """
+    moved = np.abs(difference)
+    lead = float(moved.max())
+    turning = moved > _STANDING
+    if not turning.any() or not peaks.any():
+        return max(lead / seconds, _STANDING), DEFAULT_ACCELERATION
+    allowed = float((peaks[turning] * lead / moved[turning]).min())
+    return lead / seconds, max(allowed, _CREEPING)
+
+
+def _corners(positions: Floats, tolerance: float) -> list[int]:
+    """Return the rows between which straight lines stay within a tolerance of all rows (Douglas-Peucker)."""
+    ends = (0, len(positions) - 1)
+    kept, todo = set(ends), [ends]
+    while todo:
+        begin, end = todo.pop()
+        if end - begin < 2:
+            continue
+        worst = _farthest(positions[begin : end + 1], tolerance)
+        if worst is not None:
+            kept.add(begin + worst)
+            todo += [(begin, begin + worst), (begin + worst, end)]
+    return sorted(kept)
+
+
+def _farthest(rows: Floats, tolerance: float) -> int | None:
+    """Return the row farthest from the line between the first and the last; None if all are near."""
+    line = rows[-1] - rows[0]
+    square = float(line @ line)
+    along = np.clip((rows - rows[0]) @ line / square, 0.0, 1.0) if square > 0.0 else np.zeros(len(rows))
+    off = np.abs(rows - rows[0] - along[:, None] * line).max(axis=1)
+    worst = int(off.argmax())
+    return worst if off[worst] > tolerance else None
+
+
+def _write(path: Path, moves: Sequence[str], start: Floats, notes: Sequence[str]) -> None:
+    """Write the program: what it is, a check of where the arm is, the moves."""
+    lines = [
+        *(f"# {note}" for note in notes),
+        f"start = {_vector(start)}",
+        "now = get_actual_joint_positions()",
+        "joint = 0",
+        "while joint < 6:",
+        f"  if norm(now[joint] - start[joint]) > {AT_START:g}:",
+        '    popup("The arm is not at the start of the motion.", title="trajopt", error=True, blocking=True)',
+        "    halt",
+        "  end",
+        "  joint = joint + 1",
+        "end",
+        *moves,
+    ]
+    # The comments are within the program: sent over a socket, each line outside is one of its own.
+    text = "\n".join(["def trajopt_motion():", *(f"  {line}" for line in lines), "end", ""])
+    write_text(path, text)

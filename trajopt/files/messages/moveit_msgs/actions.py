@@ -1,0 +1,73 @@
+"""Goals, results and feedback of MoveIt's actions."""
+
+from dataclasses import dataclass, field
+
+from trajopt.files.messages.moveit_msgs.error_codes import MoveItErrorCodes
+from trajopt.files.messages.moveit_msgs.planning import MotionPlanRequest, RobotTrajectory
+from trajopt.files.messages.moveit_msgs.planning_scene import PlanningScene, RobotState
+
+
+@dataclass(slots=True)
+class PlanningOptions:
+    """What planning for an execution does beside it.
+
+    Looking around and planning again are MoveIt's ways of meeting a scene that changes; an execution here
+    watches the scene by itself.
+    """
+
+    planning_scene_diff: PlanningScene = field(default_factory=PlanningScene)
+    plan_only: bool = False
+    look_around: bool = False
+    look_around_attempts: int = 0
+    max_safe_execution_cost: float = 0.0
+    replan: bool = False
+    replan_attempts: int = 0
+    replan_delay: float = 0.0
+
+
+@dataclass(slots=True)
+class MoveGroupGoal:
+    """A motion that is planned and executed."""
+
+    request: MotionPlanRequest = field(default_factory=MotionPlanRequest)
+    planning_options: PlanningOptions = field(default_factory=PlanningOptions)
+
+
+@dataclass(slots=True)
+class MoveGroupResult:
+    """How it ended, and the motion."""
+
+    error_code: MoveItErrorCodes = field(default_factory=MoveItErrorCodes)
+    trajectory_start: RobotState = field(default_factory=RobotState)
+    planned_trajectory: RobotTrajectory = field(default_factory=RobotTrajectory)
+    executed_trajectory: RobotTrajectory = field(default_factory=RobotTrajectory)
+    planning_time: float = 0.0
+
+
+@dataclass(slots=True)
+class MoveGroupFeedback:
+    """What is being done: planning, moving, ..."""
+
+    state: str = ""
+
+
+@dataclass(slots=True)
+class ExecuteTrajectoryGoal:
+    """A motion that is executed; `controller_names` are ROS 2's, and there is one controller."""
+
+    trajectory: RobotTrajectory = field(default_factory=RobotTrajectory)
+    controller_names: list[str] = field(default_factory=list[str])
+
+
+@dataclass(slots=True)
+class ExecuteTrajectoryResult:
+    """How it ended."""
+
+    error_code: MoveItErrorCodes = field(default_factory=MoveItErrorCodes)
+
+
+@dataclass(slots=True)
+class ExecuteTrajectoryFeedback:
+    """What is being done."""
+
+    state: str = ""

@@ -1,0 +1,65 @@
+"""Messages of `moveit_msgs` on where links are, and on what a state touches."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from trajopt.files.messages.builtin_interfaces import Duration
+from trajopt.files.messages.geometry_msgs import Point, PoseStamped, Vector3
+from trajopt.files.messages.moveit_msgs.constraints import Constraints
+from trajopt.files.messages.moveit_msgs.planning_scene import RobotState
+from trajopt.files.messages.primitives import UInt32
+from trajopt.files.messages.std_msgs import Header
+
+
+@dataclass(slots=True)
+class PositionIKRequest:
+    """Poses that links are to have, and the state that the search begins at.
+
+    `attempts` is of ROS 1's first years: the search decides here how often it begins.
+    """
+
+    group_name: str = ""
+    robot_state: RobotState = field(default_factory=RobotState)
+    constraints: Constraints = field(default_factory=Constraints)
+    avoid_collisions: bool = False
+    ik_link_name: str = ""
+    pose_stamped: PoseStamped = field(default_factory=PoseStamped)
+    ik_link_names: list[str] = field(default_factory=list[str])
+    pose_stamped_vector: list[PoseStamped] = field(default_factory=list[PoseStamped])
+    timeout: Duration = field(default_factory=Duration)
+    attempts: int = 0
+
+
+@dataclass(slots=True)
+class ContactInformation:
+    """Two things that touch: where, in which direction, how deep [m]."""
+
+    ROBOT_LINK: ClassVar[int] = 0
+    WORLD_OBJECT: ClassVar[int] = 1
+    ROBOT_ATTACHED: ClassVar[int] = 2
+
+    header: Header = field(default_factory=Header)
+    position: Point = field(default_factory=Point)
+    normal: Vector3 = field(default_factory=Vector3)
+    depth: float = 0.0
+    contact_body_1: str = ""
+    body_type_1: UInt32 = 0
+    contact_body_2: str = ""
+    body_type_2: UInt32 = 0
+
+
+@dataclass(slots=True)
+class CostSource:
+    """A box of space that costs something; nothing here does."""
+
+    cost_density: float = 0.0
+    aabb_min: Vector3 = field(default_factory=Vector3)
+    aabb_max: Vector3 = field(default_factory=Vector3)
+
+
+@dataclass(slots=True)
+class ConstraintEvalResult:
+    """Whether a constraint holds, and how far a state is from it [rad | m]."""
+
+    result: bool = False
+    distance: float = 0.0

@@ -1,0 +1,208 @@
+"""Collision object messages: what they hold, and what they do to a scene."""
+
+from dataclasses import dataclass, replace
+
+from trajopt.files.moveit.frames import Reading, placement_in_world, read_frame, require
+from trajopt.files.moveit.pose import read_placement
+from trajopt.files.moveit.shapes import read_parts
+from trajopt.scene.scene import Scene
+from trajopt.scene.scene_object import Part
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ModelError, NameNotFound, ObjectNotFound, shown
+from trajopt.values.placement import IDENTITY, WORLD, Placement
+
+OBJECT_FIELDS = (
+    *("header", "id", "pose", "type", "operation", "primitives", "primitive_poses"),
+    *("meshes", "mesh_poses", "planes", "plane_poses", "subframe_names", "subframe_poses"),
+)
+OPERATIONS = ("ADD", "REMOVE", "APPEND", "MOVE")
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectMessage:
+    """A collision object message.
+
+    Attributes:
+        node: Where it stands.
+        name: The object's id.
+        operation: ADD, REMOVE, APPEND or MOVE.
+        placement: Of the object in the frame of its header.
+        parts: Its shapes with their placements in the object's frame.
+        subframes: Frames on it by name, in the object's frame.
+    """
+
+    node: Node
+    name: str
+    operation: str
+    placement: Placement
+    parts: tuple[Part, ...]
+    subframes: tuple[tuple[str, Placement], ...]
+
+
+def read_object(node: Node, reading: Reading) -> ObjectMessage:
+    """Return what a collision object message holds.
+
+    A single shape with a pose of its own, in an object without pose, lends the object its frame
+    (as in MoveIt: that is where the object's id points when it is used as a frame).
+
+    Raises:
+        FileFormatError: If the message is malformed.
+    """
+    node.only(OBJECT_FIELDS)
+    parts = read_parts(node, reading.notes)
+    where = read_placement(node["pose"], reading.notes)
+    if len(parts) == 1 and where == IDENTITY:
+        shape, where = parts[0]
+        parts = ((shape, IDENTITY),)
+    names, poses = node["subframe_names"].elements(), node["subframe_poses"].elements()
+    if len(names) != len(poses):
+        raise node["subframe_names"].error(f"{len(names)} names, but {len(poses)} poses")
+    subframes = tuple(
+        (name.text(), read_placement(pose, reading.notes)) for name, pose in zip(names, poses, strict=True)
+    )
+    operation = read_operation(node["operation"])
+    return ObjectMessage(node, node["id"].text(""), operation, where, parts, subframes)
+
+
+def read_operation(node: Node) -> str:
+    """Return the name of an operation that is written as a name, a number or a byte."""
+    value = node.value
+    if isinstance(value, bytes | str) and len(value) == 1:
+        value = ord(value)
+    if value is None:
+        return OPERATIONS[0]
+    if isinstance(value, int) and value in range(len(OPERATIONS)) and not isinstance(value, bool):
+        return OPERATIONS[value]
+    if isinstance(value, str) and value.upper() in OPERATIONS:
+        return value.upper()
+    raise node.error(f"unknown operation {shown(value)}; known: {', '.join(OPERATIONS)}")
+
+
+def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene after a message on an object in the world.
+
+    A frame of the robot or of an object means where it is now: the object stays in the world.
+
+    Raises:
+        FileFormatError: If the message cannot be carried out.
+        NameNotFound: If it names an unknown frame, or moves an unknown object.
+    """
+    node, name = message.node, message.name
+    if message.operation == "REMOVE":
+        if not name:
+            return _emptied(scene)
+        if name not in scene.objects:
+            reading.notes.append(f"{node.place}: there is no object {name!r} to remove")
+        return _without_lost_tools(without(scene, name), scene)
+    frame = read_frame(node["header"], scene, reading)
+    where = placement_in_world(frame, scene, reading) * message.placement
+    if message.operation == "MOVE":
+        require(node["id"], ObjectNotFound, "object", name, scene.objects)
+        if message.parts:
+            reading.notes.append(f"{node.place}: the shapes of an object that moves are ignored")
+        return scene.move(name, where, frame=WORLD)
+    if message.operation == "APPEND" and name in scene.objects:
+        here = placement_in_world(name, scene, reading).inverse() * where
+        return append(message, here, scene, reading)
+    if name in scene.objects:
+        reading.notes.append(f"{node.place}: replaces the object {name!r} above it")
+    return add(message, scene, reading, placement=where, frame=WORLD)
+
+
+def add(
+    message: ObjectMessage,
+    scene: Scene,
+    reading: Reading,
+    *,
+    placement: Placement,
+    frame: str,
+    touch_links: frozenset[str] = frozenset(),
+) -> Scene:
+    """Return the scene with the message's object, in place of any of the same id.
+
+    Args:
+        message: The message.
+        scene: The scene.
+        reading: What names mean.
+        placement: Of the object in `frame`.
+        frame: "world" or a frame of the robot.
+        touch_links: Links that may touch the object.
+
+    Raises:
+        FileFormatError: If the object has no shape, or its id is taken by a frame of the robot.
+    """
+    name = message.name
+    if not message.parts:
+        raise message.node.error(f"object {name!r} has no shape")
+    try:
+        scene = without(scene, name).add(
+            name,
+            message.parts,
+            placement,
+            frame=frame,
+            touch_links=touch_links,
+            meshes=reading.meshes,
+        )
+    except NameNotFound:
+        raise
+    except ModelError as error:
+        raise message.node.error(str(error)) from error
+    return with_subframes(message, IDENTITY, scene)
+
+
+def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene with the message's shapes added to an object, where the message puts them.
+
+    Args:
+        message: The message.
+        placement: Of the message's object frame in that of the object.
+        scene: The scene.
+        reading: What names mean.
+    """
+    name = message.name
+    try:
+        added = Scene(scene.robot).add(name, message.parts, meshes=reading.meshes).object(name)
+    except ModelError as error:
+        raise message.node.error(str(error)) from error
+    item = scene.object(name)
+    moved = tuple((shape, placement * inner) for shape, inner in added.parts)
+    item = replace(item, parts=(*item.parts, *moved), notes=(*item.notes, *added.notes))
+    scene = replace(scene, objects={**scene.objects, name: item})
+    return with_subframes(message, placement, scene)
+
+
+def with_subframes(message: ObjectMessage, placement: Placement, scene: Scene) -> Scene:
+    """Return the scene with the frames on an object: frame f of object o is named "o/f"."""
+    for name, where in message.subframes:
+        frame = f"{message.name}/{name}"
+        scene = without(scene, frame).add(frame, (), placement * where, frame=message.name)
+    return scene
+
+
+def without(scene: Scene, name: str) -> Scene:
+    """Return the scene without an object and the frames on it, if it is there."""
+    if name not in scene.objects:
+        return scene
+    kept = {
+        key: item
+        for key, item in scene.objects.items()
+        if key != name and not (item.frame == name and key.startswith(f"{name}/"))
+    }
+    return replace(scene, objects=kept)
+
+
+def _emptied(scene: Scene) -> Scene:
+    """Return the scene with only what links carry, and fixed frames."""
+    kept = {
+        key: item
+        for key, item in scene.objects.items()
+        if scene.holder(key).link != WORLD or (item.frame == WORLD and not item.parts)
+    }
+    return _without_lost_tools(replace(scene, objects=kept), scene)
+
+
+def _without_lost_tools(scene: Scene, before: Scene) -> Scene:
+    """Return the scene without the frames of tools that stood on objects that are gone."""
+    owners = {name: before.owner(name) for name in scene.tools}
+    gone = set(before.objects) - set(scene.objects)
+    return replace(scene, tools={name: scene.tools[name] for name in owners if owners[name] not in gone})

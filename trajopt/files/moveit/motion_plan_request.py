@@ -1,0 +1,233 @@
+"""Motion plan request messages, MoveIt's description of a planning problem."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from trajopt.files.moveit.attached_object import apply_attached
+from trajopt.files.moveit.constraints import read_constraints
+from trajopt.files.moveit.frames import Reading, require, world_names
+from trajopt.files.moveit.planning_scene import SceneFile
+from trajopt.files.moveit.robot_base import placed_robot, read_workspace
+from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import JointPositions, Requirement, any_of
+from trajopt.problem.tool_speed import ToolSpeed, tool_speed
+from trajopt.robot.loading.groups import ALL_JOINTS
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.errors import FrameNotFound, GroupNotFound
+from trajopt.values.errors.arguments import checked
+
+IGNORED = ("planner_id", "pipeline_id", "num_planning_attempts", "reference_trajectories")
+LIMITED_LINK = ("cartesian_speed_limited_link", "cartesian_speed_end_effector_link")
+"""What names the link whose speed is limited, in MoveIt of today and of old."""
+REQUEST_FIELDS = (
+    *("workspace_parameters", "start_state", "goal_constraints", "path_constraints"),
+    *("trajectory_constraints", "group_name", "allowed_planning_time"),
+    *("max_velocity_scaling_factor", "max_acceleration_scaling_factor", "max_cartesian_speed"),
+    *LIMITED_LINK,
+    *IGNORED,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RequestFile(Value):
+    """What a motion plan request file says.
+
+    Attributes:
+        path: The file.
+        scene: The scene it is about, with what the start state carries.
+        start: Positions of all joints, shape (number of joints,) [rad | m].
+        group: The planning group.
+        goals: What must hold at the end; of several goals, the first.
+        alternatives: The goals of which any one will do, by name, where the file has several.
+        constraints: What must hold all the way.
+        waypoints: What must hold on the way, in order: the file's trajectory constraints.
+        velocity_scaling: Factor in (0, 1] on the velocity limits.
+        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        tool_speed: Largest speeds of tools.
+        allowed_planning_time: Time to plan for [s]; None where the file leaves it open.
+        notes: Sentences on what was taken differently from how it is written, or left out.
+    """
+
+    path: Path
+    scene: Scene
+    start: Floats
+    group: str
+    goals: tuple[Requirement, ...]
+    alternatives: Mapping[str, tuple[Requirement, ...]]
+    constraints: tuple[Requirement, ...]
+    waypoints: tuple[tuple[Requirement, ...], ...]
+    velocity_scaling: float
+    acceleration_scaling: float
+    tool_speed: tuple[ToolSpeed, ...]
+    allowed_planning_time: float | None
+    notes: tuple[str, ...]
+
+    def problem(self) -> Problem:
+        """Return the planning problem that the file asks for."""
+        return Problem(
+            scene=self.scene,
+            start=self.start,
+            goal=any_of(self.alternatives) if self.alternatives else self.goals,
+            group=self.group,
+            constraints=self.constraints,
+            waypoints=self.waypoints,
+            velocity_scaling=self.velocity_scaling,
+            acceleration_scaling=self.acceleration_scaling,
+            tool_speed=self.tool_speed,
+            name=self.path.stem,
+        )
+
+
+@checked
+def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
+    """Read a `moveit_msgs/MotionPlanRequest` from YAML.
+
+    Joints that the start state leaves out stand where the scene file has them, else at their
+    default. The workspace holds back a base that moves, and nothing else.
+
+    Args:
+        path: The file.
+        scene: The scene that it is about.
+
+    Raises:
+        FileFormatError: If the file does not say what it must.
+        NameNotFound: If it names a joint, link, frame, object or group that does not exist.
+    """
+    if isinstance(scene, Scene):
+        scene = SceneFile(Path(path), scene, {}, world_names(scene.robot), ())
+    return request_of(read_document(path), scene)
+
+
+def request_of(document: Node, scene: SceneFile) -> RequestFile:
+    """Return what a motion plan request message says; as `read_request` does of a file.
+
+    Raises:
+        FileFormatError: If the message does not say what it must.
+        NameNotFound: If it names a joint, link, frame, object or group that does not exist.
+    """
+    document.only(REQUEST_FIELDS)
+    notes: list[str] = []
+    scene = _where_it_stands(document["start_state"]["multi_dof_joint_state"], scene, notes)
+    robot, around = scene.scene.robot, scene.scene
+    state = read_joint_positions(document["start_state"], robot, notes)
+    start = layered_positions(robot, scene.state, state)
+    reading = Reading(scene.world_names, start, None, notes)
+    for node in document["start_state"]["attached_collision_objects"].elements():
+        around = apply_attached(node, around, reading)
+    group = _read_group(document["group_name"], robot, notes)
+    goals, around = _read_goals(document["goal_constraints"], around, reading)
+    constraints, around = read_constraints(document["path_constraints"], around, reading)
+    room = read_workspace(document["workspace_parameters"], robot, group, scene.world_names, notes)
+    waypoints: list[tuple[Requirement, ...]] = []
+    for node in document["trajectory_constraints"].only(("constraints",))["constraints"].elements():
+        wanted, around = read_constraints(node, around, reading)
+        if not wanted:
+            raise node.error("requires nothing")
+        waypoints.append(wanted)
+    notes.extend(f"{key}: is ignored" for key in IGNORED if document[key].value)
+    return RequestFile(
+        path=Path(document.path),
+        scene=around,
+        start=start,
+        group=group,
+        goals=next(iter(goals.values())),
+        alternatives=goals if len(goals) > 1 else {},
+        constraints=(*constraints, *room),
+        waypoints=tuple(waypoints),
+        velocity_scaling=_read_scaling(document["max_velocity_scaling_factor"]),
+        acceleration_scaling=_read_scaling(document["max_acceleration_scaling_factor"]),
+        tool_speed=_read_tool_speed(document, around, notes),
+        allowed_planning_time=_read_time(document["allowed_planning_time"]),
+        notes=tuple(notes),
+    )
+
+
+def _where_it_stands(node: Node, scene: SceneFile, notes: list[str]) -> SceneFile:
+    """Return the scene with the robot where the start state has its base."""
+    before = scene.scene.robot
+    robot = placed_robot(node, before, notes)
+    if robot is before:
+        return scene
+    names = scene.world_names.difference(before.links[:1]) | world_names(robot)
+    return replace(scene, scene=replace(scene.scene, robot=robot), world_names=names)
+
+
+def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[ToolSpeed, ...]:
+    """Read the speed limit of a link; MoveIt takes the end of the group's chain where none is named."""
+    limit = document["max_cartesian_speed"].number(0.0)
+    if limit <= 0.0:
+        return ()
+    for key in LIMITED_LINK:
+        link = document[key].text("")
+        if link:
+            require(document[key], FrameNotFound, "frame", link, (*scene.frame_names, *scene.objects))
+            return (tool_speed(link, linear=limit),)
+    notes.append(f"max_cartesian_speed: is ignored, {LIMITED_LINK[0]} names no link")
+    return ()
+
+
+def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requirement:
+    """Take the whole turns of continuous joints that are nearest to the start, as MoveIt does."""
+    if not isinstance(goal, JointPositions):
+        return goal
+    positions = dict(goal.positions)
+    for joint, value in goal.positions.items():
+        place = int(robot.index([joint])[0])
+        if np.isinf(robot.limits.lower[place]) and np.isinf(robot.limits.upper[place]):
+            turns = round((float(start[place]) - value) / (2.0 * np.pi))
+            positions[joint] = value + 2.0 * np.pi * turns
+    return replace(goal, positions=positions)
+
+
+def _read_goals(
+    node: Node, scene: Scene, reading: Reading
+) -> tuple[Mapping[str, tuple[Requirement, ...]], Scene]:
+    """Read the goals, of which any one will do, by name; those without a name by their place."""
+    found: dict[str, tuple[Requirement, ...]] = {}
+    for place, goal in enumerate(node.elements(), start=1):
+        requirements, scene = read_constraints(goal, scene, reading)
+        if not requirements:
+            raise goal.error("requires nothing")
+        name = goal["name"].text("") or f"goal {place}"
+        if name in found:
+            raise goal["name"].error(f"{name!r} is the name of two goals")
+        found[name] = tuple(_nearest_turns(each, scene.robot, reading.positions) for each in requirements)
+    if not found:
+        raise node.error("names no goal")
+    return found, scene
+
+
+def _read_group(node: Node, robot: Robot, notes: list[str]) -> str:
+    """Return the group; all joints where a robot without SRDF cannot know the name."""
+    name = node.text("")
+    if name in robot.left_out and name not in robot.groups:
+        raise GroupNotFound(
+            f"group (at {node.place} in {node.path})", name, robot.groups, left_out=robot.left_out[name]
+        )
+    if tuple(robot.groups) == (ALL_JOINTS,):
+        if name not in ("", ALL_JOINTS):
+            notes.append(f"{node.place}: {name!r} needs the robot's SRDF; all joints are planned for")
+        return ALL_JOINTS
+    if not name and len(robot.groups) == 1:
+        return next(iter(robot.groups))
+    require(node, GroupNotFound, "group", name, robot.groups)
+    return name
+
+
+def _read_scaling(node: Node) -> float:
+    value = node.number(0.0)
+    if not 0.0 <= value <= 1.0:
+        raise node.error(f"must lie in (0, 1], or be 0 for the default of 1; is {value:g}")
+    return value or 1.0
+
+
+def _read_time(node: Node) -> float | None:
+    value = node.number(0.0)
+    return value if value > 0.0 else None

@@ -1,0 +1,220 @@
+"""Planning scene messages, MoveIt's description of a robot among objects."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from trajopt.files.moveit.attached_object import apply_attached
+from trajopt.files.moveit.collision_matrix import apply_matrix
+from trajopt.files.moveit.collision_object import apply_object, read_object
+from trajopt.files.moveit.frames import Reading, frame_id, require, world_names
+from trajopt.files.moveit.pose import read_placement
+from trajopt.files.moveit.robot_base import placed_robot
+from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.robot.meshes.mesh_cover import MeshPolicy
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.errors import FrameNotFound, ModelError, ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD, Placement
+
+SCENE_FIELDS = (
+    *("name", "robot_state", "robot_model_name", "fixed_frame_transforms", "link_padding"),
+    *("allowed_collision_matrix", "link_scale", "object_colors", "world", "is_diff"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFile:
+    """What a planning scene file says.
+
+    Attributes:
+        path: The file.
+        scene: The robot among the objects.
+        state: Positions of the joints that the file names, by joint [rad | m].
+        world_names: Frame ids that mean the world in this file.
+        notes: Sentences on what was taken differently from how it is written, or left out.
+    """
+
+    path: Path
+    scene: Scene
+    state: Mapping[str, float]
+    world_names: frozenset[str]
+    notes: tuple[str, ...]
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of all joints, shape (number of joints,) [rad | m]."""
+        return layered_positions(self.scene.robot, self.state)
+
+
+@checked
+def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
+    """Read a `moveit_msgs/PlanningScene` from YAML.
+
+    Everything is put into a fresh scene. Objects in the frame of a link stand in the world where
+    that link is at the file's robot state. A fixed frame that is given in one of the robot's is a tool's
+    frame, as of `Scene.with_tool`; others stand in the world. Link padding becomes a required clearance
+    from what stands in the world, link scale the size of the link's collision shapes; colours are ignored.
+
+    Args:
+        path: The file.
+        robot: The robot that it is about.
+        meshes: How meshes become convex; the default policy when None.
+
+    Raises:
+        FileFormatError: If the file does not say what it must, or holds an octomap.
+        NameNotFound: If it names a joint, link, frame or object that does not exist.
+    """
+    return scene_of(read_document(path), robot, meshes=meshes)
+
+
+def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
+    """Return what a planning scene message says; as `read_scene` does of a file.
+
+    Raises:
+        FileFormatError: If the message does not say what it must, or holds an octomap.
+        NameNotFound: If it names a joint, link, frame or object that does not exist.
+    """
+    document.only(SCENE_FIELDS)
+    notes: list[str] = []
+    robot = placed_robot(document["robot_state"]["multi_dof_joint_state"], robot, notes)
+    state = read_joint_positions(document["robot_state"], robot, notes)
+    names = world_names(robot) | _planning_frame(document, robot)
+    reading = Reading(names, layered_positions(robot, state), meshes, notes)
+    model = document["robot_model_name"].text("")
+    if model not in ("", robot.name):
+        notes.append(f"robot_model_name: made for {model!r}, read for {robot.name!r}")
+    if document["is_diff"].flag():
+        notes.append("is_diff: read as a whole scene, starting from an empty world")
+    scene = Scene(robot)
+    for node in document["fixed_frame_transforms"].elements():
+        scene = with_fixed_frame(node, scene, reading)
+    world = document["world"].only(("collision_objects", "octomap"))
+    refuse_octomap(world["octomap"])
+    for node in world["collision_objects"].elements():
+        scene = apply_object(read_object(node, reading), scene, reading)
+    for node in document["robot_state"]["attached_collision_objects"].elements():
+        scene = apply_attached(node, scene, reading)
+    scene = apply_matrix(document["allowed_collision_matrix"], scene, notes)
+    scene = with_padding(document, scene, notes)
+    return SceneFile(Path(document.path), scene, state, names, tuple(notes))
+
+
+def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
+    """Return the name that the file has for the world, where it gives it away.
+
+    It is the frame of the joints of several degrees of freedom, and of a fixed frame that has no
+    other name.
+    """
+    names = {frame_id(document["robot_state"]["multi_dof_joint_state"]["header"])}
+    for node in document["fixed_frame_transforms"].elements():
+        child = node["child_frame_id"].text("").removeprefix("/")
+        if frame_id(node["header"]) in ("", child):
+            names.add(child)
+    return frozenset(names - set(robot.frame_names))
+
+
+def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool = False) -> Scene:
+    """Return the scene with the frame of a transform: in the world, or a tool's on one of the robot's.
+
+    Args:
+        node: The transform.
+        scene: The scene.
+        reading: What names mean.
+        again: Whether a frame that is there already is put there now.
+
+    Raises:
+        FileFormatError: If it is malformed, hangs on no frame that is known, or is there already.
+    """
+    # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
+    # other way round. Either way the transform is that of the frame, seen from the world.
+    node.only(("header", "child_frame_id", "transform"))
+    where = read_placement(node["transform"], reading.notes)
+    frames = {frame_id(node["header"]), node["child_frame_id"].text("").removeprefix("/")}
+    others = sorted(frames - reading.world_names)
+    known = [frame for frame in others if frame in scene.frame_names]
+    if len(others) == 2 and len(known) == 1:
+        return _with_tool(node, scene, where, *known, *(frame for frame in others if frame not in known))
+    if not others:
+        if where != Placement():
+            raise node.error("displaces the world from itself")
+        return scene
+    if len(others) == len(frames):
+        raise node.error(f"neither of {', '.join(others)} is the world")
+    name = others[0]
+    if name in scene.robot.frame_names:
+        reading.notes.append(f"{node.place}: {name!r} is a frame of the robot, which comes first")
+        return scene
+    if name in scene.objects:
+        if again and not scene.object(name).parts:
+            return scene.move(name, where, frame=WORLD)
+        raise node.error(f"the frame {name!r} is given twice")
+    return scene.add(name, (), where)
+
+
+def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -> Scene:
+    """Return the scene with a frame that is fixed to one of the robot's, whichever way round they are."""
+    try:
+        return scene.with_tool(name, on, where)
+    except ModelError as error:
+        raise node.error(str(error)) from error
+
+
+def refuse_octomap(node: Node) -> None:
+    """Refuse what would leave obstacles out.
+
+    Raises:
+        FileFormatError: If there is an octomap.
+    """
+    octomap = node.only(("header", "origin", "octomap"))["octomap"]
+    if octomap.has("data") and octomap["data"].value:
+        raise octomap.error("octomaps are not supported; use boxes, and leave no obstacle out")
+
+
+def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
+    """Return the scene with a message's link padding and link scale.
+
+    A padding is the clearance that the link, and what it carries, must keep from everything that stands in
+    the world: as in MoveIt, the robot's own links do not keep it from each other. A scale is that of the
+    link's collision shapes: of primitives about their origin, of meshes about the mean of their vertices.
+
+    Raises:
+        FileFormatError: If a padding is negative, or a scale not positive.
+        FrameNotFound: If a link is unknown.
+    """
+    robot, scales = scene.robot, dict[str, float]()
+    for node in document["link_scale"].elements():
+        link, scale = _of_link(node, scene, "scale", 1.0)
+        if scale <= 0.0:
+            raise node["scale"].error(f"must be positive, is {scale:g}")
+        scales[link] = scale
+        if scale != 1.0:
+            notes.append(
+                f"{node.place}: {link} is scaled by {scale:g} against the robot's other links too, where "
+                "MoveIt does not scale it; what it carries keeps its size"
+            )
+    if any(scales.get(body.owner, body.scale) != body.scale for body in robot.bodies):
+        try:
+            bodies = tuple(body.scaled(scales.get(body.owner, body.scale)) for body in robot.bodies)
+        except ShapeError as error:
+            raise document["link_scale"].error(str(error)) from error
+        scene = replace(scene, robot=replace(robot, bodies=bodies))
+    paddings = dict(scene.clearances.links)
+    for node in document["link_padding"].elements():
+        link, padding = _of_link(node, scene, "padding", 0.0)
+        if padding < 0.0:
+            raise node["padding"].error(f"is negative: {padding:g} m")
+        paddings[link] = padding
+    paddings = {link: padding for link, padding in paddings.items() if padding > 0.0}
+    return replace(scene, clearances=replace(scene.clearances, links=paddings))
+
+
+def _of_link(node: Node, scene: Scene, key: str, default: float) -> tuple[str, float]:
+    """Return the link that an entry names, and its number."""
+    value = node.only(("link_name", key))[key].number(default)
+    link = node["link_name"].text()
+    require(node["link_name"], FrameNotFound, "link", link, scene.robot.links)
+    return link, value

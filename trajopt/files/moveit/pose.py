@@ -1,0 +1,100 @@
+"""Poses of MoveIt's files in both spellings, lists or mappings of x, y, z (and w), and tolerances."""
+
+from math import hypot, inf
+
+from trajopt.files.messages.geometry_msgs import Point, Pose, Quaternion, Transform, Vector3
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import SizeError
+from trajopt.values.placement import IDENTITY, Placement, placement
+
+
+def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[float, ...] | None:
+    """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None where it is missing.
+
+    Args:
+        node: The vector.
+        axes: Names of its components, one letter each.
+        optional: Those that are 0 where a mapping leaves them out, as a message's are.
+
+    Raises:
+        FileFormatError: If a component is missing, too many, or no finite number.
+    """
+    if node.missing:
+        return None
+    if isinstance(node.value, list):
+        numbers = node.numbers()
+        if len(numbers) != len(axes):
+            raise node.error(f"needs {len(axes)} numbers ({', '.join(axes)}), has {len(numbers)}")
+        return numbers
+    node.only(axes)
+    return tuple(node[axis].number(0.0 if axis in optional else None) for axis in axes)
+
+
+def read_placement(node: Node, notes: list[str]) -> Placement:
+    """Return a pose (position, orientation) or transform (translation, rotation).
+
+    What is missing is zero, but for a quaternion's w where any of x, y and z is given: ROS 1 takes it for
+    0 and ROS 2 for 1. A quaternion of zeros is a message field that nobody set and stands
+    for no rotation; others are normalised.
+
+    Args:
+        node: The pose; identity where it is missing.
+        notes: Receives a sentence for every quaternion that was not of unit length.
+
+    Raises:
+        FileFormatError: If a number is missing, not finite, or farther away than any placement may be.
+    """
+    if node.missing:
+        return IDENTITY
+    transform = node.has("translation") or node.has("rotation")
+    where, how = ("translation", "rotation") if transform else ("position", "orientation")
+    node.only((where, how))
+    quaternion = read_quaternion(node[how], notes)
+    try:
+        return placement(read_vector(node[where], optional="xyz") or (0.0, 0.0, 0.0), quaternion=quaternion)
+    except SizeError as error:
+        raise node[where].error(str(error)) from error
+
+
+def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
+    """Return a unit quaternion (x, y, z, w); no rotation where it is missing, empty or all zero."""
+    none = (0.0, 0.0, 0.0, 1.0)
+    parts = None if node.value == {} else read_vector(node, "xyzw", optional="xyz")
+    if parts is None:
+        return none
+    length = hypot(*parts)
+    if length == 0.0:
+        notes.append(f"{node.place}: a quaternion of zeros, taken for no rotation")
+        return none
+    if not 1e-9 < length < inf:
+        raise node.error(f"a quaternion of length {length:g} is no orientation")
+    if abs(length - 1.0) > 1e-3:
+        notes.append(f"{node.place}: a quaternion of length {length:.6g}, normalised")
+    return tuple(part / length for part in parts)
+
+
+def pose_of(where: Placement) -> Pose:
+    """Return a placement as a pose."""
+    return Pose(Point(*where.translation.tolist()), Quaternion(*where.quaternion.tolist()))
+
+
+def transform_of(where: Placement) -> Transform:
+    """Return a placement as a transform."""
+    x, y, z = where.translation.tolist()
+    return Transform(Vector3(x, y, z), Quaternion(*where.quaternion.tolist()))
+
+
+LEAST_TOLERANCE = 1e-4
+"""What a tolerance of zero, or none, means [rad | m]."""
+
+
+def read_tolerance(node: Node) -> float:
+    """Return a tolerance, which may be infinite; zero and missing mean `LEAST_TOLERANCE`.
+
+    Raises:
+        FileFormatError: If it is negative or no number.
+    """
+    value = node.number(0.0, infinite=True)
+    if value < 0.0:
+        raise node.error(f"is negative: {value:g}")
+    return value or LEAST_TOLERANCE

@@ -1,0 +1,93 @@
+"""Joint torques of a reduced model, and their derivatives."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.native import proximity
+from trajopt.scene.payload import loaded_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class GravityTorques:
+    """Torques that hold a group of n joints still at S configurations, and their derivatives.
+
+    Attributes:
+        torque: Shape (S, n) [Nm | N].
+        position: Derivatives by the positions, shape (S, n, n).
+    """
+
+    torque: Floats
+    position: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueSlopes:
+    """Torques at S states of a group of n joints, and their derivatives.
+
+    Attributes:
+        torque: Shape (S, n) [Nm | N].
+        position: Derivatives by the positions, shape (S, n, n).
+        velocity: By the velocities, shape (S, n, n).
+        acceleration: By the accelerations: the mass matrix, shape (S, n, n).
+    """
+
+    torque: Floats
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+
+
+class DynamicsQuery:
+    """Inverse dynamics; owns scratch memory, so one per thread."""
+
+    def __init__(self, reduced: ReducedModel) -> None:
+        """Keep the model and its scratch memory."""
+        mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
+        self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
+
+    @property
+    def core(self) -> proximity.Dynamics:
+        """What other cores evaluate torques with."""
+        return self._core
+
+    @staticmethod
+    def loaded(reduced: ReducedModel) -> "DynamicsQuery":
+        """Return the dynamics of a reduced model with what it carries."""
+        return DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
+
+    def gravity(self, positions: Floats) -> GravityTorques:
+        """Return the torques that hold the arm still, with their derivatives.
+
+        The torque of mimic joints counts for the joint that they follow.
+
+        Args:
+            positions: The group's, shape (S, n) [rad | m].
+        """
+        return GravityTorques(*self._core.gravity(np.ascontiguousarray(positions)))
+
+    def torque_slopes(self, positions: Floats, velocities: Floats, accelerations: Floats) -> TorqueSlopes:
+        """Return torques and their derivatives; arguments as of `torque`.
+
+        Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
+        """
+        states = [np.ascontiguousarray(rows) for rows in (positions, velocities, accelerations)]
+        return TorqueSlopes(self._core.torques(*states), *self._core.slopes(*states))
+
+    def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
+        """Return the torques that a motion needs, by the recursive Newton-Euler algorithm.
+
+        The torque of mimic joints counts for the joint that they follow (virtual work).
+
+        Args:
+            positions: The group's at S moments, shape (S, n) [rad | m].
+            velocities: Shape (S, n) [rad/s | m/s].
+            accelerations: Shape (S, n) [rad/s^2 | m/s^2].
+
+        Returns:
+            Shape (S, n) [Nm | N]. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5.
+        """
+        states = (np.ascontiguousarray(rows) for rows in (positions, velocities, accelerations))
+        return self._core.torques(*states)

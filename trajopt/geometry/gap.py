@@ -1,0 +1,63 @@
+"""How far two shapes are apart, and what stands inside the link that carries it."""
+
+from itertools import product
+
+import coal
+import numpy as np
+
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.placement import WORLD, Placement
+from trajopt.values.printed import in_length
+from trajopt.values.shapes.shapes import Shape, bounding_sphere, solids_near
+
+TOUCHING = 2e-3
+"""Things closer than this are in contact [m]."""
+
+
+def gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> float:
+    """Return how far two shapes are apart, negative where they overlap [m]; infinite for far clouds."""
+    (centre, radius), (far, reach) = bounding_sphere(shape), bounding_sphere(other)
+    ones = solids_near(shape, first, second * far, reach + TOUCHING)
+    others = solids_near(other, second, first * centre, radius + TOUCHING)
+    return min((_convex_gap(*one, *each) for one, each in product(ones, others)), default=np.inf)
+
+
+def inside_carriers(reduced: ReducedModel) -> tuple[str, ...]:
+    """Say what is attached so that it stands inside a link that moves with it, deeper than in contact.
+
+    No motion changes how deep, so planning does nothing about it and nobody judges it: an object in a closed
+    finger, or in the palm.
+    """
+    scene, links = reduced.scene, set(reduced.scene.robot.links)
+    depths: dict[tuple[str, str], float] = {}
+    for body in reduced.bodies:
+        if body.owner in links or scene.holder(body.owner).link == WORLD:
+            continue
+        for other in reduced.bodies:
+            if other.joint == body.joint and other.owner in links:
+                deep = -gap(body.placement, body.shape, other.placement, other.shape)
+                pair = (body.owner, other.owner)
+                depths[pair] = max(deep, depths.get(pair, 0.0))
+    return tuple(
+        f"{name} is {in_length(deep)} inside {link}: they move together, so nothing keeps them apart"
+        for (name, link), deep in depths.items()
+        if deep > TOUCHING
+    )
+
+
+def _convex_gap(shape: Shape, first: Placement, other: Shape, second: Placement) -> float:
+    return float(
+        coal.distance(
+            collision_geometry(shape),
+            _transform(first),
+            collision_geometry(other),
+            _transform(second),
+            coal.DistanceRequest(),
+            coal.DistanceResult(),
+        )
+    )
+
+
+def _transform(placement: Placement) -> coal.Transform3s:
+    return coal.Transform3s(np.array(placement.rotation), np.array(placement.translation))

@@ -1,0 +1,125 @@
+"""Shapes as Coal's collision geometries, and the boxes and spheres that bound the bodies of a model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import coal
+import numpy as np
+
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.cached import cached_per_value
+from trajopt.values.shapes.closed_surface import closed_surface
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import (
+    Box,
+    Capsule,
+    Cone,
+    Convex,
+    Cylinder,
+    Plane,
+    Shape,
+    Sphere,
+    bounding_box,
+)
+
+PLANE_EXTENT = 1e3
+"""Half the edge of the box that stands for a half-space [m]."""
+
+
+@cached_per_value
+def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
+    """Return Coal's geometry of a shape, in the shape's own frame; computed once for each shape.
+
+    Of a cloud it is that of one ball or cube about the origin: where they are, the core knows.
+    """
+    match shape:
+        case Box():
+            geometry = coal.Box(shape.x, shape.y, shape.z)
+        case Sphere() | Points():
+            geometry = coal.Sphere(shape.radius)
+        case Cylinder():
+            geometry = coal.Cylinder(shape.radius, shape.length)
+        case Capsule():
+            geometry = coal.Capsule(shape.radius, shape.length)
+        case Cone():
+            geometry = coal.Cone(shape.radius, shape.length)
+        case Plane():
+            geometry = coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
+        case Convex():
+            surface = _surface(shape)
+            surface.buildConvexRepresentation(False)  # shares no memory with the surface
+            geometry = surface.convex
+        case Voxels():
+            geometry = coal.Box(shape.size, shape.size, shape.size)
+        case Mesh():
+            geometry = _surface(shape)
+            geometry.endModel()
+    geometry.computeLocalAABB()
+    return geometry
+
+
+def _surface(shape: Convex | Mesh) -> coal.BVHModelOBBRSS:
+    """Return a surface, not ended yet; it takes arrays, where a hull takes a list, point by point."""
+    surface = coal.BVHModelOBBRSS()
+    surface.beginModel(len(shape.faces), len(shape.vertices))
+    surface.addVertices(np.ascontiguousarray(shape.vertices))
+    surface.addTriangles(np.ascontiguousarray(shape.faces, dtype=np.int64))
+    return surface
+
+
+def closed_triangles(shape: Shape) -> Floats:
+    """Return the triangles that can enclose a body without touching it, shape (k, 3, 3) [m]."""
+    return closed_surface(shape).triangles if isinstance(shape, Mesh) else np.empty((0, 3, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundingBoxes:
+    """Bounding boxes of B bodies, and the spheres around those.
+
+    Attributes:
+        joint: Joint that carries each body; 0 is the world, shape (B,).
+        rotation: Of each body's shape in the joint's frame, shape (B, 3, 3).
+        translation: Of the shape's origin there, shape (B, 3) [m].
+        centre: Of the box there, shape (B, 3) [m].
+        half: Half the box's edges, along the shape's axes, shape (B, 3) [m].
+        radius: Of the sphere around the box, shape (B,) [m].
+    """
+
+    joint: Ints
+    rotation: Floats
+    translation: Floats
+    centre: Floats
+    half: Floats
+    radius: Floats
+
+    @staticmethod
+    def of(reduced: ReducedModel) -> "BoundingBoxes":
+        """Bound the bodies of a reduced model."""
+        bodies = reduced.bodies
+        joint = np.array([body.joint for body in bodies], dtype=np.int64)
+        rotation = np.array([body.placement.rotation for body in bodies]).reshape(-1, 3, 3)
+        translation = np.array([body.placement.translation for body in bodies]).reshape(-1, 3)
+        corners = np.array([_corners(body.shape) for body in bodies]).reshape(-1, 2, 3)
+        lower, upper = np.clip(corners, -PLANE_EXTENT, PLANE_EXTENT).transpose(1, 0, 2)
+        centre = (rotation @ (0.5 * (lower + upper))[:, :, None])[:, :, 0] + translation
+        half = 0.5 * (upper - lower)
+        return BoundingBoxes(joint, rotation, translation, centre, half, np.linalg.norm(half, axis=1))
+
+    @staticmethod
+    def joined(several: Sequence["BoundingBoxes"]) -> "BoundingBoxes":
+        """Return the boxes of several lists of bodies, one after the other."""
+        names = [each.name for each in fields(BoundingBoxes)]
+        return BoundingBoxes(*(np.concatenate([getattr(each, name) for each in several]) for name in names))
+
+    def take(self, numbers: Ints) -> "BoundingBoxes":
+        """Return the boxes of some of the bodies, by their numbers, shape (k,)."""
+        return BoundingBoxes(*(getattr(self, each.name)[numbers] for each in fields(self)))
+
+
+@cached_per_value
+def _corners(shape: Shape) -> Floats:
+    """Return the lower and the upper corner of a shape's box, shape (2, 3) [m]."""
+    return np.array(bounding_box(shape))

@@ -1,0 +1,284 @@
+"""Query: placements, Jacobians, distances and motion bounds of a robot among its obstacles."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import coal
+import numpy as np
+
+from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.geometry.geometry import BoundingBoxes, closed_triangles, collision_geometry
+from trajopt.native import proximity
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.cached import cached_per_value
+from trajopt.values.shapes.closed_surface import part_points
+from trajopt.values.shapes.clouds.parts import centres_of
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.shapes import Shape
+
+GJK_TOLERANCE = 1e-9
+"""Coal's default of 1e-6 costs the same time and makes normals wrong by up to 1e-3."""
+EPA_TOLERANCES = (1e-6, 1e-4)
+"""For penetration, tried in turn: on curved shapes Coal's expanding polytope fails at tight ones and
+reports the largest float as depth."""
+
+
+@dataclass(eq=False)
+class Counts:
+    """Exact numbers of the work done so far; the same on every machine.
+
+    Attributes:
+        forward_kinematics: Configurations at which all joints were placed.
+        bounds: Bounds of distance by spheres, boxes and directions, asked before any is measured.
+        distances: Calls of Coal's distance function.
+    """
+
+    forward_kinematics: int = 0
+    bounds: int = 0
+    distances: int = 0
+
+    def since(self, before: "Counts") -> "Counts":
+        """Return the work done since an earlier count."""
+        return Counts(
+            self.forward_kinematics - before.forward_kinematics,
+            self.bounds - before.bounds,
+            self.distances - before.distances,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Kinematics(Value):
+    """Joint placements and Jacobians at S configurations of a reduced model with J joints.
+
+    Attributes:
+        rotation: Of each joint frame (the world first), shape (S, J, 3, 3).
+        translation: Shape (S, J, 3) [m].
+        jacobian: Spatial velocity at the world's origin (linear, angular) of each of the group's
+            joints at unit speed, shape (S, 6, model joints).
+    """
+
+    rotation: Floats
+    translation: Floats
+    jacobian: Floats
+
+    def take(self, index: Ints) -> "Kinematics":
+        """Return the kinematics of some of the configurations."""
+        return Kinematics(self.rotation[index], self.translation[index], self.jacobian[index])
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts(Value):
+    """Nearest points of pairs that come near each other, at many configurations.
+
+    Attributes:
+        sample: Configuration of each contact, shape (m,).
+        pair: Index of the pair, shape (m,).
+        distance: Signed: positive apart, negative in penetration, shape (m,) [m]; inside an exact
+            mesh minus the way to its surface.
+        normal: Unit vector from the first body to the second, Coal's own (rebuilt from the
+            witness points it would flip in penetration), the other way inside an exact mesh, in
+            the world, shape (m, 3).
+        point_first: Witness point on the first body, in the world, shape (m, 3) [m].
+        point_second: Witness point on the second body, in the world, shape (m, 3) [m].
+        jacobian: Derivative of the distance by the group's positions, shape (m, n) [m/rad | 1].
+    """
+
+    sample: Ints
+    pair: Ints
+    distance: Floats
+    normal: Floats
+    point_first: Floats
+    point_second: Floats
+    jacobian: Floats
+
+
+class Query:
+    """Measures configurations of a reduced model; owns scratch memory, so one per thread.
+
+    The loops are C++ (`trajopt.native.proximity`), on the model and geometries that Python made. A query
+    remembers what it measured, so configurations near the last ones cost little.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        counts: The work done so far.
+    """
+
+    def __init__(
+        self, reduced: ReducedModel, counts: Counts | None = None, core: proximity.Query | None = None
+    ) -> None:
+        """Pass the model and the geometries to the core; once for each reduced model.
+
+        Args:
+            reduced: The robot and its surroundings.
+            counts: Takes the work done; counts of its own when None.
+            core: What measures, where other shapes stand for those of the model; one of these when None.
+        """
+        self.reduced = reduced
+        self.counts = Counts() if counts is None else counts
+        self._supports = reduced.derived_of_robot(_supports)
+        self._core = proximity.Query(cell(reduced)) if core is None else core
+
+    @property
+    def core(self) -> proximity.Query:
+        """What other cores measure distances with; it remembers what this does, and counts nothing here."""
+        return self._core
+
+    @cached_property
+    def dynamics(self) -> DynamicsQuery:
+        """Inverse dynamics with what is carried."""
+        return DynamicsQuery.loaded(self.reduced)
+
+    def kinematics(self, positions: Floats) -> Kinematics:
+        """Place all joints at configurations.
+
+        Args:
+            positions: The group's positions, shape (S, n) [rad | m].
+        """
+        self.counts.forward_kinematics += len(positions)
+        return Kinematics(*self._core.placements(np.ascontiguousarray(positions)))
+
+    def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
+        """Measure every pair that is nearer than its reach.
+
+        Args:
+            positions: S configurations of the group, shape (S, n) [rad | m], cheaper where neighbours are
+                near each other. Another call with as many configurations near the last ones is cheaper; the
+                result is the same.
+            reach: Distance of interest, one for each pair, shape (p,) [m].
+
+        Returns:
+            One contact for each configuration and pair with a signed distance below the reach, in
+            no particular order; of a pair with a cloud up to six, of several sides, the nearest too.
+        """
+        core, counts = self._core, self.counts
+        bounds, distances = core.bounds, core.distances
+        contacts = Contacts(*core.close_pairs(np.ascontiguousarray(positions), reach))
+        counts.forward_kinematics += len(positions)
+        counts.bounds += core.bounds - bounds
+        counts.distances += core.distances - distances
+        return contacts
+
+    def displacement(self, start: Floats, end: Floats) -> Floats:
+        """Bound how far any point of a body is from where it is at other configurations.
+
+        The bound |dc| + |dR|_F / sqrt(2) r holds for the chord between the two placements: c is
+        the body's centre, r the radius of its bounding sphere.
+
+        Args:
+            start: S configurations, shape (S, n) [rad | m].
+            end: As many others, shape (S, n).
+
+        Returns:
+            Largest bound over all bodies that move, shape (S,) [m].
+        """
+        self.counts.forward_kinematics += 2 * len(start)
+        return self._core.displacement(np.ascontiguousarray(start), np.ascontiguousarray(end))
+
+    def point_jacobian(self, jacobian: Floats, joints: Ints, points: Floats) -> Floats:
+        """Return Jacobians of points carried by joints, by the group's positions.
+
+        The velocity of a point p is v + w x p with (v, w) the spatial velocity at the origin.
+
+        Args:
+            jacobian: Of `Kinematics`, one for each point, shape (m, 6, model joints).
+            joints: The joint that carries each point, shape (m,).
+            points: In the world, shape (m, 3) [m].
+
+        Returns:
+            Shape (m, 3, n) [m/rad | m/m].
+        """
+        linear, angular = jacobian[:, :3], jacobian[:, 3:]
+        moved = linear + np.cross(angular, points[:, :, None], axisa=1, axisb=1, axisc=1)
+        return (moved * self._supports[joints][:, None, :]) @ self.reduced.mimic_matrix
+
+    def angular_jacobian(self, jacobian: Floats, joint: int) -> Floats:
+        """Return Jacobians of a joint's angular velocity in the world, shape (m, 3, n)."""
+        return (jacobian[:, 3:] * self._supports[joint]) @ self.reduced.mimic_matrix
+
+
+def _supports(reduced: ReducedModel) -> Floats:
+    """Return 1 where a joint carries another, shape (joints, model joints)."""
+    model = reduced.model
+    supports = np.zeros((model.njoints, model.nv))
+    for joint in range(1, model.njoints):
+        for ancestor in list(model.supports[joint])[1:]:
+            supports[joint, model.joints[ancestor].idx_v] = 1.0
+    return supports
+
+
+def cell(reduced: ReducedModel) -> proximity.Cell:
+    """Return a reduced model as the core needs it; made once for each."""
+    return reduced.derived(_cell)
+
+
+def _cell(reduced: ReducedModel) -> proximity.Cell:
+    return cell_of(reduced, BodyParts.of(reduced), reduced.pairs.first, reduced.pairs.second)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyParts:
+    """The bodies of a cell.
+
+    Attributes:
+        geometries: Coal's, one for each.
+        solids: What is made of each shape.
+        boxes: Where they are, and the boxes around them.
+    """
+
+    geometries: list[coal.CollisionGeometry]
+    solids: list[proximity.Solid]
+    boxes: BoundingBoxes
+
+    @staticmethod
+    def of(reduced: ReducedModel) -> "BodyParts":
+        """Return the bodies of a reduced model."""
+        shapes = [body.shape for body in reduced.bodies]
+        geometries = [collision_geometry(shape) for shape in shapes]
+        return BodyParts(geometries, [solid_of(shape) for shape in shapes], BoundingBoxes.of(reduced))
+
+
+def cell_of(reduced: ReducedModel, bodies: BodyParts, first: Ints, second: Ints) -> proximity.Cell:
+    """Return a robot among bodies as the core needs it.
+
+    Args:
+        reduced: The robot.
+        bodies: Its bodies, and those around it.
+        first: Of each pair the first body, shape (p,).
+        second: The second, shape (p,).
+    """
+    boxes = bodies.boxes
+    return proximity.Cell(
+        model=reduced.model,
+        expand=np.ascontiguousarray(reduced.mimic_matrix),
+        offset=reduced.mimic_offset,
+        geometries=bodies.geometries,
+        solids=bodies.solids,
+        joint=boxes.joint,
+        rotation=boxes.rotation,
+        translation=boxes.translation,
+        centre=boxes.centre,
+        half=boxes.half,
+        first=first,
+        second=second,
+        accuracy=(GJK_TOLERANCE, *EPA_TOLERANCES),
+    )
+
+
+@cached_per_value
+def solid_of(shape: Shape) -> proximity.Solid:
+    """Return what the core makes of a shape; made once for each."""
+    return proximity.Solid(
+        np.ascontiguousarray(part_points(shape)),
+        np.ascontiguousarray(closed_triangles(shape)),
+        collision_geometry(shape),
+        _cloud(shape),
+    )
+
+
+def _cloud(shape: Shape) -> Floats:
+    """Return the centres of a cloud's balls or cubes, shape (n, 3) [m]; none of other shapes."""
+    if isinstance(shape, Points | Voxels):
+        return np.ascontiguousarray(centres_of(shape))
+    return np.empty((0, 3))

@@ -1,0 +1,1 @@
+"""Experiments: suites, campaigns, reach maps, perception and the SRDF assistant."""

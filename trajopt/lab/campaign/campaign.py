@@ -1,0 +1,125 @@
+"""Campaign: a table of problems, and of how each is planned."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from trajopt.files.bundle.writing import versions
+from trajopt.lab.campaign.documents import Packer, digest
+from trajopt.lab.campaign.options import Options
+from trajopt.lab.campaign.recipes import written
+from trajopt.lab.campaign.sources import Source
+from trajopt.values.arrays import number, several
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+
+DEFAULT_OPTIONS = (Options(),)
+"""How problems are planned where nothing else is said: as `plan(problem)` does."""
+LONGEST = 300.0
+"""Wall-clock time after which a problem counts as hanging [s]: a thousand times what one usually takes, so
+that a machine that others use as well ends none that would have ended."""
+SYSTEM = frozenset({"python", "machine"})
+"""Versions that are noted, and do not make another row."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One row to be: a problem, and how it is planned.
+
+    Attributes:
+        id: Hash of the problem, of how it is planned, and of the versions that plan it.
+        problem_id: Hash of the problem's contents and of the seed.
+        family: What it is counted with.
+        number: Its number there.
+        robot: Name of the robot; empty where only making the problem tells.
+        seed: Of planning itself.
+        options: How it is planned: the number of that among the campaign's.
+        recipe: How it is made, as JSON.
+        parameters: Numbers that say where in a study it stands, by name.
+    """
+
+    id: str
+    problem_id: str
+    family: str
+    number: int
+    robot: str
+    seed: int
+    options: int
+    recipe: str
+    parameters: Mapping[str, float]
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """A table of problems, each planned with all options.
+
+    Attributes:
+        name: For reports.
+        sources: Where the problems come from.
+        options: How each is planned: methods, options, budgets.
+        seeds: Each problem is planned with each of these; 0 is what `plan` does by itself.
+        most_seconds: Wall-clock time after which a problem counts as hanging, and is ended [s].
+    """
+
+    name: str
+    sources: Sequence[Source]
+    options: Sequence[Options] = DEFAULT_OPTIONS
+    seeds: Sequence[int] = (0,)
+    most_seconds: float = LONGEST
+
+    def __post_init__(self) -> None:
+        """Refuse what has nothing to plan.
+
+        Raises:
+            ProblemError: If there is no source, no options or no seed, or a seed is negative.
+            ShapeError: If the time is no number.
+        """
+        for label, kind in (("sources", Source), ("options", Options), ("seeds", int)):
+            object.__setattr__(self, label, several(label, getattr(self, label), kind))
+            if not getattr(self, label):
+                raise ProblemError(f"{label} is empty: there is nothing to plan")
+        if min(self.seeds) < 0:
+            raise ProblemError(f"seeds must not be negative, one is {min(self.seeds)}")
+        if number("most_seconds", self.most_seconds) <= 0.0:
+            raise ProblemError(f"most_seconds must be positive, is {self.most_seconds:g}")
+
+    def __len__(self) -> int:
+        """Return the number of rows, of which some may be equal."""
+        return sum(source.count for source in self.sources) * len(self.options) * len(self.seeds)
+
+    def __repr__(self) -> str:
+        """Say name and number of rows."""
+        return f"Campaign({self.name!r}, {len(self)} rows)"
+
+    def tasks(self, packer: Packer) -> Iterator[Task]:
+        """Yield every row to be, the same every time; the values that problems share are packed."""
+        stood = {name: each for name, each in versions().items() if name not in SYSTEM}
+        ways = [each.as_dict() for each in self.options]
+        for source in self.sources:
+            for posed in source.pose(packer):
+                text = written(posed.recipe)
+                for seed in self.seeds:
+                    problem_id = digest(text, seed)
+                    for place, way in enumerate(ways):
+                        yield Task(
+                            id=digest(problem_id, way, stood),
+                            problem_id=problem_id,
+                            family=posed.family,
+                            number=posed.number,
+                            robot=posed.robot,
+                            seed=seed,
+                            options=place,
+                            recipe=text,
+                            parameters=posed.parameters,
+                        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what belongs to all rows, as plain data that JSON can hold."""
+        return {
+            "name": self.name,
+            "options": [each.as_dict() for each in self.options],
+            "seeds": list(self.seeds),
+            "most_seconds": self.most_seconds,
+            "versions": dict(versions()),
+        }

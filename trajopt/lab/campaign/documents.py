@@ -1,0 +1,257 @@
+"""What problems share, as documents by the hash of their contents: robots, scenes, problems to vary.
+
+A worker may be another process or another machine: it is sent documents, never live objects, and makes each
+robot and scene once.
+"""
+
+import json
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Mapping
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trajopt.files.bundle.archive import Archive, write_archive
+from trajopt.files.bundle.from_document import Reader
+from trajopt.files.bundle.members import LARGEST, Members, array_bytes
+from trajopt.files.bundle.to_document import Writer
+from trajopt.files.bundle.writing import named_members
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import one_of
+from trajopt.values.cached import LruCache
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import FileFormatError
+
+DOCUMENT = "document.json"
+"""The member of a document's file that states the value; arrays and meshes are beside it."""
+SUFFIX, MESHES = ".zip", "meshes/"
+KEPT = 16
+"""Robots, scenes and problems that a process keeps, with what was computed of them: campaigns go through
+their scenes one after the other, and each takes some megabytes."""
+SHARED = (Robot, Scene)
+"""What other documents only name."""
+NO_MATTER = frozenset({"visuals", "mesh_notes", "notes", "left_out", "urdf_path"})
+"""Of a robot: what planning does not see. It does not count for the hash."""
+
+Kind = TypeVar("Kind")
+Documents: TypeAlias = Path | Mapping[str, Mapping[str, bytes]]
+"""Documents: their folder, or the members of each by its key."""
+
+
+class Packer:
+    """Turns values into documents, each once.
+
+    Attributes:
+        members: Of each document by its key: the members of its file.
+    """
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self.members: dict[str, Mapping[str, bytes]] = {}
+        self._known: dict[int, tuple[object, str]] = {}
+
+    def key(self, value: Robot | Scene | Problem) -> str:
+        """Return the key of a value's document, which is kept.
+
+        Raises:
+            ModelError: If it holds code of the caller's, which no file can hold.
+        """
+        known = self._known.get(id(value))
+        if known is not None:
+            return known[1]
+        writer = _Parts(self, value)
+        document = writer.document(value, type(value).__name__.lower())
+        members = {DOCUMENT: _json(document), **named_members(writer)}
+        key = _key(document, members)
+        self.members.setdefault(key, members)
+        self._known[id(value)] = value, key
+        return key
+
+    def statement(self, problem: Problem) -> dict[str, object]:
+        """Return a problem as plain data that stands by itself, but for the scene that it names.
+
+        Raises:
+            ModelError: If it holds code of the caller's, which no file can hold.
+        """
+        writer = _Parts(self, problem)
+        document = writer.document(problem, "problem")
+        arrays = {name: b64encode(array_bytes(each)).decode() for name, each in writer.arrays.items()}
+        return {"document": document, "arrays": arrays}
+
+    def write(self, folder: Path) -> None:
+        """Write every document into a folder.
+
+        Raises:
+            FileFormatError: If one cannot be written.
+        """
+        for key, members in self.members.items():
+            write_archive(folder / f"{key}{SUFFIX}", members)
+
+
+class _Parts(Writer):
+    """Writes a value; robots and scenes in it become the keys of documents of their own."""
+
+    def __init__(self, packer: Packer, whole: object) -> None:
+        super().__init__()
+        self._packer, self._whole = packer, whole
+
+    def document(self, value: object, place: str) -> object:
+        if isinstance(value, SHARED) and value is not self._whole:
+            return {"stored": self._packer.key(value)}
+        return super().document(value, place)
+
+
+class Library:
+    """Makes values of documents, each once as long as it is kept."""
+
+    def __init__(self, documents: Documents, *, meshes: Path | None = None) -> None:
+        """Say where the documents are.
+
+        Args:
+            documents: Their folder, or the members of each by its key.
+            meshes: A folder to unpack the meshes to that a viewer draws; they are left where they are when
+                None, for planning does not look at them.
+        """
+        self._documents, self._meshes = documents, meshes
+        self._made: LruCache[str, object] = LruCache(KEPT)
+
+    def robot(self, key: str) -> Robot:
+        """Return a robot.
+
+        Raises:
+            FileFormatError: If its document is missing or damaged, as for the next three.
+        """
+        return self._one(key, Robot)
+
+    def scene(self, key: str) -> Scene:
+        """Return a scene."""
+        return self._one(key, Scene)
+
+    def problem(self, key: str) -> Problem:
+        """Return a problem that was stored."""
+        return self._one(key, Problem)
+
+    def stated(self, statement: Mapping[str, Any]) -> Problem:
+        """Return a problem that `Packer.statement` stated."""
+        arrays = cast("Mapping[str, str]", statement["arrays"])
+        reader = _Whole(self, lambda name: _array(b64decode(arrays[name])), Path)
+        return one_of("problem", reader.value(Node(statement["document"], "problem")), Problem)
+
+    def _one(self, key: str, kind: type[Kind]) -> Kind:
+        return one_of(key, self._made.get(key, lambda: self._read(key)), kind)
+
+    def _read(self, key: str) -> object:
+        known = self._documents
+        members = Archive(known / f"{key}{SUFFIX}") if isinstance(known, Path) else Sent(key, known)
+        try:
+            document: object = json.loads(members.read(DOCUMENT))
+        except ValueError as error:
+            raise FileFormatError(str(members.path), f"{DOCUMENT} cannot be parsed: {error}") from error
+        return _Whole(self, members.array, lambda name: self._file(members, name)).value(
+            Node(document, f"{members.path}: {DOCUMENT}")
+        )
+
+    def _file(self, members: Members, name: str) -> Path:
+        """Return where a mesh is, after unpacking it where a folder is given; of other files the name."""
+        if self._meshes is None or name not in members.names:
+            return Path(Path(name).name)
+        target = self._meshes / f"{members.path.stem[:12]}_{Path(name).name}"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(members.read(name))
+        return target
+
+
+class Sent(Members):
+    """The members of a document that were sent from elsewhere."""
+
+    def __init__(self, key: str, documents: Mapping[str, Mapping[str, bytes]]) -> None:
+        """Take those of a key among all."""
+        super().__init__(Path(key))
+        self._held = documents.get(key, {})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the members."""
+        return tuple(self._held)
+
+    def read(self, name: str, *, most: int = LARGEST) -> bytes:
+        """Return what a member holds.
+
+        Raises:
+            FileFormatError: If it was not sent.
+        """
+        if name not in self._held:
+            raise self.error(f"has no member {name}")
+        return self._held[name]
+
+
+def sent_from(folder: Path) -> Mapping[str, Mapping[str, bytes]]:
+    """Return all documents of a folder as they are sent: without the meshes that only viewers draw."""
+    found = [Archive(path) for path in sorted(folder.glob(f"*{SUFFIX}"))]
+    return {
+        each.path.stem: {name: each.read(name) for name in each.names if not name.startswith(MESHES)}
+        for each in found
+    }
+
+
+class _Whole(Reader):
+    """Reads a value; what it names by a key is taken from the library."""
+
+    def __init__(
+        self,
+        library: Library,
+        array_of: Callable[[str], NDArray[np.generic]],
+        file_of: Callable[[str], Path],
+    ) -> None:
+        super().__init__(array_of, file_of)
+        self._library = library
+        self._forms = {**self._forms, "stored": self._stored}
+
+    def _stored(self, node: Node) -> object:
+        return self._library._one(node.only(("stored",))["stored"].text(), object)  # pyright: ignore[reportPrivateUsage]
+
+
+def digest(*parts: object) -> str:
+    """Return the hash of plain data: 32 hexadecimal digits, the same on every machine."""
+    return sha256(_json(parts)).hexdigest()[:32]
+
+
+def _key(document: object, members: Mapping[str, bytes]) -> str:
+    """Return the hash of what planning sees of a value."""
+    seen = sha256(_json(_essence(document)))
+    for name in sorted(_named(_essence(document)) & members.keys()):
+        seen.update(members[name])
+    return seen.hexdigest()[:32]
+
+
+def _essence(document: object) -> object:
+    if isinstance(document, dict):
+        stated = cast("dict[str, object]", document)
+        left_out = NO_MATTER if stated.get("kind") == Robot.__name__ else frozenset[str]()
+        return {name: each for name, each in stated.items() if name not in left_out}
+    return document
+
+
+def _named(item: object) -> set[str]:
+    """Return the names of members that a document has somewhere."""
+    if isinstance(item, dict):
+        stated = cast("dict[str, object]", item)
+        here = {name for key in ("array", "file") if isinstance(name := stated.get(key), str)}
+        return here.union(*map(_named, stated.values()))
+    if isinstance(item, list):
+        return set[str]().union(*map(_named, cast("list[object]", item)))
+    return set()
+
+
+def _array(data: bytes) -> NDArray[np.generic]:
+    return cast("NDArray[np.generic]", np.load(BytesIO(data), allow_pickle=False))
+
+
+def _json(document: object) -> bytes:
+    return json.dumps(document, allow_nan=False, separators=(",", ":")).encode()

@@ -1,0 +1,211 @@
+"""The folder of a campaign: what is to be planned, what all of it shares, and the results so far."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trajopt.files.bundle.writing import versions
+from trajopt.lab.campaign.campaign import SYSTEM, Campaign, Task
+from trajopt.lab.campaign.columns import Row, need_parquet, read_rows, write_tasks
+from trajopt.lab.campaign.documents import Packer
+from trajopt.lab.campaign.options import Options
+from trajopt.values.documents.files import read_json
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.whole import written_whole
+from trajopt.values.errors import CampaignError, FileFormatError, shown
+from trajopt.values.errors.arguments import checked
+
+FORMAT = "trajopt campaign"
+VERSION = 1
+DESCRIPTION, PROBLEMS, DOCUMENTS, RESULTS = "campaign.json", "problems.parquet", "documents", "results"
+"""What is in the folder: written in this order but the description, whose being there says that all is."""
+Ids = NDArray[np.bytes_]
+"""Ids of rows, in order, each once."""
+
+
+@dataclass(frozen=True)
+class CampaignFolder:
+    """A campaign on disk.
+
+    Attributes:
+        path: The folder.
+        name: The campaign's name.
+        options: How each problem is planned.
+        most_seconds: Wall-clock time of one problem [s].
+        total: Rows that there are to be.
+        versions: Of Python, trajopt and what it stands on, with which it was begun.
+    """
+
+    path: Path
+    name: str
+    options: tuple[Options, ...]
+    most_seconds: float
+    total: int
+    versions: Mapping[str, str]
+
+    @staticmethod
+    @checked
+    def begin(campaign: Campaign, path: Path | str) -> "CampaignFolder":
+        """Write what is to be planned into a folder.
+
+        Args:
+            campaign: The campaign.
+            path: The folder, which holds no other campaign.
+
+        Raises:
+            MissingExtra: If pyarrow is not installed.
+            CampaignError: If the folder holds a campaign already, or cannot be written.
+            ModelError: If a problem holds code of the caller's, which no file can hold.
+        """
+        need_parquet()
+        target = Path(path)
+        if (target / DESCRIPTION).exists():
+            raise CampaignError(
+                f"{path} holds a campaign already: resume it (trajopt campaign resume {path}), or name "
+                "another folder"
+            )
+        try:
+            (target / DOCUMENTS).mkdir(parents=True, exist_ok=True)
+            (target / RESULTS).mkdir(exist_ok=True)
+        except OSError as error:
+            raise CampaignError(f"{path} cannot be written: {error}") from error
+        packer = Packer()
+        total = write_tasks(target / PROBLEMS, map(asdict, campaign.tasks(packer)))
+        packer.write(target / DOCUMENTS)
+        about = {"format": FORMAT, "version": VERSION, **campaign.as_dict(), "total": total}
+        write_json(target / DESCRIPTION, about)
+        return CampaignFolder.open(target)
+
+    @staticmethod
+    @checked
+    def open(path: Path | str) -> "CampaignFolder":
+        """Read what a folder says of its campaign.
+
+        Raises:
+            MissingExtra: If pyarrow is not installed.
+            CampaignError: If it holds none, or one of a later version of trajopt.
+        """
+        need_parquet()
+        try:
+            about = cast("dict[str, Any]", read_json(Path(path) / DESCRIPTION))
+        except FileFormatError as error:
+            raise CampaignError(f"{path} holds no campaign: {error.reason}") from error
+        if about.get("format") != FORMAT or about.get("version") != VERSION:
+            raise CampaignError(f"{path}: this trajopt reads version {VERSION} of campaigns")
+        try:
+            ways = tuple(Options(**each) for each in about["options"])
+            return CampaignFolder(
+                Path(path),
+                about["name"],
+                ways,
+                float(about["most_seconds"]),
+                int(about["total"]),
+                about["versions"],
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise CampaignError(f"{path} is damaged: {DESCRIPTION}: {error}") from error
+
+    @property
+    def documents(self) -> Path:
+        """The folder of what the problems share."""
+        return self.path / DOCUMENTS
+
+    @property
+    def shards(self) -> list[Path]:
+        """The files of the results so far."""
+        return sorted((self.path / RESULTS).glob("[!.]*.parquet"))
+
+    def tasks(self) -> Iterator[Task]:
+        """Yield every row to be, in order."""
+        for row in read_rows(self.path / PROBLEMS):
+            yield Task(**row)
+
+    @checked
+    def task(self, row_id: str) -> Task:
+        """Return a row to be, by its id or the beginning of it.
+
+        Raises:
+            CampaignError: If there is none, or several begin so.
+        """
+        found = [task for task in self.tasks() if task.id.startswith(row_id)]
+        if len(found) != 1:
+            raise CampaignError(
+                f"{len(found) or 'no'} rows of {self.path} have an id that begins with {shown(row_id)}"
+            )
+        return found[0]
+
+    def done(self) -> Ids:
+        """Return the ids of the results so far."""
+        ids = [row["id"] for shard in self.shards for row in read_rows(shard, ("id",))]
+        return np.unique(np.array(ids, dtype="S32"))
+
+    def missing(self) -> Iterator[Task]:
+        """Yield the rows that have no result yet, in order."""
+        done = self.done()
+        for task in self.tasks():
+            place = int(np.searchsorted(done, task.id.encode()))
+            if place == len(done) or done[place] != task.id.encode():
+                yield task
+
+    @checked
+    def rows(self, columns: Sequence[str] | None = None) -> Iterator[Row]:
+        """Yield the results so far, each once, in no order.
+
+        Args:
+            columns: Which columns; all when None.
+        """
+        seen: set[bytes] = set()
+        wanted = None if columns is None else list(dict.fromkeys(("id", *columns)))
+        for shard in self.shards:
+            for row in read_rows(shard, wanted):
+                key = bytes.fromhex(row["id"])
+                if key not in seen:
+                    seen.add(key)
+                    yield row
+
+    def statuses(self) -> Counter[str]:
+        """Return how many results there are of each status."""
+        return Counter(str(row["status"]) for row in self.rows(("status",)))
+
+    def write(self, shard: bytes) -> None:
+        """Add rows, as `encoded` returns them; the same ones are the same file.
+
+        Raises:
+            FileFormatError: If they cannot be written.
+        """
+        name = f"{sha256(shard).hexdigest()[:32]}.parquet"
+        with written_whole(self.path / RESULTS / name, durable=True) as draft:
+            draft.write_bytes(shard)
+
+    def check_versions(self) -> None:
+        """Make sure that what plans now is what the rows say that planned.
+
+        Raises:
+            CampaignError: If it is not.
+        """
+        check_versions(self.versions, str(self.path))
+
+
+def check_versions(begun: Mapping[str, str], what: str) -> None:
+    """Make sure that a campaign goes on with the versions with which it was begun.
+
+    Raises:
+        CampaignError: If a version differs: then rows would be of two kinds under one name.
+    """
+    now = versions()
+    changed = [
+        f"{name} {then} then, {now.get(name, 'unknown')} now"
+        for name, then in begun.items()
+        if name not in SYSTEM and now.get(name) != then
+    ]
+    if changed:
+        raise CampaignError(
+            f"{what} was begun with other versions ({'; '.join(changed)}): run it anew in another folder, "
+            "and compare the two"
+        )

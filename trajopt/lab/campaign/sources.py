@@ -1,0 +1,288 @@
+"""Sources: where the problems of a campaign come from."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+
+from trajopt.lab.campaign.columns import need_parquet, read_rows, size_of
+from trajopt.lab.campaign.documents import Packer
+from trajopt.lab.campaign.recipes import (
+    BasePlaced,
+    FromMessages,
+    Installed,
+    JointToJoint,
+    Perturbed,
+    RandomMotion,
+    Recipe,
+    Stated,
+)
+from trajopt.lab.suite import installed_definitions
+from trajopt.lab.suite.folders import find_instances
+from trajopt.problem.problem import Problem
+from trajopt.problem.stated import only_group
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import number, one_of, several
+from trajopt.values.documents.files import read_text
+from trajopt.values.errors import FileFormatError, ProblemError, ShapeError, shown
+from trajopt.values.errors.arguments import checked
+
+
+@dataclass(frozen=True)
+class Posed:
+    """One problem of a campaign, not yet made.
+
+    Attributes:
+        family: What it is counted with.
+        number: Its number there.
+        robot: Name of the robot; empty where only making the problem tells.
+        recipe: How it is made.
+        parameters: Numbers that say where in a study it stands, by name.
+    """
+
+    family: str
+    number: int
+    robot: str
+    recipe: Recipe
+    parameters: Mapping[str, float] = field(default_factory=dict[str, float])
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Some problems of a campaign.
+
+    Attributes:
+        name: What it is called.
+        count: How many there are.
+        pose: Yields them, the same every time; the values that they share are packed.
+    """
+
+    name: str
+    count: int
+    pose: Callable[[Packer], Iterator[Posed]]
+
+    def __repr__(self) -> str:
+        """Say name and number."""
+        return f"Source({shown(self.name)}, {self.count})"
+
+
+@checked
+def from_problems(name: str, listed: Sequence[Problem]) -> Source:
+    """Return problems as they are.
+
+    Args:
+        name: What they are called together.
+        listed: The problems: plain data throughout, as for a bundle.
+    """
+    kept = several("listed", listed, Problem)
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        for count, item in enumerate(kept):
+            yield Posed(name, count, item.scene.robot.name, Stated(packer.statement(item)))
+
+    return Source(name, len(kept), pose)
+
+
+@checked
+def from_folder(
+    path: Path | str, robot: Robot, *, sets: Sequence[str] = (), limit: int | None = None
+) -> Source:
+    """Return the problems of a folder of MoveIt files: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
+
+    Args:
+        path: The folder, as `trajopt bench` takes it.
+        robot: The robot they are for.
+        sets: Names of the sets to take; all when empty.
+        limit: How many of each set to take at most, lowest numbers first.
+
+    Raises:
+        FileFormatError: If the folder does not exist or holds no problem.
+        NameNotFound: If a set is not there.
+    """
+    found = find_instances(Path(path), robot, sets, limit=limit)
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        key = packer.key(robot)
+        for item in found:
+            family, count = item.name.rsplit("/", maxsplit=1)
+            texts = dict(zip(("scene", "request", "motions"), map(read_text, item.files), strict=False))
+            yield Posed(family, int(count), robot.name, FromMessages(robot=key, name=item.name, **texts))
+
+    return Source(Path(path).name, len(found), pose)
+
+
+@checked
+def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> Source:
+    """Return the problems of a Parquet table, a row each.
+
+    Its columns are `scene`, `request` and perhaps `motions`: MoveIt's messages as text, YAML or JSON; or
+    `start` and `goal`: positions of the group's joints [rad | m], in the scene that is given. `family` and
+    `number` say what a problem is counted with; without them that is the file's name and the row.
+
+    Args:
+        path: The file.
+        around: The robot; or of starts and goals the scene that it is in.
+        group: Of starts and goals: the group that moves, which may be left out where the robot has one only.
+
+    Raises:
+        MissingExtra: If pyarrow is not installed.
+        CampaignError: If the file cannot be read.
+        FileFormatError: If it has neither kind of columns.
+        ProblemError: If no group is named and the robot has several.
+    """
+    need_parquet()
+    count, columns = size_of(Path(path))
+    scene = Scene(around) if isinstance(around, Robot) else around
+    messages = {"scene", "request"} <= columns
+    if not messages and not {"start", "goal"} <= columns:
+        raise FileFormatError(str(path), "has neither the columns scene and request, nor start and goal")
+    moving = "" if messages else group or only_group(scene.robot)
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        key, robot = packer.key(scene.robot if messages else scene), scene.robot.name
+        for place, row in enumerate(read_rows(Path(path))):
+            family, stated = str(row.get("family") or Path(path).stem), row.get("number")
+            each = place if stated is None else int(stated)
+            if messages:
+                texts = {name: str(row.get(name) or "") for name in ("scene", "request", "motions")}
+                yield Posed(family, each, robot, FromMessages(robot=key, name=f"{family}/{each}", **texts))
+            else:
+                start, goal = tuple(row["start"] or ()), tuple(row["goal"] or ())
+                yield Posed(family, each, robot, JointToJoint(key, moving, start, goal))
+
+    return Source(Path(path).stem, count, pose)
+
+
+@checked
+def random_motions(
+    scene: Scene, count: int, *, group: str = "", seed: int = 0, name: str = "random motions"
+) -> Source:
+    """Return motions from one random free configuration to another, in one scene.
+
+    Args:
+        scene: The scene.
+        count: How many.
+        group: The group that moves; may be left out where the robot has one only.
+        seed: Of the drawings; the first thousand are the same whatever the count.
+        name: What they are called together.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+        ProblemError: If no group is named and the robot has several, or the count is not positive.
+    """
+    moving = group or only_group(scene.robot)
+    scene.robot.group(moving)
+    total = _count(count)
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        key = packer.key(scene)
+        for each in range(total):
+            yield Posed(name, each, scene.robot.name, RandomMotion(key, moving, seed, each))
+
+    return Source(name, total, pose)
+
+
+@checked
+def perturbed(problem: Problem, count: int, *, shift: float, turn: float = 0.0, seed: int = 0) -> Source:
+    """Return a problem among objects that stand a little elsewhere each time: how robust is the answer?
+
+    Args:
+        problem: The problem.
+        count: How many.
+        shift: Along each axis an object of the world is moved by at most so much [m].
+        turn: About the vertical it is turned by at most so much [rad].
+        seed: Of the drawings.
+
+    Raises:
+        ProblemError: If the count is not positive.
+        ShapeError: If a number is negative.
+    """
+    total = _count(count)
+    for label, value in (("shift", shift), ("turn", turn)):
+        if number(label, value) < 0.0:
+            raise ShapeError(label, f"is negative: {value:g}")
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        key = packer.key(problem)
+        for each in range(total):
+            recipe = Perturbed(key, seed, each, float(shift), float(turn))
+            yield Posed(problem.name, each, problem.scene.robot.name, recipe)
+
+    return Source(f"{problem.name}, perturbed", total, pose)
+
+
+@checked
+def base_placements(
+    tasks: Sequence[Problem],
+    *,
+    x: Sequence[float],
+    y: Sequence[float],
+    z: Sequence[float] = (0.0,),
+    yaw: Sequence[float] = (0.0,),
+) -> Source:
+    """Return problems from every placement of the robot's base on a grid: where should the base stand?
+
+    Goals and objects stay where they are in the world, the start stays the same in the joints.
+
+    Args:
+        tasks: What the robot must be able to do, wherever it stands.
+        x: Where its root is in the world [m].
+        y: The same [m].
+        z: The same [m].
+        yaw: Its turn about the vertical [rad].
+
+    Raises:
+        ProblemError: If there is no task or no placement, or a robot whose base moves by itself.
+        ShapeError: If a number is not finite.
+    """
+    kept = several("tasks", tasks, Problem)
+    axes = {"x": x, "y": y, "z": z, "yaw": yaw}
+    at = {name: tuple(number(name, float(value)) for value in values) for name, values in axes.items()}
+    for name, values in {"tasks": kept, **at}.items():
+        if not values:
+            raise ProblemError(f"{name} is empty: there is nothing to plan")
+    for task in kept:
+        if task.scene.robot.base.joints:
+            raise ProblemError(f"the base of {task.scene.robot.name} moves by itself")
+    grid = list(product(at["x"], at["y"], at["z"], at["yaw"]))
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        keys = [packer.key(task) for task in kept]
+        for count, where in enumerate(grid):
+            parameters = dict(zip(axes, where, strict=True))
+            for task, key in zip(kept, keys, strict=True):
+                recipe = BasePlaced(key, where)
+                yield Posed(task.name, count, task.scene.robot.name, recipe, parameters)
+
+    return Source("base placements", len(grid) * len(kept), pose)
+
+
+@checked
+def installed(name: str, count: int = 1) -> Source:
+    """Return instances of an installed problem: the fixed one, then random ones.
+
+    Args:
+        name: Its name.
+        count: How many.
+
+    Raises:
+        ProblemNotFound: If there is none of that name.
+        ProblemError: If it has no random instances, and more than one is asked for.
+    """
+    definition, total = installed_definitions((name,))[0], _count(count)
+    if total > 1:
+        definition.instance(1)  # says so where there is none
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        del packer
+        for draw in range(total):
+            yield Posed(name, draw, "", Installed(name, draw))
+
+    return Source(name, total, pose)
+
+
+def _count(count: int) -> int:
+    if one_of("count", count, int) < 1:
+        raise ProblemError(f"count must be positive, is {shown(count)}")
+    return count

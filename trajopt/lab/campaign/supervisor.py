@@ -1,0 +1,256 @@
+"""A worker watched by a clock: a problem that crashes or runs over costs one row, and the others go on."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+from multiprocessing.connection import Connection, wait
+
+from trajopt.lab.campaign.campaign import Task
+from trajopt.lab.campaign.columns import Row
+from trajopt.lab.campaign.row import Fate, lost_row
+from trajopt.lab.campaign.setup import MARK, Bunch, Ready, Setup
+from trajopt.values.errors import CampaignError
+
+START = 120.0
+"""A worker that is not ready after so long is given up [s]: it has to import trajopt from a slow disk."""
+ATTEMPTS = 2
+"""Times that a problem may end its process: once may be the machine's fault, such as too little memory."""
+AHEAD, LETTERS = 64, 2**15
+"""Problems that are sent before the first of them has its row, at most, and letters of their recipes beyond
+the first: a worker goes on by itself while whoever watches it is busy. All of them have room in the socket of
+a worker that reads nothing, so that sending never waits for one that hangs."""
+ROOM = 2**18
+"""Bytes that a socket is asked to hold: some systems give eight thousand unasked, Linux 200,000."""
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""The libraries' own threads would take the cores of the other workers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Worked:
+    """What came of a block.
+
+    Attributes:
+        rows: A row of each of its problems.
+        waited: Wall-clock time that the worker waited for them [s].
+    """
+
+    rows: Sequence[Row]
+    waited: float
+
+
+class Supervisor:
+    """Keeps one worker, gives it blocks of problems, and answers for those that it does not survive."""
+
+    def __init__(self, setup: Setup) -> None:
+        """Start a worker; it is not yet ready when this returns."""
+        self._setup = setup
+        self._blocks: deque[Sequence[Task]] = deque()  # that are not yet returned
+        self._unsent: deque[Task] = deque()
+        self._sent: deque[Task] = deque()  # those that the worker has, and has not told of
+        self._rows: dict[str, Row] = {}  # of the blocks, by id
+        self._waited = 0.0
+        self._deaths: dict[str, int] = {}
+        self._killed = 0  # so often in a row before it was ready
+        self._start()
+
+    @property
+    def pipe(self) -> "Connection[object, object]":
+        """What is ready to be read when the worker has said something, or has ended."""
+        return self._pipe
+
+    @property
+    def until(self) -> float:
+        """When it has to have said something, by the monotonic clock [s]."""
+        return self._until
+
+    def give(self, block: Sequence[Task]) -> None:
+        """Hand over problems, to be planned after those that it has."""
+        self._blocks.append(block)
+        self._unsent += block
+        if self._ready:
+            self._hand_over()
+
+    def advance(self) -> Worked | None:
+        """Take what the worker says, if it says anything, and look at the clock.
+
+        Returns:
+            What came of its first block, once each of the problems has a row; None before.
+
+        Raises:
+            CampaignError: If workers cannot be started.
+        """
+        try:
+            while not self._whole and self._pipe.poll():
+                self._take(self._pipe.recv())
+        except (EOFError, OSError):
+            self._died()
+        if not self._whole and time.monotonic() > self._until:
+            self._ran_over()
+        if not self._whole:
+            return None
+        worked = Worked([self._rows.pop(task.id) for task in self._blocks.popleft()], self._waited)
+        self._waited = 0.0
+        return worked
+
+    def run(self, block: Sequence[Task]) -> Worked:
+        """Plan a block, and return what came of it.
+
+        Raises:
+            CampaignError: If workers cannot be started.
+        """
+        self.give(block)
+        while (worked := self.advance()) is None:
+            wait([self._pipe], timeout=max(0.0, min(self._until - time.monotonic(), 1.0)))
+        return worked
+
+    def close(self) -> None:
+        """End the worker, whatever it does, and wait until it has ended."""
+        self._pipe.close()
+        self._marks.close()
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait()
+
+    @property
+    def _whole(self) -> bool:
+        """Whether each problem of the first block has its row."""
+        if not self._blocks or len(self._rows) < len(self._blocks[0]):
+            return False
+        return all(task.id in self._rows for task in self._blocks[0])
+
+    def _start(self) -> None:
+        mine, its = socket.socketpair()
+        read, written = os.pipe()
+        os.set_blocking(read, False)
+        self._marks = open(read, "rb", buffering=0)
+        with its, open(written, "wb", buffering=0) as marks:
+            for end in (mine, its):
+                end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, ROOM)
+                end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "trajopt.lab.campaign.worker", str(its.fileno()), str(marks.fileno())],
+                pass_fds=(its.fileno(), marks.fileno()),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,  # the terminal's Ctrl-C is for whoever runs the campaign
+                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
+            )
+        self._pipe: Connection[object, object] = Connection(mine.detach())
+        self._ready, self._until = False, time.monotonic() + START
+        self._told = self._marked = 0  # problems that this worker told of, and began
+        self._say(self._setup)
+
+    def _hand_over(self) -> None:
+        """Send as much as the worker may have, once half of it is planned; at least one to one that waits."""
+        if len(self._sent) > AHEAD // 2:
+            return
+        waits = not self._sent
+        letters = sum(len(task.recipe) for task in islice(self._sent, 1, None))
+        some: list[Task] = []
+        while self._unsent and len(self._sent) < AHEAD:
+            letters += len(self._unsent[0].recipe) if self._sent else 0
+            if letters > LETTERS:
+                break
+            some.append(self._unsent.popleft())
+            self._sent.append(some[-1])
+        if some:
+            self._say(some)
+        if waits:
+            self._begin()
+
+    def _say(self, what: object) -> None:
+        try:
+            self._pipe.send(what)
+        except OSError:
+            pass  # it has ended, which the next reading tells
+
+    def _begin(self) -> None:
+        """Set the clock for the problem that the worker is at, or is to begin now."""
+        self._read_marks()
+        if self._marked <= self._told:
+            self._begun = time.monotonic()
+        self._until = self._begun + self._setup.most_seconds if self._sent else float("inf")
+
+    def _read_marks(self) -> None:
+        """Note how many problems the worker has begun, and when the last of them."""
+        marks = self._marks.read(2 * AHEAD * MARK.size)
+        if marks:
+            self._marked, self._begun = MARK.unpack(marks[-MARK.size :])
+
+    def _at(self) -> Task:
+        """Return what the worker is at, or was last, of the problems that it has not told of."""
+        self._read_marks()
+        return self._sent[min(max(self._marked - self._told, 1), len(self._sent)) - 1]
+
+    def _take(self, said: object) -> None:
+        if isinstance(said, Ready):
+            if said.reason:
+                raise CampaignError(said.reason)
+            self._ready, self._killed = True, 0
+        elif isinstance(said, Bunch):
+            for row in said.rows:
+                self._rows[self._sent.popleft().id] = row
+            self._told += len(said.rows)
+            self._waited += said.waited
+        self._begin()
+        self._hand_over()
+
+    def _died(self) -> None:
+        """Note the death of the worker, and go on with another."""
+        how = self._ending()
+        if not self._ready:
+            # A machine that lacks memory kills what has just begun; what ends by itself would do so again.
+            self._killed += 1
+            if self._process.returncode >= 0 or self._killed >= ATTEMPTS:
+                raise CampaignError(f"a worker ended before it was ready ({how}); what it said is above")
+        elif self._sent:
+            at = self._at()
+            self._deaths[at.id] = self._deaths.get(at.id, 0) + 1
+            if self._deaths[at.id] >= ATTEMPTS:
+                self._give_up(at, Fate.CRASHED, how)
+        self._again()
+
+    def _ran_over(self) -> None:
+        """Give up the problem that the worker is at, unless it began that later than was known.
+
+        Raises:
+            CampaignError: If the worker has not come up.
+        """
+        if not self._ready:
+            raise CampaignError(f"a worker was not ready after {START:g} s")
+        at = self._at()
+        self._until = self._begun + self._setup.most_seconds
+        if time.monotonic() <= self._until:
+            return
+        self._ending()
+        self._give_up(at, Fate.RAN_OVER, f"{self._setup.most_seconds:g} s")
+        self._again()
+
+    def _give_up(self, task: Task, fate: Fate, why: str) -> None:
+        """Write the row of a problem that does not come back."""
+        self._sent.remove(task)
+        self._rows[task.id] = lost_row(task, fate, why, time.monotonic() - self._begun)
+
+    def _again(self) -> None:
+        """Start another worker, which is sent what the last one did not tell of once it is ready."""
+        self._marks.close()
+        self._unsent.extendleft(reversed(self._sent))
+        self._sent.clear()
+        self._start()
+
+    def _ending(self) -> str:
+        """End the worker if it has not ended, and say how it ended."""
+        self._pipe.close()
+        try:
+            code = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            code = self._process.wait()
+        return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"

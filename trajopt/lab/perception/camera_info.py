@@ -1,0 +1,89 @@
+"""Calibration of a camera from a file: `camera_info` in YAML, as ROS's calibrators and drivers write it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from trajopt.scene.camera import Intrinsics
+from trajopt.values.arrays import path as path_of
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.errors import ShapeError
+from trajopt.values.lens import STRAIGHT, Lens
+
+MODELS: Mapping[str, tuple[int, ...]] = {
+    "plumb_bob": (4, 5),
+    "rational_polynomial": (8,),
+    "none": (0,),
+    "": (0,),
+}
+"""How many numbers each of the models that are undone has."""
+OTHERS = ("equidistant", "fisheye", "thin_prism_fisheye")
+"""Models of which the rays are found by other rules."""
+
+
+def read_camera_info(path: Path | str) -> Intrinsics:
+    """Read which way a camera's pixels look.
+
+    Both forms are read: the calibrator's (`image_width`, `camera_matrix`, `distortion_coefficients`) and the
+    message as ROS 1 or 2 prints it (`width`, `K` or `k`, `D` or `d`). The lens is that of the raw image:
+    where images are rectified, take its numbers out of the file.
+
+    Args:
+        path: A YAML or JSON file.
+
+    Raises:
+        FileFormatError: If it is missing or malformed; if the lens is of a model that is not undone, which it
+            names; or if pixels are binned, cut off or skewed.
+    """
+    document = read_document(path_of("path", path))
+    if document.has("camera_matrix"):
+        size = document["image_width"], document["image_height"]
+        matrix, numbers = document["camera_matrix"]["data"], document["distortion_coefficients"]["data"]
+    else:
+        size = document["width"], document["height"]
+        matrix, numbers = _either(document, "K", "k"), _either(document, "D", "d")
+    _refuse_parts(document)
+    k = matrix.numbers()
+    if len(k) != 9:
+        raise matrix.error(f"needs the 9 numbers of a 3x3 matrix, has {len(k)}")
+    if k[1] or k[3] or k[6] or k[7] or k[8] != 1.0:
+        raise matrix.error(f"is no matrix (fx, 0, cx; 0, fy, cy; 0, 0, 1): {list(k)}")
+    try:
+        return Intrinsics(_whole(size[0]), _whole(size[1]), k[0], k[4], k[2], k[5], _lens(document, numbers))
+    except ShapeError as error:
+        raise document.error(str(error)) from error
+
+
+def _lens(document: Node, numbers: Node) -> Lens:
+    model, given = document["distortion_model"], numbers.numbers()
+    name = model.text("plumb_bob" if given else "none")
+    if not any(given) and name not in OTHERS:
+        return STRAIGHT
+    if name not in MODELS:
+        known = ", ".join(each for each in MODELS if each)
+        raise model.error(f"is {name!r}, which is not undone; rectify the images, or use one of {known}")
+    if len(given) not in MODELS[name]:
+        wanted = " or ".join(map(str, MODELS[name]))
+        raise numbers.error(f"needs {wanted} numbers for {name}, has {len(given)}")
+    return Lens(*given)
+
+
+def _refuse_parts(document: Node) -> None:
+    """Refuse pictures that are only a part of the sensor's."""
+    for key in ("binning_x", "binning_y"):
+        if document[key].number(0.0) not in (0.0, 1.0):
+            raise document[key].error("pixels are binned: give the calibration of the binned pictures")
+    region = document["roi"]
+    for key in ("x_offset", "y_offset", "height", "width"):
+        if region[key].number(0.0):
+            raise region[key].error("pictures are cut off: give the calibration of the pictures as they are")
+
+
+def _either(document: Node, first: str, second: str) -> Node:
+    return document[first] if document.has(first) else document[second]
+
+
+def _whole(size: Node) -> int:
+    value = size.number()
+    if value != int(value) or value < 1:
+        raise size.error(f"must be a whole number of pixels, is {value:g}")
+    return int(value)

@@ -1,0 +1,155 @@
+"""A depth image: what a camera measured, and where the robot was then."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trajopt.lab.perception.cells import Grid, leaders
+from trajopt.lab.perception.sensing import Sensing
+from trajopt.lab.perception.taken import Taken, radius_for
+from trajopt.scene.camera import Camera, Singles
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Value, above_zero, floats, one_of
+from trajopt.values.errors import ShapeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+
+MILLIMETRE = 1e-3
+ROWS = 32
+"""Rows of a picture that are looked at together: few enough that what is computed of them stays in the caches
+of a processor, and enough that calls of numpy are few."""
+LIKELY_MILLIMETRES = 100.0
+"""No depth camera sees farther than this [m]: an image in which nothing is nearer is in millimetres."""
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class DepthImage(Value):
+    """A depth image.
+
+    As in ROS (REP 118), whole numbers are millimetres and 0 is no measurement; other numbers are metres, not
+    a number is no measurement, and infinity is nothing within range.
+
+    Attributes:
+        camera: What took it.
+        depth: Depth along the camera's axis, not along the pixel's ray; shape (height, width).
+        positions: Of all joints of the robot when it was taken, shape (number of joints,) [rad | m].
+        scale: What 1 is in the image [m]; None for the above.
+    """
+
+    camera: Camera
+    depth: NDArray[Any]
+    positions: Floats
+    scale: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the image, and copy it.
+
+        Raises:
+            ShapeError: If it is not of the camera's size, no numbers, or in millimetres without saying so.
+        """
+        lens = one_of("camera", self.camera, Camera).intrinsics
+        depth = np.array(self.depth)
+        if depth.dtype.kind not in "uif":
+            raise ShapeError("depth", f"must be numbers, is of {depth.dtype}")
+        if depth.shape != (lens.height, lens.width):
+            raise ShapeError(
+                "depth", f"needs shape ({lens.height}, {lens.width}) of its camera, has {depth.shape}"
+            )
+        if self.scale is not None:
+            above_zero(self, "scale")
+        elif depth.dtype.kind == "f" and _likely_millimetres(depth):
+            raise ShapeError(
+                "depth", "has nothing nearer than 100 m: is it in millimetres? Give scale=0.001 then"
+            )
+        depth.flags.writeable = False
+        object.__setattr__(self, "depth", depth)
+        object.__setattr__(self, "positions", floats("positions", self.positions, (None,)))
+
+    def __repr__(self) -> str:
+        """Say its size and where the camera is fixed."""
+        height, width = self.depth.shape
+        return f"DepthImage({width} x {height} pixels, camera on {shown(self.camera.frame)})"
+
+    @property
+    def unit(self) -> float:
+        """What 1 is in the image [m]."""
+        if self.scale is not None:
+            return self.scale
+        return 1.0 if self.depth.dtype.kind == "f" else MILLIMETRE
+
+    @property
+    def rounding(self) -> float:
+        """How far off a depth is for being a whole number [m]."""
+        return 0.0 if self.depth.dtype.kind == "f" else self.unit / 2.0
+
+    @cached_property
+    def metres(self) -> Singles:
+        """The depths [m], shape (height, width); 0, infinity or not a number where nothing was measured."""
+        metres = self.depth.astype(np.float32)
+        return metres if self.unit == 1.0 else metres * np.float32(self.unit)
+
+    @checked
+    def where(self, scene: Scene) -> Placement:
+        """Return where the camera's optical frame was in the world; raises as `Camera.at`."""
+        return self.camera.at(scene, self.positions)
+
+    def taken(self, scene: Scene, sensing: Sensing) -> Taken:
+        """Return the cells of the world in which it shows something.
+
+        Raises:
+            FrameNotFound: If the scene has no such frame as the camera is fixed on.
+            ShapeError: If there is not one position for each joint.
+        """
+        camera, depth = self.camera, self.metres
+        where = self.where(scene)
+        reach = camera.farthest * camera.intrinsics.longest_ray
+        grid = Grid.around(where, reach, sensing.cell, sensing.workspace)
+        found: list[NDArray[np.signedinteger]] = []
+        measured, inside, deepest = 0, 0, 0.0
+        for begin in range(0, len(depth), ROWS):
+            rows = slice(begin, begin + ROWS)
+            part = depth[rows]
+            valid = (part >= np.float32(camera.nearest)) & (part <= np.float32(camera.farthest))
+            measured += int(np.count_nonzero(valid))
+            numbers = grid.numbered(_scaled(camera, grid, where, part, rows), valid)
+            inside += int(np.count_nonzero(valid))
+            deepest = max(deepest, float(np.where(valid, part, np.float32(0.0)).max()))
+            found.append(leaders(numbers))
+        radius = radius_for(
+            sensing,
+            largest=max(reach, grid.across),
+            noise=(camera.noise.sigma(deepest) * sensing.sigmas + self.rounding)
+            * camera.intrinsics.longest_ray,
+            # Half the diagonal of a pixel, on a surface that is tilted as much as asked.
+            gap=deepest * camera.intrinsics.pixel / 2.0 / float(np.cos(sensing.tilt)),
+        )
+        counts = {"measured": measured, "in the workspace": inside}
+        return Taken(grid.keys(np.concatenate(found)), radius, counts, self.positions)
+
+
+def _scaled(
+    camera: Camera, grid: Grid, where: Placement, depth: Singles, rows: slice
+) -> tuple[Singles, Singles, Singles]:
+    """Return the coordinates of some rows of pixels, in units of cells."""
+    across, down = camera.intrinsics.slopes
+    across = across if len(across) == 1 else across[rows]
+    turn, shift = grid.placed(where)
+
+    def along(axis: int) -> Singles:
+        values = turn[axis, 0] * across + (turn[axis, 1] * down[rows] + turn[axis, 2])
+        with np.errstate(invalid="ignore", over="ignore"):
+            values *= depth
+            values += shift[axis]
+        return values
+
+    return along(0), along(1), along(2)
+
+
+def _likely_millimetres(depth: NDArray[Any]) -> bool:
+    """Say whether all that was measured is farther than any camera sees."""
+    measured = depth[np.isfinite(depth) & (depth > 0.0)]
+    return bool(len(measured)) and float(measured.min()) > LIKELY_MILLIMETRES

@@ -1,0 +1,278 @@
+"""Reach map: where a frame gets, from how many directions, and how well it moves there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.arguments import count_of, frame_of
+from trajopt.optimise.kinematics.forward import manipulability, moving_frame, stacked_jacobian
+from trajopt.optimise.kinematics.sampling import BATCH, Progress, Sampler
+from trajopt.optimise.kinematics.validity import pair_margins
+from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Ints, Value, direction_of, floats, number, readonly
+from trajopt.values.errors import FileFormatError, ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD
+
+CELL = 0.05
+"""Edge of a cell [m]."""
+DIRECTIONS = 100
+"""Directions that the sphere around each cell is divided into."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReachMap(Value):
+    """A grid of cells over what a frame reaches, filled by sampling.
+
+    Cell (i, j, k) is the cube that begins at `origin + cell * (i, j, k)`. More configurations fill the map
+    further: a cell that was not met may still be reachable.
+
+    Attributes:
+        robot: Name of the robot.
+        group: Its group that moves.
+        frame: The frame.
+        reference: The frame that positions are seen from.
+        origin: Lowest corner of the grid, shape (3,) [m].
+        cell: Edge of a cell [m].
+        hits: Configurations that have the frame in each cell, shape (X, Y, Z).
+        reached: Directions of approach met in each cell, shape (X, Y, Z).
+        directions: Into how many directions the sphere is divided.
+        manipulability: Largest in each cell, 0 where it was not met, shape (X, Y, Z).
+        valid: Configurations that made the map.
+        drawn: Configurations drawn for them, those in collision too.
+    """
+
+    robot: str
+    group: str
+    frame: str
+    reference: str
+    origin: Floats
+    cell: float
+    hits: Ints
+    reached: Ints
+    directions: int
+    manipulability: Floats
+    valid: int
+    drawn: int
+
+    @property
+    def volume(self) -> float:
+        """Volume of the cells that were met [m^3]."""
+        return float((self.hits > 0).sum()) * self.cell**3
+
+    @property
+    def reachability_index(self) -> Floats:
+        """Share of the directions met in each cell, shape (X, Y, Z), in [0, 1].
+
+        Source: Zacharias, Borst, Hirzinger, Capturing robot workspace structure, IROS 2007, with samples of
+        the joints in place of inverse kinematics.
+        """
+        return self.reached / self.directions
+
+    @checked
+    def centres(self, axis: int) -> Floats:
+        """Return the middles of the cells along an axis, 0 to 2 [m]."""
+        middles = np.arange(self.hits.shape[axis], dtype=np.float64) + 0.5
+        return float(self.origin[axis]) + self.cell * middles
+
+    def cell_of(self, point: ArrayLike) -> tuple[int, int, int] | None:
+        """Return the indices of the cell that a point is in; None outside of the grid.
+
+        Args:
+            point: Seen from the reference, shape (3,) [m].
+
+        Raises:
+            ShapeError: If it is no point.
+        """
+        i, j, k = np.floor((floats("point", point, (3,)) - self.origin) / self.cell).astype(int).tolist()
+        inside = all(0 <= at < size for at, size in zip((i, j, k), self.hits.shape, strict=True))
+        return (i, j, k) if inside else None
+
+    @checked
+    def save(self, path: Path | str) -> Path:
+        """Write the map as a compressed npz; returns the file written, its suffix added if there was none."""
+        target = Path(path) if Path(path).suffix else Path(path).with_suffix(".npz")
+        if target.suffix != ".npz":
+            raise FileFormatError(str(target), "a reach map is written as .npz")
+        with target.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **vars(self))
+        return target
+
+    @staticmethod
+    @checked
+    def load(path: Path | str) -> "ReachMap":
+        """Read a map that `save` wrote.
+
+        Raises:
+            FileFormatError: If the file is missing or holds no reach map.
+        """
+        try:
+            with np.load(path) as file:
+                return ReachMap(
+                    robot=str(file["robot"]),
+                    group=str(file["group"]),
+                    frame=str(file["frame"]),
+                    reference=str(file["reference"]),
+                    origin=readonly(file["origin"]),
+                    cell=float(file["cell"]),
+                    hits=file["hits"],
+                    reached=file["reached"],
+                    directions=int(file["directions"]),
+                    manipulability=readonly(file["manipulability"]),
+                    valid=int(file["valid"]),
+                    drawn=int(file["drawn"]),
+                )
+        except (OSError, ValueError, KeyError) as error:
+            raise FileFormatError(str(path), f"holds no reach map: {error}") from error
+
+    def __str__(self) -> str:
+        """Say what was reached."""
+        met, index = self.hits > 0, 100.0 * self.reachability_index
+        return (
+            f"{self.frame} of {self.robot} reaches {self.volume:.3f} m^3 ({int(met.sum())} cells of "
+            f"{1000.0 * self.cell:g} mm) in {self.valid} valid of {self.drawn} drawn configurations; of "
+            f"{self.directions} directions a cell is met from {index[met].mean():.0f} % on average, "
+            f"{index.max():.0f} % at most"
+        )
+
+
+@checked
+def reach_map(
+    reduced: ReducedModel,
+    frame: str,
+    count: int,
+    *,
+    rng: np.random.Generator,
+    cell: float = CELL,
+    directions: int = DIRECTIONS,
+    approach: ArrayLike = (0.0, 0.0, 1.0),
+    reference: str = WORLD,
+    margin: float | None = 0.0,
+    length: float = LENGTH,
+    progress: Progress | None = None,
+) -> ReachMap:
+    """Map what a frame reaches without collision, by random configurations.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        frame: Link, tool frame or attached object.
+        count: How many configurations to draw; those in collision are left out of the map.
+        rng: Draws them.
+        cell: Edge of a cell [m].
+        directions: Into how many directions the sphere around each cell is divided.
+        approach: Axis of the frame whose direction is counted, shape (3,).
+        reference: The frame that positions and directions are seen from.
+        margin: Clearance to keep from everything [m]; the scene's own margins when None.
+        length: What a radian of rotation is weighed as in the manipulability [m].
+        progress: Called with the number drawn so far.
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+        ShapeError: If a number is not usable, or no configuration is free of collision.
+    """
+    count_of("count", count)
+    count_of("directions", directions)
+    if number("length", length) < 0.0:
+        raise ShapeError("length", f"is negative: {length:g} m")
+    if not number("cell", cell) > 0.0:
+        raise ShapeError("cell", f"must be positive, is {cell:g} m")
+    axis = direction_of("approach", approach)
+    frame_of(reduced, frame)
+    frame_of(reduced, reference)
+    query = Query(reduced)
+    sampler = Sampler(query, (), pair_margins(reduced, margin), rng)
+    sphere = even_directions(directions)
+
+    def meet(size: int) -> _Met:
+        at = moving_frame(query, frame, sampler.draw(size).positions, reference)
+        nearest = np.argmax((at.rotation @ axis) @ sphere.T, axis=1)
+        return _Met(at.point, nearest, manipulability(stacked_jacobian(at), length=length))
+
+    met = _all_met(meet, count, progress)
+    if len(met.point) == 0:
+        raise ShapeError("count", f"none of {count} configurations is free of collision")
+    grid = _grid(met, cell, directions)
+    return ReachMap(
+        robot=reduced.scene.robot.name,
+        group=reduced.group,
+        frame=frame,
+        reference=reference,
+        origin=grid.origin,
+        cell=cell,
+        hits=grid.hits,
+        reached=grid.reached,
+        directions=directions,
+        manipulability=grid.manipulability,
+        valid=len(met.point),
+        drawn=count,
+    )
+
+
+def _all_met(meet: Callable[[int], "_Met"], count: int, progress: Progress | None) -> "_Met":
+    """Draw so many configurations in batches."""
+    parts: list[_Met] = []
+    for drawn in range(0, count, BATCH):
+        size = min(BATCH, count - drawn)
+        parts.append(meet(size))
+        if progress is not None:
+            progress(drawn + size)
+    return _Met(
+        np.concatenate([part.point for part in parts]),
+        np.concatenate([part.direction for part in parts]),
+        np.concatenate([part.manipulability for part in parts]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Met:
+    """Where S configurations have the frame, from which of the directions, and how well it moves there."""
+
+    point: Floats
+    direction: Ints
+    manipulability: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """The arrays of a map; see `ReachMap`."""
+
+    origin: Floats
+    hits: Ints
+    reached: Ints
+    manipulability: Floats
+
+
+def _grid(met: _Met, cell: float, directions: int) -> _Grid:
+    """Count what was met in each cell."""
+    index = np.floor(met.point / cell).astype(np.int64)
+    lowest = index.min(axis=0)
+    shape = tuple((index.max(axis=0) - lowest + 1).tolist())
+    place = np.ravel_multi_index(tuple((index - lowest).T), shape)
+    cells = int(np.prod(shape))
+    best = np.zeros(cells)
+    np.maximum.at(best, place, met.manipulability)
+    seen = np.unique(place * directions + met.direction) // directions
+    return _Grid(
+        readonly(lowest * cell),
+        np.bincount(place, minlength=cells).reshape(shape),
+        np.bincount(seen, minlength=cells).reshape(shape),
+        readonly(best.reshape(shape)),
+    )
+
+
+def even_directions(count: int) -> Floats:
+    """Return directions spread evenly over the sphere, shape (count, 3).
+
+    Source: the Fibonacci lattice, Gonzalez, Measurement of areas on a sphere using Fibonacci and
+    latitude-longitude lattices, Mathematical Geosciences 2010.
+    """
+    step = np.arange(count) + 0.5
+    height = 1.0 - 2.0 * step / count
+    around = np.pi * (1.0 + np.sqrt(5.0)) * step
+    ring = np.sqrt(1.0 - height**2)
+    return np.stack((ring * np.cos(around), ring * np.sin(around), height), axis=1)

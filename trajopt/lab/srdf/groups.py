@@ -1,0 +1,182 @@
+"""Planning groups proposed from the tree: arms from base to tip, grippers where fingers begin."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trajopt.lab.srdf.grippers import ARM_JOINTS, GRIPPER_SHARE, gripper_start
+from trajopt.lab.srdf.link_tree import LinkTree
+from trajopt.values.errors.arguments import checked
+
+ARM = "arm"
+"""Name of an arm's group."""
+TOOL_FRAMES = ("tool0", "tcp", "tool", "flange", "ee_link")
+"""Names that a tip is preferred to have, where several links are fixed to the last one that moves."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProposedGroup:
+    """A group to write into an SRDF.
+
+    Attributes:
+        name: Its name.
+        base: First link of its chain; empty for a gripper.
+        tip: Last link of its chain; of a gripper the link that carries the fingers.
+        links: A gripper's links.
+        joints: Moving joints, mimicking ones too.
+        driven: Those of them that mimic no other.
+        parent_link: Of a gripper: the link that it is fixed to.
+        parent_group: Of a gripper: the arm that carries it.
+    """
+
+    name: str
+    base: str
+    tip: str
+    links: tuple[str, ...]
+    joints: tuple[str, ...]
+    driven: tuple[str, ...]
+    parent_link: str = ""
+    parent_group: str = ""
+
+    @property
+    def is_gripper(self) -> bool:
+        """Whether it is an end effector rather than a chain."""
+        return not self.base
+
+
+@checked
+def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
+    """Propose chains and grippers, arms before what they carry.
+
+    A chain goes down from the root, or from a link where the tree branches, to the next branch or to the end.
+    What branches off at the end of an arm and is small against it is a gripper; so are the last joints of a
+    chain without a branch, if names say so.
+    """
+    root = next(iter(tree.links))
+    found: list[ProposedGroup] = []
+    for chain in _chains(tree, root):
+        found.extend(chain)
+    return tuple(_named(found))
+
+
+def _chains(tree: LinkTree, base: str) -> list[list[ProposedGroup]]:
+    """Return the chain that begins at a link, with its gripper if it has one, then those below it."""
+    here, travelled, path = base, 0.0, [base]
+    branches = tree.moving_below(base)
+    while len(branches) == 1:
+        path.extend(_way(tree, here, branches[0]))
+        here = branches[0]
+        travelled += tree.links[here].length
+        branches = tree.moving_below(here)
+    driven = tuple(tree.links[name].joint for name in path[1:] if tree.links[name].driven)
+    small = bool(branches) and max(tree.extent(child) for child in branches) <= GRIPPER_SHARE * travelled
+    if branches and len(driven) >= ARM_JOINTS and small:
+        return [_arm_with_gripper(tree, path, branches)]
+    first = "" if branches else gripper_start(tree, path)
+    if first:
+        return [_arm_with_gripper(tree, path[: path.index(first)], (first,))]
+    tip = here if branches else _tip(tree, here)
+    own = [[_chain(tree, base, tip, path)]] if driven else []
+    # Each branch is a chain of its own, which begins at the link that they share.
+    return own + [chain for child in branches for chain in _branch(tree, here, child)]
+
+
+def _arm_with_gripper(tree: LinkTree, path: Sequence[str], fingers: Sequence[str]) -> list[ProposedGroup]:
+    """Return an arm and the gripper on it, whose palm, if fixed, is at the end of the arm's path."""
+    palm = path[-1]
+    held = not tree.links[palm].moving and len(path) > 1
+    carrier = tree.links[palm].parent if held else palm
+    return [_chain(tree, path[0], carrier, path), _gripper(tree, palm, carrier, fingers)]
+
+
+def _branch(tree: LinkTree, base: str, child: str) -> list[list[ProposedGroup]]:
+    """Return the chains of one of several branches, seen without the others."""
+    below = {**tree.below, base: (child,)}
+    return _chains(LinkTree(tree.links, below), base)
+
+
+def _way(tree: LinkTree, above: str, below: str) -> list[str]:
+    """Return the links between two, the lower one included."""
+    found: list[str] = []
+    while below != above:
+        found.append(below)
+        below = tree.links[below].parent
+    return found[::-1]
+
+
+def _tip(tree: LinkTree, last: str) -> str:
+    """Return the link fixed to the last moving one that looks most like a tool frame: by name, then depth."""
+    fixed = [(link.name, depth) for depth, link in enumerate(tree.subtree(last))]
+    for wanted in TOOL_FRAMES:
+        for name, _ in fixed:
+            if name.lower() == wanted or name.lower().endswith(f"_{wanted}"):
+                return name
+    name, children = last, tree.below[last]
+    while len(children) == 1:
+        name, children = children[0], tree.below[children[0]]
+    return name
+
+
+def _chain(tree: LinkTree, base: str, tip: str, path: Sequence[str]) -> ProposedGroup:
+    joints = tuple(tree.links[name].joint for name in path[1:] if tree.links[name].moving)
+    driven = tuple(tree.links[name].joint for name in path[1:] if tree.links[name].driven)
+    return ProposedGroup(name="", base=base, tip=tip, links=(), joints=joints, driven=driven)
+
+
+def _gripper(tree: LinkTree, palm: str, carrier: str, branches: Sequence[str]) -> ProposedGroup:
+    below = [link for child in branches for link in tree.subtree(child)]
+    return ProposedGroup(
+        name="",
+        base="",
+        tip=palm,
+        links=(*(() if carrier == palm else (palm,)), *(link.name for link in below)),
+        joints=tuple(link.joint for link in below if link.moving),
+        driven=tuple(link.joint for link in below if link.driven),
+        parent_link=carrier,
+    )
+
+
+def _shared_words(names: Sequence[str]) -> str:
+    """Return the leading words, separated by underscores, that all names share, their last words aside."""
+    words = [name.split("_")[:-1] for name in names]
+    shared = [column[0] for column in zip(*words, strict=False) if len(set(column)) == 1]
+    return "_".join(shared)
+
+
+def _named(groups: Sequence[ProposedGroup]) -> list[ProposedGroup]:
+    """Name groups: "arm" and "gripper" where there is one of each, else after what their joints share."""
+    arms = [group for group in groups if not group.is_gripper]
+    names: dict[str, int] = {}
+    found: list[ProposedGroup] = []
+    carrier = ""
+    for group in groups:
+        kind = (
+            "gripper"
+            if group.is_gripper
+            else ARM
+            if len(arms) == 1 or len(group.driven) >= ARM_JOINTS
+            else "joints"
+        )
+        if len(arms) == 1:
+            prefix = ""
+        elif group.is_gripper:
+            prefix = carrier.removesuffix(ARM).strip("_")
+        else:
+            prefix = _shared_words(group.joints)
+        name = f"{prefix}_{kind}" if prefix else kind
+        names[name] = names.get(name, 0) + 1
+        unique = name if names[name] == 1 else f"{name}_{names[name]}"
+        if not group.is_gripper:
+            carrier = unique
+        found.append(
+            ProposedGroup(
+                name=unique,
+                base=group.base,
+                tip=group.tip,
+                links=group.links,
+                joints=group.joints,
+                driven=group.driven,
+                parent_link=group.parent_link,
+                parent_group=carrier if group.is_gripper else "",
+            )
+        )
+    return found

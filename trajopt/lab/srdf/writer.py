@@ -1,0 +1,51 @@
+"""SRDF as text: what `trajopt.robot.loading.srdf` and MoveIt read back."""
+
+from collections.abc import Mapping, Sequence
+from xml.etree import ElementTree
+
+from trajopt.lab.srdf.groups import ProposedGroup
+from trajopt.robot.loading.srdf import EndEffector
+from trajopt.values.errors.arguments import checked
+
+
+@checked
+def srdf_text(
+    name: str,
+    groups: Sequence[ProposedGroup],
+    *,
+    states: Mapping[tuple[str, str], Mapping[str, float]],
+    end_effectors: Sequence[EndEffector],
+    disabled: Mapping[tuple[str, str], str],
+) -> str:
+    """Write an SRDF.
+
+    Args:
+        name: Of the robot, as in its URDF.
+        groups: Chains and grippers.
+        states: Joint -> position [rad | m] by (group, state).
+        end_effectors: Which gripper is fixed where.
+        disabled: Reason by the two links of each pair that is never checked.
+    """
+    root = ElementTree.Element("robot", name=name)
+    for group in groups:
+        element = ElementTree.SubElement(root, "group", name=group.name)
+        if group.is_gripper:
+            for link in group.links:
+                ElementTree.SubElement(element, "link", name=link)
+            for joint in group.joints:
+                ElementTree.SubElement(element, "joint", name=joint)
+        else:
+            ElementTree.SubElement(element, "chain", base_link=group.base, tip_link=group.tip)
+    for (group_name, state), values in states.items():
+        element = ElementTree.SubElement(root, "group_state", name=state, group=group_name)
+        for joint, value in values.items():
+            ElementTree.SubElement(element, "joint", name=joint, value=f"{value:.10g}")
+    for effector in end_effectors:
+        facts = {"name": effector.name, "parent_link": effector.parent_link, "group": effector.group}
+        if effector.parent_group:
+            facts["parent_group"] = effector.parent_group
+        ElementTree.SubElement(root, "end_effector", facts)
+    for (first, second), reason in disabled.items():
+        ElementTree.SubElement(root, "disable_collisions", link1=first, link2=second, reason=reason)
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

@@ -1,0 +1,81 @@
+"""What the pages share: a document that needs nothing beside itself, tables, words for an outcome."""
+
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
+
+from trajopt.planning.status import Status
+from trajopt.simulation.thumbnail import HEIGHT, TYPE, WIDTH
+
+STYLE = """
+:root { color-scheme: light dark; --line: #8884; --good: #1a7f37; --bad: #cf222e; --soft: #8881; }
+body { font: 15px/1.45 system-ui, sans-serif; max-width: 80rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.5rem; margin-bottom: .2rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; width: 100%; }
+th, td { padding: .2rem .6rem; border-top: 1px solid var(--line); vertical-align: top; text-align: left; }
+th.n, td.n { text-align: right; white-space: nowrap; }
+details { border: 1px solid var(--line); border-radius: 6px; margin: .4rem 0; padding: 0 .8rem; }
+summary { cursor: pointer; padding: .45rem 0; }
+.good { color: var(--good); } .bad { color: var(--bad); } .faint { opacity: .7; }
+"""
+"""Of every page."""
+
+
+def document(title: str, style: str, body: str) -> str:
+    """Return a page.
+
+    Args:
+        title: Its title and first heading.
+        style: What it adds to the style of all pages.
+        body: What stands below the heading, in HTML.
+    """
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
+        f"<style>{STYLE}{style}</style></head><body><h1>{escape(title)}</h1>{body}</body></html>\n"
+    )
+
+
+def table(
+    head: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = (), kind: str = ""
+) -> str:
+    """Return a table.
+
+    Args:
+        head: The columns' headings.
+        rows: Cells in HTML, as many as headings.
+        numbers: Headings of the columns that hold numbers, which stand to the right.
+        kind: Class of the table, for a page's style.
+    """
+    sides = [" class=n" if name in numbers else "" for name in head]
+    titles = "".join(f"<th{side}>{escape(name)}</th>" for name, side in zip(head, sides, strict=True))
+    body = "".join(
+        "<tr>" + "".join(f"<td{side}>{cell}</td>" for side, cell in zip(sides, row, strict=True)) + "</tr>"
+        for row in rows
+    )
+    return (
+        f'<div class="wide"><table class="{kind}"><thead><tr>{titles}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def image(picture: bytes | None, words: str = "") -> str:
+    """Return a thumbnail that is in the page itself; nothing where there is none.
+
+    Args:
+        picture: What `trajopt.simulation.thumbnail` returned.
+        words: What it shows, for whoever does not see it.
+    """
+    if picture is None:
+        return ""
+    data = b64encode(picture).decode()
+    return (
+        f'<img src="data:{TYPE};base64,{data}" width="{WIDTH}" height="{HEIGHT}" alt="{escape(words)}" '
+        'loading="lazy">'
+    )
+
+
+def words(status: Status) -> str:
+    """Return how planning ended as a reader says it."""
+    return status.name.replace("_", " ").lower()

@@ -1,0 +1,173 @@
+"""Outcome: what became of one problem, planned by one method, and what a judge says of the motion."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from math import isfinite
+from typing import cast
+
+from trajopt.planning.seeds import SeedKind
+from trajopt.planning.status import Certainty, Status
+from trajopt.values.errors.arguments import checked
+from trajopt.verify import Check, CheckKind, Evidence
+
+INSTALLED = "installed"
+"""Set of the problems that belong to no set of files."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One step of a solver, in the history of an outcome.
+
+    Attributes:
+        cpu_seconds: Process time since planning began [s].
+        attempt: Which first guess, from 1.
+        cost: Sum of the costs at the current point.
+        violation: L1 norm of the violations there.
+    """
+
+    cpu_seconds: float
+    attempt: int
+    cost: float
+    violation: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of one problem with one method.
+
+    Attributes:
+        problem: Name of the problem; of one of a set of files "set/number".
+        draw: 0, or the number of a random instance.
+        solver: Name of the method.
+        expected: How planning should end.
+        status: How it ended.
+        certainty: How well the status is known.
+        message: The particulars.
+        attempts: First guesses tried.
+        attempts_by_kind: The same by kind of seed.
+        won_by: The kind of seed that the motion came from; None if there is none.
+        setup_seconds: Process time of making the problem, its files read [s].
+        cpu_seconds: Process time of planning, the judge's included [s].
+        stages: The same by stage [s].
+        counts: Exact numbers of the work done.
+        iterations: Steps of the solver, over all first guesses; 0 where they were not followed.
+        cost: Of the solver's last path; None if it got none.
+        duration: Of the motion [s]; None if there is none, as the next two.
+        path_length: Of the path in joint space [rad | m].
+        clearance: Smallest clearance that the judge proved [m].
+        violations: Name of each constraint that is broken -> by how much, in its own unit: on the timed
+            motion as the judge says, or where there is none on the path as the solver says.
+        constraints: What a fresh judge says of the timed motion; empty where there is none, or no one asked.
+        stopped_by_clock: Whether time ran out: another run may end otherwise.
+        history: Every step of the solver; empty where they were not followed.
+        tip: Positions of the group's last joint along the motion, shape (s, 3) [m]; empty if none.
+    """
+
+    problem: str
+    draw: int = 0
+    solver: str
+    expected: Status
+    status: Status
+    certainty: Certainty = Certainty.EVIDENCE
+    message: str
+    attempts: int = 0
+    attempts_by_kind: Mapping[str, int] = field(default_factory=dict[str, int])
+    won_by: SeedKind | None = None
+    setup_seconds: float = 0.0
+    cpu_seconds: float
+    stages: Mapping[str, float] = field(default_factory=dict[str, float])
+    counts: Mapping[str, int] = field(default_factory=dict[str, int])
+    iterations: int = 0
+    cost: float | None = None
+    duration: float | None = None
+    path_length: float | None = None
+    clearance: float | None = None
+    violations: Mapping[str, float] = field(default_factory=dict[str, float])
+    constraints: tuple[Check, ...] = ()
+    stopped_by_clock: bool = False
+    history: tuple[Moment, ...] = ()
+    tip: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def set_name(self) -> str:
+        """The set that the problem belongs to."""
+        return self.problem.split("/", maxsplit=1)[0] if "/" in self.problem else INSTALLED
+
+    @property
+    def instance(self) -> str:
+        """Name of the instance of an installed problem."""
+        return "fixed" if self.draw == 0 else f"random {self.draw}"
+
+    @property
+    def verified(self) -> bool:
+        """Whether the judge verified a motion, and a fresh one where it was asked."""
+        return self.status is Status.SOLVED and all(item.holds for item in self.constraints)
+
+    @property
+    def good(self) -> bool:
+        """Whether planning ended as it should."""
+        return self.status is self.expected and (self.verified or self.expected is not Status.SOLVED)
+
+    @property
+    def askable(self) -> bool:
+        """Whether anybody could answer: being refused is the right answer, or it is not proven to be."""
+        known = self.certainty is Certainty.PROVEN and self.status is not Status.METHOD_CANNOT
+        return self.good or self.status is Status.SOLVED or not known
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold; numbers that are not finite become None."""
+        plain = cast("dict[str, object]", _finite(asdict(self)))
+        return plain | {
+            "expected": self.expected.name,
+            "status": self.status.name,
+            "certainty": self.certainty.name,
+            "won_by": None if self.won_by is None else self.won_by.name,
+            "constraints": [check.as_dict() for check in self.constraints],
+            "verified": self.verified,
+        }
+
+    @staticmethod
+    @checked
+    def from_dict(document: Mapping[str, object]) -> "Outcome":
+        """Return what `as_dict` told; what is not there is as if it had not been measured."""
+        known = {item.name: document[item.name] for item in fields(Outcome) if item.name in document}
+        broken = cast("dict[str, float | None]", document["violations"])
+        history = cast("list[dict[str, float | None]]", document.get("history", ()))
+        held = cast("list[dict[str, object]]", document.get("constraints", ()))
+        won = cast("str | None", document.get("won_by"))
+        known |= {
+            "expected": Status[cast("str", document["expected"])],
+            "status": Status[cast("str", document["status"])],
+            "certainty": Certainty[cast("str", document.get("certainty", Certainty.EVIDENCE.name))],
+            "won_by": None if won is None else SeedKind[won],
+            "violations": {name: _number(value) for name, value in broken.items()},
+            "constraints": tuple(_check(item) for item in held),
+            "history": tuple(
+                Moment(
+                    _number(item["cpu_seconds"]), int(_number(item["attempt"])), _number(item["cost"]),
+                    _number(item["violation"]),
+                )
+                for item in history
+            ),
+            "tip": tuple(tuple(point) for point in cast("list[list[float]]", document.get("tip", ()))),
+        }  # fmt: skip
+        return Outcome(**known)  # pyright: ignore[reportArgumentType]
+
+
+def _finite(value: object) -> object:
+    """Return plain data with None for numbers that are not finite."""
+    if isinstance(value, Mapping):
+        items = cast("Mapping[str, object]", value).items()
+        return {key: _finite(item) for key, item in items}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in cast("list[object]", value)]
+    return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def _check(told: Mapping[str, object]) -> Check:
+    kinds = {"evidence": Evidence(told["evidence"]), "kind": CheckKind(told["kind"])}
+    return Check(**{**told, **kinds})  # pyright: ignore[reportArgumentType]
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)

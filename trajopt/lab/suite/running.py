@@ -1,0 +1,133 @@
+"""run(instance): one problem made, planned by one method, measured and judged anew."""
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from math import isfinite
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.lab.suite.instance import Instance
+from trajopt.lab.suite.outcome import Moment, Outcome
+from trajopt.optimise.methods import Knots, Method
+from trajopt.optimise.solvers import Iteration
+from trajopt.planning.budget import Budget
+from trajopt.planning.experience.protocol import Remembers
+from trajopt.planning.judgement import judge
+from trajopt.planning.plan import NO_BOUNDS, plan
+from trajopt.planning.result import Result
+from trajopt.values.arrays import Floats
+from trajopt.values.errors.arguments import checked
+from trajopt.verify import Check
+
+TIP_SAMPLES = 60
+"""Places along a motion at which the tip is noted."""
+
+
+@checked
+def run(
+    instance: Instance,
+    method: Method | None = None,
+    *,
+    budget: Budget = NO_BOUNDS,
+    follow: bool = False,
+    seen: Callable[[Result], None] | None = None,
+    experience: Remembers | None = None,
+) -> Outcome:
+    """Make and plan one problem, and have a fresh judge look at the motion.
+
+    Args:
+        instance: The problem.
+        method: Plans it; the default one when None.
+        budget: What it may use.
+        follow: Whether every step of the solver is kept, and where the last joint goes.
+        seen: Called with the result, of which an outcome keeps the numbers only.
+        experience: Remembers motions; see `plan`.
+    """
+    chosen = Knots() if method is None else method
+    history: list[Moment] = []
+    attempt, fresh = 0, False
+
+    def note(stage: str, step: Iteration | None) -> None:
+        nonlocal attempt, fresh
+        if step is None:
+            fresh = fresh or stage == "optimise"
+            return
+        attempt, fresh = attempt + fresh, False
+        history.append(Moment(time.process_time() - made, attempt, step.cost, step.violation))
+
+    begin = time.process_time()
+    problem = instance.make()
+    made = time.process_time()
+    result = plan(
+        problem, method=chosen, experience=experience, budget=budget, progress=note if follow else None
+    )
+    planned = time.process_time()
+    if seen is not None:
+        seen(result)
+    trajectory, certificate, path = result.trajectory, result.certificate, result.path
+    clearance = None if certificate is None else certificate.clearance
+    return Outcome(
+        problem=instance.name,
+        draw=instance.draw,
+        solver=chosen.name,
+        expected=instance.expected,
+        status=result.status,
+        certainty=result.certainty,
+        message=result.message,
+        attempts=result.counts.get("attempts", 0),
+        attempts_by_kind=dict(Counter(item.kind.name for item in result.attempts)),
+        won_by=None if result.won is None else result.won.kind,
+        setup_seconds=made - begin,
+        cpu_seconds=planned - made,
+        stages=dict(result.cpu_seconds),
+        counts=dict(result.counts),
+        iterations=len(history),
+        cost=None if result.solve is None else result.solve.at.cost,
+        duration=None if trajectory is None else trajectory.duration,
+        path_length=None if path is None else path.length,
+        clearance=clearance if clearance is not None and isfinite(clearance) else None,
+        violations=_violations(result),
+        constraints=_judged(result),
+        stopped_by_clock=result.stopped_by_clock,
+        history=tuple(history),
+        tip=_tip(result) if follow else (),
+    )
+
+
+def _judged(result: Result) -> tuple[Check, ...]:
+    """Return what the verdict of a fresh judge depends on; nothing where there is no verified motion."""
+    if result.trajectory is None or not result.verified:
+        return ()
+    checks = judge(result.problem, result.trajectory).checks
+    return tuple(check for check in checks if check.required)
+
+
+def _violations(result: Result) -> dict[str, float]:
+    """Return what is broken: as the judge says, or where nothing was judged as the solver says."""
+    if result.certificate is not None:
+        return {
+            check.name: -check.slack if check.slack is not None else float("nan")
+            for check in result.certificate.failed
+        }
+    if result.solve is None:
+        return {}
+    broken = [block for block in result.solve.at.constraints if block.worst > block.tolerance]
+    return {block.name: block.worst for block in sorted(broken, key=lambda block: block.worst)}
+
+
+def _tip(result: Result) -> tuple[tuple[float, ...], ...]:
+    """Return where the group's last joint goes."""
+    trajectory = result.trajectory
+    if trajectory is None:
+        return ()
+    reduced = result.problem.reduced
+    positions = trajectory(np.linspace(0.0, trajectory.duration, TIP_SAMPLES))
+    joint = reduced.model.getJointId(reduced.joint_names[-1])
+    return _points(Query(reduced).kinematics(positions).translation[:, joint])
+
+
+def _points(positions: Floats) -> tuple[tuple[float, ...], ...]:
+    """Return rows as plain numbers, to tenths of a millimetre."""
+    return tuple(tuple(round(float(number), 4) for number in row) for row in positions)

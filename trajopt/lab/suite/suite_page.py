@@ -1,0 +1,109 @@
+"""The suite as one HTML page that needs nothing beside itself."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+
+from trajopt.lab.suite.html import document, image, table, words
+from trajopt.lab.suite.outcome import Outcome
+from trajopt.lab.suite.suite_table import number, summary
+from trajopt.planning.status import Status
+from trajopt.verify import Check, CheckKind
+
+STYLE = """
+summary { display: grid; grid-template-columns: 1.2rem 15rem 5.5rem 16rem 1fr 5rem; gap: .1rem .8rem;
+  align-items: baseline; list-style: none; }
+summary:has(img) { grid-template-columns: 7rem 1.2rem 13rem 4.5rem 11rem 1fr 4.5rem; align-items: center; }
+details[open] summary:has(img) { grid-template-columns: 20rem 1.2rem 12rem 4.5rem 8rem 1fr 4.5rem; }
+summary img { width: 100%; height: auto; border-radius: 4px; }
+@media (max-width: 62rem) {
+  summary, summary:has(img), details[open] summary:has(img) { grid-template-columns: 1.2rem 1fr 6rem; }
+  summary img { grid-column: 1 / 4; max-width: 20rem; }
+  summary .faint, summary .seconds, summary .told { grid-column: 2 / 4; text-align: left; }
+}
+summary::-webkit-details-marker { display: none; }
+summary b, td { overflow-wrap: anywhere; }
+.seconds { text-align: right; font-variant-numeric: tabular-nums; }
+.wide { margin-bottom: .8rem; }
+.bar { width: 6rem; height: .55rem; background: var(--soft); border-radius: 3px; margin-top: .35rem; }
+.bar i { display: block; height: 100%; border-radius: 3px; background: var(--good); }
+.bar i.bad { background: var(--bad); }
+"""
+
+COLUMNS = ("constraint", "where", "worst", "bound", "unit", "used", "at [s]", "evidence")
+NUMBERS = ("worst", "bound", "at [s]")
+
+
+def page(
+    outcomes: Sequence[Outcome], pictures: Mapping[tuple[str, int], bytes] | None = None, remark: str = ""
+) -> str:
+    """Return the page: one line a problem, which opens to its constraints; failures stand open.
+
+    Args:
+        outcomes: What came of the problems.
+        pictures: A thumbnail of each, by the problem's name and the number of its instance; none when None.
+        remark: A sentence that is added to the head of the page.
+    """
+    drawn = pictures or {}
+    lines = [_one(outcome, drawn.get((outcome.problem, outcome.draw))) for outcome in outcomes]
+    return document(
+        "trajopt suite",
+        STYLE,
+        f"<p>{escape(summary(outcomes))}. Every value is a judge's own, measured on the timed motion. Open a "
+        f"line to see each constraint where it is tightest. {escape(remark)}</p>{''.join(lines)}",
+    )
+
+
+def _one(outcome: Outcome, picture: bytes | None) -> str:
+    good = outcome.good
+    told = words(outcome.status)
+    if outcome.status is not outcome.expected:
+        told += f", expected {words(outcome.expected)}"
+    return (
+        f"<details{'' if good else ' open'}><summary>{image(picture)}"
+        f'<span class="{"good" if good else "bad"}">'
+        f"{'✓' if good else '✗'}</span><b>{escape(outcome.problem)}</b><span>{outcome.instance}</span>"
+        f'<span class="told">{escape(told)}</span><span class="faint">{_motion(outcome)}</span>'
+        f'<span class="seconds">{1000 * outcome.cpu_seconds:.0f} ms</span></summary>{_inside(outcome)}'
+        "</details>"
+    )
+
+
+def _motion(outcome: Outcome) -> str:
+    """Say how long a motion takes and how near it comes to anything; nothing of one that was refused."""
+    if outcome.duration is None or outcome.status is not Status.SOLVED:
+        return ""
+    near = [
+        f"{1000 * item.value:.1f} mm clear" + (f" ({1000 * item.bound:g} mm required)" if item.bound else "")
+        for item in outcome.constraints
+        if item.kind is CheckKind.CLEARANCE and item.value is not None
+    ]
+    return ", ".join([f"motion of {outcome.duration:.2f} s", *near])
+
+
+def _inside(outcome: Outcome) -> str:
+    if not outcome.constraints:
+        return f"<p>{escape(outcome.message)}</p>"
+    return table(COLUMNS, [_row(item) for item in outcome.constraints], numbers=NUMBERS)
+
+
+def _row(item: Check) -> tuple[str, ...]:
+    name = escape(item.name)
+    return (
+        name if item.holds else f'<b class="bad">{name}</b>',
+        escape(item.subject),
+        number(item.value),
+        number(item.bound),
+        escape(item.unit),
+        _bar(item),
+        "" if item.time is None else f"{item.time:.3f}",
+        item.evidence.value,
+    )
+
+
+def _bar(item: Check) -> str:
+    """Draw how much of an upper bound is used up; nothing where there is none."""
+    if item.value is None or not item.bound or item.kind is CheckKind.CLEARANCE:
+        return ""
+    share = min(abs(item.value / item.bound), 1.0)
+    kind = "" if item.holds else ' class="bad"'
+    return f'<div class="bar" title="{share:.0%}"><i{kind} style="width:{100 * share:.0f}%"></i></div>'

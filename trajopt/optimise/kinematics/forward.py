@@ -1,0 +1,152 @@
+"""Forward kinematics: where a frame is at one configuration or many, and how it moves with the joints."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.arguments import frame_of
+from trajopt.optimise.terms.frames import RelativeFrame, relative_frame
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Value, floats, readonly
+from trajopt.values.errors import ShapeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD, Placement
+
+
+@dataclass(frozen=True, eq=False)
+class Placements(Value):
+    """Where a frame is at S configurations; `placements[3]` is one of them.
+
+    Attributes:
+        rotation: Shape (S, 3, 3).
+        translation: Shape (S, 3) [m].
+    """
+
+    rotation: Floats
+    translation: Floats
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.translation)
+
+    def __getitem__(self, index: int) -> Placement:
+        """Return one of them."""
+        return Placement(readonly(self.rotation[index].copy()), readonly(self.translation[index].copy()))
+
+    def __iter__(self) -> Iterator[Placement]:
+        """Iterate over them in order."""
+        return (self[index] for index in range(len(self)))
+
+
+@checked
+def forward_kinematics(
+    reduced: ReducedModel,
+    frame: str,
+    positions: ArrayLike,
+    *,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> Placements:
+    """Place a frame at one configuration or many.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        frame: Link, tool frame or object, attached or not.
+        positions: Of the group's joints, shape (n,) or (S, n) [rad | m].
+        reference: "world", link, tool frame or object that the frame is seen from.
+        offset: Point of the frame to place, in the frame, shape (3,) [m].
+
+    Returns:
+        S placements; one for positions of shape (n,).
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+        ShapeError: If there is not one finite position for each joint.
+    """
+    at = moving_frame(Query(reduced), frame, configurations(reduced, positions), reference, offset)
+    return Placements(readonly(at.rotation), readonly(at.point))
+
+
+@checked
+def frame_jacobian(
+    reduced: ReducedModel,
+    frame: str,
+    positions: ArrayLike,
+    *,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> Floats:
+    """Return the Jacobian of a frame at one configuration or many.
+
+    Rows 0 to 2 are the velocity of the frame's point, rows 3 to 5 its angular velocity, both relative to
+    the reference and along its axes; columns are the group's joints at unit speed.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        frame: Link, tool frame or object.
+        positions: Of the group's joints, shape (n,) or (S, n) [rad | m].
+        reference: "world", link, tool frame or object that the motion is seen from.
+        offset: The point, in the frame, shape (3,) [m].
+
+    Returns:
+        Shape (S, 6, n) [m/rad | m/m, rad/rad | rad/m]; S is 1 for positions of shape (n,).
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+        ShapeError: If there is not one finite position for each joint.
+    """
+    at = moving_frame(Query(reduced), frame, configurations(reduced, positions), reference, offset)
+    return stacked_jacobian(at)
+
+
+def moving_frame(
+    query: Query, frame: str, positions: Floats, reference: str = WORLD, offset: ArrayLike = (0.0, 0.0, 0.0)
+) -> RelativeFrame:
+    """Evaluate a frame and its derivatives with a given query; see `forward_kinematics`."""
+    reduced, point = query.reduced, floats("offset", offset, (3,))
+    motion = Motion.each(positions, query)
+    return relative_frame(reduced, motion, frame_of(reduced, frame), frame_of(reduced, reference), point)
+
+
+def stacked_jacobian(at: RelativeFrame) -> Floats:
+    """Return the Jacobian of an evaluated frame, linear rows over angular ones, shape (S, 6, n)."""
+    return np.concatenate((at.point_jacobian, at.angular_jacobian), axis=1)
+
+
+def manipulability(jacobian: Floats, *, length: float = LENGTH) -> Floats:
+    """Return Yoshikawa's manipulability of Jacobians.
+
+    It is the product of the min(6, n) singular values of (J_v, length J_w): the volume, but for a constant
+    factor, of the ellipsoid of velocities that joints at unit speed give; zero at a singularity. Source:
+    Yoshikawa, Manipulability of robotic mechanisms, IJRR 1985.
+
+    Args:
+        jacobian: Of `frame_jacobian`, shape (S, 6, n).
+        length: What a radian of rotation is weighed as [m]; 0 where only the point's motion counts.
+
+    Returns:
+        Shape (S,) [m^min(6, n) for joints that turn].
+    """
+    rows = jacobian[:, :3] if length == 0.0 else jacobian * np.repeat((1.0, length), 3)[:, None]
+    transposed = np.swapaxes(rows, 1, 2)
+    gram = rows @ transposed if rows.shape[1] <= rows.shape[2] else transposed @ rows
+    return np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
+
+
+def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:
+    """Return positions of the group's joints as rows, (n,) or (S, n) -> (S, n).
+
+    Raises:
+        ShapeError: If they are not finite numbers of that shape.
+    """
+    joints = len(reduced.joint_names)
+    try:
+        rows = np.atleast_2d(np.asarray(positions, dtype=np.float64))
+    except (TypeError, ValueError) as error:
+        raise ShapeError("positions", f"must be numbers, is {shown(positions)}") from error
+    return floats("positions", rows, (None, joints))

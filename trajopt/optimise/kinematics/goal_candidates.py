@@ -1,0 +1,287 @@
+"""Goal configurations of goals that fix none: searched from many starts, the nearest first."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.geometry import Counts, Query
+from trajopt.optimise.kinematics.methods import InverseMethod, LevenbergMarquardt
+from trajopt.optimise.kinematics.projection import Projection, turning_joints
+from trajopt.optimise.terms.joint_positions import joint_box
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import Requirement
+from trajopt.robot.limits import JointLimits, draw_positions
+from trajopt.scene.gravity_bound import largest_gravity_torques
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Ints, Value, one_of
+
+STARTS = 64
+"""Configurations that the search starts from; twice as many cost a third more time."""
+MANY_STARTS = 1024
+"""The same before reporting that there is none: some goals are reached from one start in five hundred."""
+WAVES = 3
+"""How often as many starts are drawn at most, while no solution is free."""
+PUSHES = 3
+"""How often more starts are drawn around the solutions that collide least, while none is free."""
+PUSH = 0.8
+"""Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
+SAME = 1e-2
+"""Solutions nearer to each other than this in every joint are one [rad | m]."""
+AS_FAR = 0.01
+"""Share by which times to configurations may differ and count as equal: times at full speed, which leave out
+that the joints have to speed up and slow down, tell no finer."""
+HOLDABLE = 1.0 - 2e-6
+"""Share of an effort limit that holding still must stay below: what is left has to move the joint."""
+
+LEVENBERG_MARQUARDT = LevenbergMarquardt()
+"""The default method."""
+
+
+@dataclass(frozen=True, eq=False)
+class GoalCandidates(Value):
+    """What the search found.
+
+    Attributes:
+        free: Configurations that hold the goal, keep what is required and can be held, nearest to the start
+            first.
+        blocked: Those that hold the goal but collide or come too near, nearest to the start first.
+        blocking: The pair of owners that blocks the nearest of these, and their distance [m].
+        overloaded: Those that hold the goal and keep clear, but need more torque to hold still than there is,
+            that of the smallest excess first.
+        required: Clearance that is required of that pair [m].
+        nearest: The configuration of the smallest violation, shape (n,) [rad | m].
+        nearest_miss: Smallest violation of the goal where none holds it [m and rad].
+    """
+
+    free: tuple[Floats, ...]
+    blocked: tuple[Floats, ...]
+    blocking: tuple[str, str, float] | None
+    nearest: Floats
+    nearest_miss: float
+    required: float = 0.0
+    overloaded: tuple[Floats, ...] = ()
+
+    @property
+    def colliding(self) -> int:
+        """How many hold the goal but collide."""
+        return len(self.blocked)
+
+
+def goal_candidates(
+    reduced: ReducedModel,
+    goals: Sequence[Requirement],
+    *,
+    rng: np.random.Generator,
+    counts: Counts,
+    starts: int = STARTS,
+    method: InverseMethod = LEVENBERG_MARQUARDT,
+    effort: Floats | None = None,
+    check: Callable[[], None] | None = None,
+) -> GoalCandidates:
+    """Search configurations that hold all goals.
+
+    Args:
+        reduced: The robot and its surroundings.
+        goals: What must hold.
+        rng: Draws the starts after the first, which is the start configuration.
+        counts: Takes the work done.
+        starts: How many starts to search from at once.
+        method: Moves starts until they hold the goals.
+        effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
+            [Nm | N]; not required when None.
+        check: Called before every wave of starts; may raise to stop.
+    """
+    query = Query(reduced, counts)
+    projection = Projection(reduced, goals, query)
+    search = method.search(projection)
+    box = joint_box(goals, reduced)
+    narrow = bool((box[1] - box[0] <= SAME).all())
+    begin = random_starts(reduced, rng, WAVES * starts, box)
+    found = np.empty((0, begin.shape[1]))
+    closest: Floats = reduced.start_positions
+    nearest_miss = np.inf
+    depth, pair, load = np.empty(0), np.empty(0, dtype=np.int64), np.empty(0)
+    for wave in range(WAVES + PUSHES):
+        if check is not None:
+            check()
+        if wave < WAVES:
+            drawn = begin[wave * starts : (wave + 1) * starts]
+        elif len(found) > 0:
+            drawn = _around(found, depth, starts, rng.spawn(1)[0])
+        else:
+            break
+        ended = projection(drawn) if search is None else projection.measure(search(drawn))
+        least = int(ended.violation.argmin())
+        if ended.violation[least] < nearest_miss:
+            nearest_miss = float(ended.violation[least])
+            closest = ended.positions[least]
+        new = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
+        found = _by_travel(reduced, np.concatenate((found, new)))
+        # Where all of the goal is one, a free part of it must not be dropped for one that collides.
+        found = found if narrow else _distinct(found)
+        depth, pair = _deepest(query, found)
+        load = holding_load(query, found, effort)
+        if ((depth == 0.0) & (load < HOLDABLE)).any():
+            break
+    collides = depth > 0.0
+    blocking, least = None, 0.0
+    if collides.any():
+        nearest = int(np.argmax(collides))
+        least = float(reduced.pairs.required[pair[nearest]])
+        blocking = (*reduced.owners(int(pair[nearest])), least - float(depth[nearest]))
+    heavy = ~collides & (load >= HOLDABLE)
+    lightest = np.flatnonzero(heavy)[np.argsort(load[heavy], kind="stable")]
+    free, blocked, overloaded = (
+        _distinct(found[chosen]) for chosen in (~collides & ~heavy, collides, lightest)
+    )
+    return GoalCandidates(
+        tuple(free), tuple(blocked), blocking, closest, nearest_miss, least, tuple(overloaded)
+    )
+
+
+def random_starts(
+    reduced: ReducedModel,
+    rng: np.random.Generator,
+    count: int,
+    box: tuple[Floats, Floats] | None = None,
+) -> Floats:
+    """Return the start configuration and others drawn evenly within the limits, shape (count, n).
+
+    Args:
+        reduced: The robot and its limits.
+        rng: Draws them.
+        count: How many.
+        box: Where joints must be, lower and upper bounds of shape (n,) [rad | m]: drawn from where it
+            leaves them room, or holds all of them narrowly.
+    """
+    limits = reduced.limits
+    if box is not None:
+        room, known = box[1] - box[0], np.isfinite(box[0]) & np.isfinite(box[1])
+        drawn = known & (room >= 0.0) & ((room > SAME) | bool((room <= SAME).all()))
+        lower, upper = (
+            np.where(drawn, side, limit)
+            for side, limit in zip(box, (limits.lower, limits.upper), strict=True)
+        )
+        limits = replace(limits, lower=lower, upper=upper)
+    begin = draw_positions(limits, count, rng=rng)
+    begin[0] = reduced.start_positions
+    return begin
+
+
+def _around(found: Floats, depth: Floats, count: int, rng: np.random.Generator) -> Floats:
+    """Draw starts around the solutions that collide least: a free one is more likely there than elsewhere."""
+    least = found[np.argsort(depth, kind="stable")[: max(count // 8, 1)]]
+    chosen = least[np.arange(count) % len(least)]
+    return chosen + rng.normal(scale=PUSH, size=chosen.shape)
+
+
+def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats) -> Floats:
+    """Turn joints by whole turns towards the start, where the goals do not fix the turn."""
+    turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning_joints(reduced))
+    moved = np.flatnonzero((turned != found).any(axis=1))
+    if len(moved) > 0:
+        broken = moved[projection.violation(turned[moved]) > 0.0]
+        turned[broken] = found[broken]
+    return turned
+
+
+def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
+    """Sort configurations by the time to them at full velocity; of those equally far, what moves least first.
+
+    The slowest joint alone decides on the time: where a goal names one joint only, all its configurations are
+    equally far, and the others should not swing about because that costs no time.
+    """
+    travel = np.abs(found - reduced.start_positions) / reduced.limits.velocity
+    times = travel.max(axis=1, initial=0.0)
+    order = np.argsort(times, kind="stable")
+    rank, nearest = np.empty(len(found)), -np.inf
+    for place in order:
+        if times[place] > nearest * (1.0 + AS_FAR):
+            nearest = times[place]
+        rank[place] = nearest
+    return found[np.lexsort((np.linalg.norm(travel, axis=1), rank))]
+
+
+def _distinct(found: Floats) -> Floats:
+    """Keep the first of those that are the same."""
+    apart = np.abs(found[:, None] - found).max(axis=2, initial=0.0)
+    kept: list[int] = []
+    for place in range(len(found)):
+        if not (apart[place, kept] < SAME).any():
+            kept.append(place)
+    return found[kept]
+
+
+def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
+    """Return by how much a pair is too near without an allowance [m] (0: not), and the pair; both (k,).
+
+    Without required clearance that is the depth of the deepest contact.
+    """
+    pairs = query.reduced.pairs
+    least = pairs.required.copy()
+    for pair, allowance in pairs.allowances:
+        if allowance.last > 0.0:
+            least[pair] = min(least[pair], 0.0, -allowance.depth)
+    contacts = query.close_pairs(found, pairs.required)
+    depth, worst = np.zeros(len(found)), np.zeros(len(found), dtype=np.int64)
+    lack = pairs.required[contacts.pair] - contacts.distance
+    for place in np.flatnonzero(contacts.distance < least[contacts.pair]):
+        sample = contacts.sample[place]
+        if lack[place] > depth[sample]:
+            depth[sample], worst[sample] = lack[place], contacts.pair[place]
+    return depth, worst
+
+
+def holding_load(query: Query, positions: Floats, effort: Floats | None) -> Floats:
+    """Return the largest share of an effort limit that it takes to hold still, shape (k,).
+
+    Args:
+        query: Of the reduced model.
+        positions: Shape (k, n) [rad | m].
+        effort: Effort limits of the group's joints, shape (n,) [Nm | N]; zeros are returned when None, or
+            where no configuration needs as much.
+    """
+    if effort is None or not (largest_gravity_torques(query.reduced) > effort).any():
+        return np.zeros(len(positions))
+    return (np.abs(query.dynamics.gravity(positions).torque) / effort).max(axis=1, initial=0.0)
+
+
+def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Floats) -> Floats:
+    """Return the goal with whole turns added so that each revolute joint travels least.
+
+    Args:
+        start: Shape (n,) [rad | m].
+        goal: Shape (n,).
+        limits: A turn is only taken where it stays inside the position limits.
+        revolute: 1 for joints that turn, 0 for those that slide, shape (n,).
+    """
+    turn = 2.0 * np.pi * revolute
+    best = np.array(goal)
+    for count in (-1.0, 0.0, 1.0):
+        turns = np.round((start - goal) / (2.0 * np.pi)) * revolute
+        shifted = goal + turns * turn + count * turn
+        inside = (shifted >= limits.lower) & (shifted <= limits.upper)
+        outside_now = (best < limits.lower) | (best > limits.upper)
+        nearer = np.abs(shifted - start) < np.abs(best - start)
+        best = np.where(inside & (nearer | outside_now), shifted, best)
+    return best
+
+
+def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = None) -> tuple[Floats, ...]:
+    """Return configurations at which a motion may end: they hold goal and path constraints, clear of all.
+
+    Constraints that are your own code are not considered.
+
+    Args:
+        problem: What the motion must achieve.
+        rng: Draws the starts of the search; a fixed seed when None.
+
+    Returns:
+        Positions of the group's joints, each of shape (n,) [rad | m], nearest to the start first;
+        none if none was found.
+    """
+    one_of("problem", problem, Problem)
+    required = (*problem.goals, *problem.requirements_at(problem.last_stop))
+    draws = np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator)
+    return goal_candidates(problem.reduced, required, rng=draws, counts=Counts()).free

@@ -1,0 +1,73 @@
+"""Methods of inverse kinematics by name: how configurations are moved until they hold requirements."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import SolverNotFound
+from trajopt.values.errors.arguments import checked
+
+
+class InverseMethod(Protocol):
+    """A method of inverse kinematics."""
+
+    @property
+    def name(self) -> str:
+        """Its name in `INVERSE_METHODS`."""
+        ...
+
+    def search(self, projection: Projection) -> Callable[[Floats], Floats] | None:
+        """Return what moves starts to configurations that may hold the requirements, (S, n) -> (S, n).
+
+        What it returns is checked: moved into the limits, and measured by the projection.
+
+        Args:
+            projection: Has the robot and the requirements, `reduced` and `goals`.
+
+        Returns:
+            The search; None for the projection itself.
+
+        Raises:
+            RequirementNotSupported: If the method has no way to state a requirement.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class LevenbergMarquardt:
+    """Levenberg-Marquardt on many starts at once (`Projection`); it takes every requirement."""
+
+    name = "levenberg-marquardt"
+
+    @checked
+    def search(self, projection: Projection) -> None:
+        """Leave the search to the projection; see `InverseMethod.search`."""
+        del projection
+
+
+def _placo() -> InverseMethod:
+    from trajopt.optimise.kinematics.placo import Placo  # the package takes a while to import
+
+    return Placo()
+
+
+INVERSE_METHODS: Mapping[str, Callable[[], InverseMethod]] = {
+    "levenberg-marquardt": LevenbergMarquardt,
+    "placo": _placo,
+}
+"""Name of each method of inverse kinematics -> what makes it with its default options."""
+
+
+def inverse_method(method: str | InverseMethod) -> InverseMethod:
+    """Return a method with its default options by name; one that is no name is returned as it is.
+
+    Raises:
+        SolverNotFound: If there is none of that name.
+    """
+    if not isinstance(method, str):
+        return method
+    if method not in INVERSE_METHODS:
+        raise SolverNotFound("inverse-kinematics method", method, INVERSE_METHODS)
+    return INVERSE_METHODS[method]()

@@ -1,0 +1,124 @@
+"""Random configurations that are valid: within limits, clear of everything, holding what is required."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.arguments import count_of, requirements_of
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.kinematics.validity import clear, pair_margins
+from trajopt.problem.requirements import Requirement
+from trajopt.robot.limits import draw_positions
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.errors.arguments import checked
+
+BATCH = 4096
+"""Configurations drawn at once."""
+MOST_DRAWS = 200
+"""How many are drawn for each configuration wanted, at most; and never fewer than a few batches."""
+
+Progress = Callable[[int], None]
+"""Called with the number found so far."""
+
+
+@dataclass(frozen=True, eq=False)
+class RandomConfigurations(Value):
+    """Valid configurations, and what became of the others that were drawn.
+
+    Attributes:
+        positions: Shape (k, n) [rad | m]; k is smaller than `count` where too few were found.
+        drawn: How many were drawn.
+        missed: How many of these could not be brought to hold what is required.
+        colliding: How many others came nearer to something than the margin.
+    """
+
+    positions: Floats
+    drawn: int
+    missed: int
+    colliding: int
+
+    def __str__(self) -> str:
+        """Say the numbers."""
+        return (
+            f"{len(self.positions)} valid configurations of {self.drawn} drawn; {self.colliding} collided, "
+            f"{self.missed} did not hold what is required"
+        )
+
+
+@checked
+def random_configurations(
+    reduced: ReducedModel,
+    count: int,
+    *,
+    rng: np.random.Generator,
+    margin: float | None = None,
+    requirements: Sequence[Requirement] = (),
+    progress: Progress | None = None,
+) -> RandomConfigurations:
+    """Draw configurations evenly within limits and keep those that are valid.
+
+    Without requirements they are spread evenly over all that is valid. With requirements each draw is moved
+    to the nearest configuration that holds them (`docs/decisions/goal-configurations.md`), so that
+    their density is not uniform.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        count: How many to find.
+        rng: Draws them.
+        margin: Clearance to keep from everything [m]; the scene's own margins when None.
+        requirements: What must hold.
+        progress: Called with the number found so far.
+
+    Raises:
+        ShapeError: If the count is not positive or the margin is negative.
+        NameNotFound: If a requirement names what does not exist.
+    """
+    wanted = requirements_of(reduced, "requirements", requirements)
+    count_of("count", count)
+    sampler = Sampler(Query(reduced), wanted, pair_margins(reduced, margin), rng)
+    found: list[Floats] = []
+    kept = drawn = missed = colliding = 0
+    most = max(MOST_DRAWS * count, 4 * BATCH)
+    while kept < count and drawn < most:
+        # A few more than are missing: about as many as were lost so far will be lost again.
+        share = (kept + 1) / (drawn + 1) if drawn else 1.0
+        size = int(min(BATCH, max((count - kept) / share, 16), most - drawn))
+        batch = sampler.draw(size)
+        found.append(batch.positions)
+        kept += len(batch.positions)
+        drawn, missed, colliding = drawn + size, missed + batch.missed, colliding + batch.colliding
+        if progress is not None:
+            progress(min(kept, count))
+    positions = readonly(np.concatenate(found)[:count])
+    return RandomConfigurations(positions, drawn, missed, colliding)
+
+
+class Sampler:
+    """Draws batches of configurations and keeps what is valid."""
+
+    def __init__(
+        self, query: Query, requirements: Sequence[Requirement], margin: Floats, rng: np.random.Generator
+    ) -> None:
+        """Take the arguments of `valid_configurations`.
+
+        Args:
+            query: Measures.
+            requirements: What must hold.
+            margin: Clearance to keep, one for each pair, shape (p,) [m].
+            rng: Draws.
+        """
+        self._query, self._margin, self._rng = query, margin, rng
+        self._projection = Projection(query.reduced, requirements, query) if requirements else None
+
+    def draw(self, count: int) -> RandomConfigurations:
+        """Draw a number of configurations and return those that are valid, in the order drawn."""
+        positions = draw_positions(self._query.reduced.limits, count, rng=self._rng)
+        if self._projection is not None:
+            ended = self._projection(positions)
+            positions = ended.positions[ended.violation == 0.0]
+        free = clear(self._query, positions, self._margin)
+        missed = count - len(positions)
+        return RandomConfigurations(positions[free], count, missed, int((~free).sum()))

@@ -1,0 +1,153 @@
+"""Self-motion of a redundant arm: the configurations that hold the same goal, one next to the other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.arguments import requirements_of
+from trajopt.optimise.kinematics.missed import missed_at
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.kinematics.validity import clear
+from trajopt.problem.requirements import Requirement
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats, Value, floats, number, one_of, readonly
+from trajopt.values.errors import JointNotFound, ProblemError, ShapeError, shown
+from trajopt.values.errors.arguments import checked
+
+STEP = 0.05
+"""How far the joint that moves most goes from one configuration to the next [rad | m]."""
+SMALLEST_SHARE = 1 / 16
+"""A step that must be shorter than this share of `step` ends the sweep."""
+MOST = 2000
+"""Configurations of a sweep, at most, each way."""
+RANK_TOLERANCE = 1e-6
+"""Singular values below this share of the largest count as zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class SelfMotion(Value):
+    """A family of configurations that hold the same goal.
+
+    Attributes:
+        positions: One next to the other, shape (k, n) [rad | m].
+        free: Which of them touch nothing, shape (k,).
+        begin: Which of them the sweep began at.
+        closed: Whether the last is next to the first again.
+    """
+
+    positions: Floats
+    free: Bools
+    begin: int
+    closed: bool
+
+    def __str__(self) -> str:
+        """Say how many, how many of them free, and whether they close."""
+        ring = "a closed loop" if self.closed else "ended by limits"
+        return f"{len(self.positions)} configurations, {int(self.free.sum())} of them free, {ring}"
+
+
+@checked
+def self_motion(
+    reduced: ReducedModel,
+    goal: Requirement | Sequence[Requirement],
+    positions: ArrayLike,
+    *,
+    joint: str | None = None,
+    step: float = STEP,
+) -> SelfMotion:
+    """Sweep along the null space of a goal, both ways, until limits end it or it closes.
+
+    From each configuration a step along the null space of the goal's Jacobian is corrected by projection
+    (predictor and corrector; Allgower and Georg, Introduction to numerical continuation methods, ch. 2).
+    Where the goal leaves more than one direction, the sweep keeps to the one that it began with.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        goal: What is held, such as `frame_placement(...)`.
+        positions: Configuration to begin at, which must hold the goal, shape (n,) [rad | m].
+        joint: Joint whose motion leads, upward first; the one that is freest when None.
+        step: How far the joint that moves most goes from one configuration to the next [rad | m].
+
+    Raises:
+        ProblemError: If the goal does not hold at the beginning, or leaves no freedom there.
+        JointNotFound: If the joint is not in the group.
+        ShapeError: If the positions or the step are no usable numbers.
+    """
+    begin = floats("positions", positions, (len(reduced.joint_names),))
+    if not number("step", step) > 0.0:
+        raise ShapeError("step", f"must be positive, is {step:g}")
+    if joint is not None and one_of("joint", joint, str) not in reduced.joint_names:
+        raise JointNotFound("joint in the group", joint, reduced.joint_names)
+    wanted = requirements_of(reduced, "goal", goal)
+    query = Query(reduced)
+    sweep = _Sweep(reduced, Projection(reduced, wanted, query), step)
+    if float(sweep.projection.violation(begin[None])[0]) > 0.0:
+        miss = missed_at(reduced, wanted, begin)
+        raise ProblemError(f"the goal does not hold where the sweep begins: missed by {miss}")
+    onward = sweep.first_direction(begin, joint)
+    ahead, closed = sweep.march(begin, onward)
+    behind = [] if closed else sweep.march(begin, -onward)[0]
+    line = np.array([*reversed(behind), begin, *ahead])
+    free = clear(query, line, reduced.pairs.required)
+    return SelfMotion(readonly(line), free, len(behind), closed)
+
+
+class _Sweep:
+    """Steps along a null space."""
+
+    def __init__(self, reduced: ReducedModel, projection: Projection, step: float) -> None:
+        self.projection = projection
+        self._reduced, self._step = reduced, step
+        self._whole = np.where(np.isfinite(reduced.limits.upper - reduced.limits.lower), np.inf, 2.0 * np.pi)
+
+    def first_direction(self, begin: Floats, joint: str | None) -> Floats:
+        """Return the direction in the null space in which a joint moves most, upward."""
+        null = self._null_space(begin)
+        freedom = np.linalg.norm(null, axis=0)
+        names = self._reduced.joint_names
+        place = int(np.argmax(freedom)) if joint is None else names.index(joint)
+        if freedom[place] < RANK_TOLERANCE:
+            what = f"joint {shown(joint)} cannot move" if joint else "no joint can move"
+            raise ProblemError(f"{what} there while the goal is held")
+        return _scaled(null.T @ null[:, place])
+
+    def march(self, begin: Floats, direction: Floats) -> tuple[list[Floats], bool]:
+        """Step on until limits or a turn back; return what was passed, and whether it closed."""
+        found: list[Floats] = []
+        here, size = begin, self._step
+        while len(found) < MOST and size >= SMALLEST_SHARE * self._step:
+            ended = self.projection((here + size * direction)[None])
+            there = ended.positions[0]
+            moved = there - here
+            onward = float(moved @ direction) / float(direction @ direction)
+            if ended.violation[0] > 0.0 or np.abs(moved).max() > 2.0 * size or onward < 0.5 * size:
+                size *= 0.5
+                continue
+            if len(found) > 2 and self._apart(there, begin) < 0.75 * self._step:
+                return found, True
+            found.append(there)
+            null = self._null_space(there)
+            direction = _scaled(null.T @ (null @ direction))
+            here, size = there, min(2.0 * size, self._step)
+        return found, False
+
+    def _apart(self, one: Floats, other: Floats) -> float:
+        """Return the largest difference of a joint; whole turns of joints without limits are none."""
+        apart = np.abs(one - other)
+        turns = np.where(np.isinf(self._whole), 0.0, np.round(apart / self._whole))
+        return float(np.abs(apart - turns * 2.0 * np.pi).max())
+
+    def _null_space(self, positions: Floats) -> Floats:
+        """Return an orthonormal basis of the null space, shape (k, n)."""
+        jacobian: Floats = self.projection.jacobian(positions[None])[0]
+        _, values, right = np.linalg.svd(jacobian)
+        rank = int((values > RANK_TOLERANCE * values.max(initial=0.0)).sum())
+        return np.asarray(right[rank:], dtype=np.float64)
+
+
+def _scaled(direction: Floats) -> Floats:
+    """Scale to one at the joint that moves most."""
+    return direction / np.abs(direction).max()

@@ -1,0 +1,166 @@
+"""Validity of a configuration, by the judge's own code, with the reasons where it is not valid."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.arguments import requirements_of
+from trajopt.problem.requirements import Requirement
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats, Value, floats, number
+from trajopt.values.errors import ShapeError
+from trajopt.verify import Check, Examination, Judge, PairDistance
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Validity(Value):
+    """What the judge says of a configuration.
+
+    Attributes:
+        positions: Of the group's joints, shape (n,) [rad | m].
+        examination: Collisions and joints out of their limits.
+        margin: Clearance that was required [m].
+        checks: The checks of the requirements, including those that hold.
+        left_out: Objects that change with time, which are not looked at: `scene.still_at(time)` has them as
+            they stand at a moment.
+    """
+
+    positions: Floats
+    examination: Examination
+    margin: float
+    checks: tuple[Check, ...]
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def valid(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.reasons
+
+    @property
+    def too_near(self) -> PairDistance | None:
+        """The nearest pair, if it is apart by less than the margin."""
+        nearest = self.examination.smallest
+        if nearest is None or nearest in self.examination.collisions:
+            return None
+        return nearest if nearest.distance < self.margin else None
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """A sentence for each thing that is wrong: pairs and depth, joints and limits, requirements."""
+        found = [pair.words for pair in self.examination.collisions]
+        near = self.too_near
+        if near is not None:
+            found.append(
+                f"{near.first} is {1000.0 * near.distance:.1f} mm from {near.second}, "
+                f"the margin is {1000.0 * self.margin:.1f} mm"
+            )
+        found += [joint.words for joint in self.examination.out_of_limits]
+        found += [
+            f"{check.name} of {check.subject}: {check.detail}" for check in self.checks if _broken(check)
+        ]
+        return tuple(found)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        nearest = self.examination.smallest
+        return {
+            "valid": self.valid,
+            "reasons": list(self.reasons),
+            "positions": self.positions.tolist(),
+            "nearest_pair": None if nearest is None else vars(nearest).copy(),
+            "left_out": list(self.left_out),
+        }
+
+    def __str__(self) -> str:
+        """Say that it is valid, or why not, and what changes with time and is not looked at."""
+        beside = (
+            f" (not looked at, since it changes with time: {', '.join(self.left_out)})"
+            if self.left_out
+            else ""
+        )
+        return ("valid" if self.valid else "not valid: " + "; ".join(self.reasons)) + beside
+
+
+def validity(
+    reduced: ReducedModel,
+    positions: ArrayLike,
+    *,
+    requirements: Sequence[Requirement] = (),
+    margin: float = 0.0,
+) -> Validity:
+    """Judge a configuration: collisions, limits, and what else must hold there.
+
+    What changes with time (moves, appears, expires) is not looked at, and named in `left_out`; a model of
+    `scene.still_at(time)` has it where it is at a moment.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        requirements: What must hold.
+        margin: Clearance to keep from everything [m].
+
+    Raises:
+        ShapeError: If there is not one finite position for each joint, or the margin is negative.
+        NameNotFound: If a requirement names what does not exist.
+    """
+    return judged_validity(Judge(reduced), positions, reduced, requirements, margin=margin)
+
+
+def judged_validity(
+    judge: Judge,
+    positions: ArrayLike,
+    reduced: ReducedModel,
+    requirements: Sequence[Requirement],
+    *,
+    margin: float = 0.0,
+) -> Validity:
+    """Judge a configuration with a given judge; see `validity`."""
+    if number("margin", margin) < 0.0:
+        raise ShapeError("margin", f"is negative: {margin:g} m")
+    place = floats("positions", positions, (len(reduced.joint_names),))
+    return Validity(
+        positions=place,
+        examination=judge.examine(place),
+        margin=margin,
+        checks=judge.check(place, requirements_of(reduced, "requirements", requirements)),
+        left_out=reduced.scene.changing,
+    )
+
+
+def _broken(check: Check) -> bool:
+    return check.required and not check.holds
+
+
+def clear(query: Query, positions: Floats, margin: Floats) -> Bools:
+    """Say at which configurations no pair is nearer than its margin.
+
+    Args:
+        query: Measures.
+        positions: Shape (S, n) [rad | m].
+        margin: Clearance to keep, one for each pair, shape (p,) [m].
+
+    Returns:
+        Shape (S,).
+    """
+    free = np.ones(len(positions), dtype=np.bool_)
+    free[query.close_pairs(positions, margin).sample] = False
+    return free
+
+
+def pair_margins(reduced: ReducedModel, margin: float | None) -> Floats:
+    """Return the clearance of each pair: the scene's own when None, else the same for all, shape (p,) [m].
+
+    It is never less than what is required of the pair.
+
+    Raises:
+        ShapeError: If the margin is negative or not finite.
+    """
+    if margin is None:
+        return reduced.pairs.margin
+    if number("margin", margin) < 0.0:
+        raise ShapeError("margin", f"is negative: {margin:g} m")
+    return np.maximum(margin, reduced.pairs.required)

@@ -1,0 +1,185 @@
+"""Free duration: shape and time of a motion optimised together, from the timed path of another method."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trajopt.geometry import Counts
+from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.optimise.methods.bspline import SAMPLES, windowed_differences
+from trajopt.optimise.methods.knots import Knots, KnotsProgram
+from trajopt.optimise.methods.method import Decoded, Progress, followed_curve
+from trajopt.optimise.methods.stopping import stopping_motion, with_jerk
+from trajopt.optimise.methods.timing import retime_path
+from trajopt.optimise.solvers import SolveResult, Sqp
+from trajopt.optimise.solvers.sqp import TrustRegion
+from trajopt.optimise.transcription.basis import SplineBasis
+from trajopt.optimise.transcription.bspline import Places, over_control_points
+from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp
+from trajopt.problem.problem import Problem
+from trajopt.timing import RetimeFailure
+from trajopt.values.arrays import Floats, Printed
+from trajopt.values.trajectory import Path, Trajectory
+
+SEED_TOLERANCE = 5e-3
+"""How far the timed seed may leave its path [m]."""
+CROWDING = 0.8
+"""How much shorter the pieces at the ends are than those in the middle: 0 for equal ones, below 1."""
+
+
+def _solver() -> Sqp:
+    return Sqp(
+        penalty=3.0,
+        penalty_rounds=3,
+        max_iterations=40,
+        relative_gain=1e-3,
+        trust_region=TrustRegion(radius=0.1, largest=0.5),
+    )
+
+
+@dataclass(frozen=True)
+class FreeDuration:
+    """Minimises the duration itself, under limits of velocity, acceleration, jerk and torque.
+
+    A seed is made into a path by sequential QP over knots and timed; from that motion the shape
+    and the time of a spline are optimised, and it is kept where nothing faster is found.
+
+    Attributes:
+        pieces: Polynomial pieces of the spline.
+        solver: Of the program over control points and duration.
+        seed: Makes the first motion.
+    """
+
+    pieces: int = 64
+    solver: Sqp = field(default_factory=_solver)
+    seed: Knots = field(default_factory=Knots)
+    name: str = "free-duration"
+
+    def objection(self, problem: Problem) -> str:
+        """Refuse what has no rows over the spline.
+
+        A start in motion with limits of tool speeds is no reason: the motion that brakes first holds them.
+        """
+        if problem.tool_speeds and not problem.starts_moving:
+            return "holds no limits of tool speeds"
+        return followed_curve(problem) or windowed_differences(problem)
+
+    def program(
+        self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
+    ) -> "FreeDurationProgram":
+        """Transcribe the problem over knots first; see `Method.program`."""
+        first = self.seed.program(problem, seed, waypoint_knots)
+        stop = stopping_motion(problem) if problem.starts_moving else None
+        if stop is not None:
+            first = first.starting_at(stop.positions[-1])
+        return FreeDurationProgram(self, problem, first, tuple(waypoint_knots), stop)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingResult(SolveResult):
+    """What a program came to that decides on time too.
+
+    Attributes:
+        decoded: Its motion, and the path that it takes.
+    """
+
+    decoded: Decoded
+
+
+@dataclass(frozen=True, eq=False)
+class FreeDurationProgram(Printed):
+    """A problem, first over knots, then over control points and duration.
+
+    Attributes:
+        method: The method, with its options.
+        problem: The problem.
+        first: The problem over knots; of a start in motion: from where that can come to rest.
+        waypoint_knots: The knot that each waypoint is held at.
+        stop: How a start in motion comes to rest.
+    """
+
+    method: FreeDuration
+    problem: Problem
+    first: KnotsProgram
+    waypoint_knots: tuple[int, ...]
+    stop: Trajectory | None = None
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.first.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.first.counts
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve over knots, from a seed; see `Program.solve`.
+
+        A start in motion first comes to rest, and the motion goes on from there. Where that is no place to go
+        on from, the path from the start itself is what `improve` begins with.
+        """
+        if self.stop is None:
+            return self.first.solve(seed, progress=progress)
+        begin, rest = self.stop.positions[[0, -1]]
+        ever_less = np.linspace(1.0, 0.0, len(seed))[:, None]
+        solved = self.first.solve(seed + ever_less * (rest - seed[0]), progress=progress)
+        if not solved.feasible:
+            from_start = self.first.starting_at(begin)
+            return from_start.solve(seed + ever_less * (begin - seed[0]), progress=progress)
+        (onward,) = self.first.decode(solved)
+        smooth = with_jerk(self.problem.limits)
+        timed = retime_path(self.problem, onward.path, tolerance=SEED_TOLERANCE, limits=smooth)
+        if isinstance(timed, RetimeFailure):
+            return solved
+        knots = np.concatenate((self.stop.positions[:-1], onward.path.knots))
+        decoded = replace(
+            onward, path=replace(onward.path, knots=knots), trajectory=self.stop.followed_by(timed.trajectory)
+        )
+        return MovingResult(solved.status, solved.x, solved.at, solved.log, decoded)
+
+    def improve(
+        self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
+    ) -> SolveResult:
+        """Optimise shape and time together, from a motion; see `SupportsImprovement.improve`."""
+        (path,) = (item.path for item in self.first.decode(solved))
+        nlp = self._program(path, motion, self._rested(solved))
+        control = nlp.fitted(*_samples(nlp.spline.basis, motion))
+        x0 = np.hstack((control, np.ones((len(control), 1))))
+        freed = self.method.solver.solve(nlp, x0, progress=progress)
+        decoded = Decoded(nlp.spline.decode(freed.x[:, :-1]), nlp.decode(freed.x) if freed.feasible else None)
+        return MovingResult(freed.status, freed.x, freed.at, freed.log, decoded)
+
+    def decode(self, solved: SolveResult) -> Sequence[Decoded]:
+        """Return the motion; see `Program.decode`."""
+        return (solved.decoded,) if isinstance(solved, MovingResult) else self.first.decode(solved)
+
+    def _rested(self, solved: SolveResult) -> float:
+        """Return when a motion is at the first knot: a start in motion may have come to rest before [s]."""
+        return self.stop.duration if self.stop is not None and isinstance(solved, MovingResult) else 0.0
+
+    def _program(self, path: Path, motion: Trajectory, begin: float) -> FreeDurationNlp:
+        problem, base = self.problem, self.first.nlp
+        places = Places.along(path.knots, motion, self.waypoint_knots, begin)
+        spline = over_control_points(base, _basis(self.method.pieces), places, resting=RESTING)
+        spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
+        if self.stop is not None:
+            spline.lower[0] = spline.upper[0] = self.stop.positions[0]
+            spline.lower[1:RESTING], spline.upper[1:RESTING] = base.lower[1], base.upper[1]
+        limited = np.isfinite(problem.limits.effort).any()
+        dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
+        begins = problem.start_velocities, problem.start_accelerations
+        return FreeDurationNlp(spline, problem.limits, motion.duration, dynamics, *begins)
+
+
+def _basis(pieces: int) -> SplineBasis:
+    """Return cubic pieces, shorter towards both ends, where the acceleration has to rise from nothing."""
+    even = np.linspace(0.0, 1.0, pieces + 1)
+    return SplineBasis(3, even - np.sin(2.0 * np.pi * even) / (2.0 * np.pi) * CROWDING)
+
+
+def _samples(basis: SplineBasis, motion: Trajectory) -> tuple[Floats, Floats]:
+    parameters = basis.parameters(np.full(len(basis.breaks) - 1, SAMPLES))
+    return parameters, motion(parameters * motion.duration)

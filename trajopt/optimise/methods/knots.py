@@ -1,0 +1,128 @@
+"""Knots: joint positions at knots, solved by any solver of an `Nlp`, timed afterwards."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+from trajopt.geometry import Counts
+from trajopt.optimise.methods.method import Decoded, Progress, moving_start
+from trajopt.optimise.solvers import HasBriefForm, HasNearForm, Iteration, Solver, SolveResult, Sqp
+from trajopt.optimise.transcription import KnotsNlp, transcribe, transcribe_covered
+from trajopt.problem.problem import Problem
+from trajopt.values.arrays import Floats, Printed
+from trajopt.values.errors.arguments import checked
+
+SHARES = (0.4, 0.16, 0.064)
+"""Shares of the margins beyond what is required that are tried where a gap is too narrow for all of them. The
+last asks for half a millimetre or so: retiming rounds as much off the corners of a path."""
+
+
+class NarrowResult(SolveResult):
+    """A path through gaps that are too narrow for the margins."""
+
+
+@checked
+@dataclass(frozen=True)
+class Knots:
+    """The method that planning uses unless told otherwise: sequential QP over knots.
+
+    Attributes:
+        solver: Any solver of an `Nlp`, with its options.
+    """
+
+    solver: Solver = field(default_factory=Sqp)
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        return self.solver.name
+
+    def objection(self, problem: Problem) -> str:
+        """Refuse a start in motion; every term has rows over knots."""
+        return moving_start(problem)
+
+    @checked
+    def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
+        """Transcribe a problem over knots; see `Method.program`."""
+        counts = Counts()
+        covered = transcribe_covered(problem, seed, waypoint_knots, counts)
+        if covered is not None:
+            later = partial(transcribe, problem, seed, waypoint_knots, counts)
+            return KnotsProgram(counts, self.solver, covered, later)
+        nlp = transcribe(problem, seed, waypoint_knots, counts)
+        return KnotsProgram(counts, self.solver, None, lambda: nlp)
+
+
+@dataclass(frozen=True, eq=False)
+class KnotsProgram(Printed):
+    """A problem over knots and what solves it.
+
+    Attributes:
+        counts: The work done so far.
+        solver: Solves it.
+        covered: The problem with boxes in the place of clouds, which is tried first, if there are any.
+        transcribed: Transcribes the problem as it is.
+    """
+
+    counts: Counts
+    solver: Solver
+    covered: KnotsNlp | None
+    transcribed: Callable[[], KnotsNlp]
+
+    @cached_property
+    def nlp(self) -> KnotsNlp:
+        """The problem as it is, transcribed when it is first needed."""
+        return self.transcribed()
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return (self.covered or self.nlp).scale
+
+    def starting_at(self, positions: Floats) -> "KnotsProgram":
+        """Return the program with its first knot elsewhere: where a start in motion can come to rest."""
+        covered = None if self.covered is None else self.covered.starting_at(positions)
+        return replace(self, covered=covered, transcribed=lambda: self.nlp.starting_at(positions))
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed; see `Program.solve`.
+
+        Beside boxes that contain the clouds first: a path that keeps clear of these keeps clear of them.
+        Where nothing but margins is missing in the end, a gap may be too narrow for them: then it goes on
+        with smaller ones, never with less clearance than is required.
+        """
+        log = list[Iteration]()
+        if self.covered is not None:
+            covered = self.covered
+            beside = replace(self, covered=None, transcribed=lambda: covered).solve(seed, progress=progress)
+            if beside.feasible:
+                return beside
+            log += beside.log
+        nlp, wide = self.nlp, self.solver.solve(self.nlp, seed, progress=progress)
+        solved = wide
+        log += wide.log
+        for share in SHARES:
+            if solved.feasible or not nlp.lacks_margin_only(solved.at):
+                break
+            nlp = self.nlp.keeping(share)
+            solved = self.solver.solve(nlp, solved.x, progress=progress)
+            log += solved.log
+        if solved.feasible and solved is not wide:
+            return NarrowResult(solved.status, solved.x, solved.at, tuple(log))
+        return replace(wide, log=tuple(log))
+
+    def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed that is nearly a solution; see `SupportsNearSeeds`."""
+        solver = self.solver.near() if isinstance(self.solver, HasNearForm) else self.solver
+        return replace(self, solver=solver, transcribed=lambda: self.nlp).solve(seed, progress=progress)
+
+    def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Take a few steps, where the solver has a brief form, else all; see `SupportsEarlyStop`."""
+        solver = self.solver.brief() if isinstance(self.solver, HasBriefForm) else self.solver
+        return solver.solve(self.nlp, seed, progress=progress)
+
+    def decode(self, solved: SolveResult) -> tuple[Decoded]:
+        """Return the path through the knots; see `Program.decode`."""
+        return (
+            Decoded((self.covered or self.nlp).decode(solved.x), narrow=isinstance(solved, NarrowResult)),
+        )

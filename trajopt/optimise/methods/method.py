@@ -1,0 +1,161 @@
+"""Method: how a seed becomes a path or a motion; what planning needs from every solver."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar, runtime_checkable
+
+from trajopt.geometry import Counts
+from trajopt.optimise.solvers import Iteration, SolveResult
+from trajopt.optimise.transcription.motion_nlp import MotionNlp
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.values.arrays import Floats, Printed, Value
+from trajopt.values.errors import shown
+from trajopt.values.trajectory import Path, Trajectory
+
+Progress = Callable[[Iteration], None]
+"""Called after every step of a solver."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decoded(Value):
+    """What a solver's result means for the robot.
+
+    Attributes:
+        path: The path.
+        trajectory: The motion, if the method decides on time too; None where retiming does.
+        narrow: Whether the path passes gaps that are too narrow for the margins: little may be rounded off.
+    """
+
+    path: Path
+    trajectory: Trajectory | None = None
+    narrow: bool = False
+
+
+class Program(Protocol):
+    """A problem as one method transcribes it; solved from any number of seeds."""
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size in each joint, shape (n,) [rad | m]; how far seeds are bent."""
+        ...
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        ...
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed.
+
+        Args:
+            seed: Knots, shape (N, n) [rad | m].
+            progress: Called after every step.
+        """
+        ...
+
+    def decode(self, solved: SolveResult) -> Sequence[Decoded]:
+        """Return the motions that a result of this program stands for, the best first.
+
+        The next counts where the judge refuses the one before.
+        """
+        ...
+
+
+N_co = TypeVar("N_co", bound=MotionNlp, covariant=True)
+
+
+@dataclass(frozen=True, eq=False)
+class NlpProgram(Printed, Generic[N_co]):
+    """A program with variables of its own; what it is told of them.
+
+    Attributes:
+        nlp: The problem over the variables.
+    """
+
+    nlp: N_co
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.nlp.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.nlp.counts
+
+
+@runtime_checkable
+class SupportsEarlyStop(Protocol):
+    """A program whose solver can stop early, to see which of many seeds are worth more work."""
+
+    def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Take a few steps from a seed; see `Program.solve`."""
+        ...
+
+
+@runtime_checkable
+class SupportsNearSeeds(Protocol):
+    """A program whose solver does less where a seed is nearly a solution."""
+
+    def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed that solved a problem much like this one; see `Program.solve`."""
+        ...
+
+
+@runtime_checkable
+class SupportsImprovement(Program, Protocol):
+    """A program that can make a motion shorter than its path alone allows, once there is one."""
+
+    def improve(
+        self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
+    ) -> SolveResult:
+        """Optimise shape and time together, from a motion.
+
+        Args:
+            solved: What `solve` returned.
+            motion: The motion that it became.
+            progress: Called after every step.
+        """
+        ...
+
+
+@runtime_checkable
+class Method(Protocol):
+    """A transcription joined with a solver; its fields are its options."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        ...
+
+    def objection(self, problem: Problem) -> str:
+        """Say why the method cannot plan this problem, before anything starts; empty if it can."""
+        ...
+
+    def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> Program:
+        """Transcribe a problem.
+
+        Args:
+            problem: The problem, with one goal.
+            seed: A seed, shape (N, n): the motion's duration is estimated from it.
+            waypoint_knots: The knot that each waypoint is held at.
+
+        Raises:
+            ProblemError: If a requirement does not fit this robot.
+        """
+        ...
+
+
+def moving_start(problem: Problem) -> str:
+    """Return the objection of a method whose paths are timed from rest to a start in motion."""
+    said = "starts from rest only: leave the method to planning, or take free-duration"
+    return said if problem.starts_moving else ""
+
+
+def followed_curve(problem: Problem) -> str:
+    """Return the objection of a method without knots to place along a curve."""
+    path = (*problem.requirements, *(part.required for part in problem.partial))
+    curves = [item for item in path if isinstance(item, FollowsCurve)]
+    return f"cannot follow the curve of {shown(curves[0].frame)}" if curves else ""

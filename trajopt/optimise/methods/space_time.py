@@ -1,0 +1,267 @@
+"""Space-time: shape and time of a motion planned together, in absolute time, among what moves."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from math import ceil, inf, sqrt
+
+import numpy as np
+
+from trajopt.geometry import Counts
+from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.optimise.methods.bspline import windowed_differences
+from trajopt.optimise.methods.free_duration import MovingResult
+from trajopt.optimise.methods.method import Decoded, Progress, followed_curve
+from trajopt.optimise.solvers import Iteration, SolveResult, Sqp
+from trajopt.optimise.transcription import KnotsNlp, transcribe
+from trajopt.optimise.transcription.basis import even_basis
+from trajopt.optimise.transcription.bspline import Places
+from trajopt.optimise.transcription.free_duration import SHORTEST
+from trajopt.optimise.transcription.knots import shortest_duration
+from trajopt.optimise.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp
+from trajopt.optimise.transcription.world import World
+from trajopt.problem.problem import Problem
+from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
+from trajopt.values.arrays import Floats, Printed
+from trajopt.values.trajectory import Trajectory
+
+SMOOTH = (Velocity, Acceleration, Jerk)
+"""Terms that ask for a short and smooth motion."""
+PIECES, PIECES_AMONG_CHANGES = 1, 2
+"""Pieces for each knot of a path, which bends at its knots; among what changes with time twice as many, since
+a motion that lets something pass bends in time as well as in space."""
+MOST_PIECES = 4
+"""The same where it takes long: time and memory grow with them."""
+STRETCHES = (1.0, 1.25, 1.6, 2.5)
+"""Parts of a seed's duration that are tried in turn: room to accelerate, and for slower things to pass."""
+SHRINK = 0.8
+"""Part of a duration that is tried next, once there is a motion; once there was none, the geometric mean."""
+PRECISION = 0.97
+"""A motion is within so much of the shortest of its kind: about what pieces of equal length cost."""
+GAIN = 0.02
+"""A step has to be predicted to reduce what is violated by so much, where whoever asks proves motions and has
+other ways to try: with less for each of its steps a descent mostly ends far from a motion."""
+UNHURRIED = 1.25
+"""A seed without time takes so many times the least that its joints' limits allow: room for bends."""
+
+Proves = Callable[[Trajectory], bool]
+"""Says whether a motion is proven."""
+
+
+def _solver() -> Sqp:
+    # What is sought is a motion that is possible: violations weigh much at once.
+    return Sqp(penalty=50.0, penalty_rounds=1, max_iterations=20)
+
+
+@dataclass(frozen=True)
+class SpaceTime:
+    """Plans shape and time together where things move: it can wait, hurry, go around and step aside.
+
+    A motion of given duration is a program whose limits are linear; the duration is made shorter as long as
+    there is a motion, each begun from the one before.
+
+    Attributes:
+        solver: Of the program of each duration.
+    """
+
+    solver: Sqp = field(default_factory=_solver)
+    name: str = "space-time"
+
+    def objection(self, problem: Problem) -> str:
+        """Refuse what has no rows over the spline."""
+        if problem.tool_speeds:
+            return "holds no limits of tool speeds"
+        return followed_curve(problem) or windowed_differences(problem)
+
+    def program(
+        self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
+    ) -> "SpaceTimeProgram":
+        """Transcribe the problem; see `Method.program`."""
+        base = transcribe(problem, seed, waypoint_knots)
+        limited = np.isfinite(problem.limits.effort).any()
+        dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
+        world = World.of(problem, base.counts)
+        return SpaceTimeProgram(self, problem, base, world, dynamics, seed, tuple(waypoint_knots))
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceTimeProgram(Printed):
+    """A problem over the control points of a spline over time.
+
+    Attributes:
+        method: The method, with its options.
+        problem: The problem.
+        base: The problem over knots: its rows but for time.
+        world: What changes with time; None where nothing does.
+        dynamics: Torques, where they are limited.
+        polyline: Knots to which windows and margins refer, shape (N, n) [rad | m].
+        waypoint_knots: The knot that each waypoint is held at.
+    """
+
+    method: SpaceTime
+    problem: Problem
+    base: KnotsNlp
+    world: World | None
+    dynamics: DynamicsQuery | None
+    polyline: Floats
+    waypoint_knots: tuple[int, ...]
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.base.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.base.counts
+
+    @property
+    def solver(self) -> Sqp:
+        """What solves each duration: where costs ask for a short and smooth motion only, any motion will do.
+
+        What lasts the shortest, begun near to a short and smooth seed, is that as well; all other costs
+        are reduced.
+        """
+        smooth = all(isinstance(cost.residual, SMOOTH) for cost in self.problem.costs or ())
+        return replace(self.method.solver, until_feasible=True) if smooth else self.method.solver
+
+    @property
+    def until(self) -> float:
+        """When a motion has to be over: by its deadline, while it is known how things move [s]."""
+        known = inf if self.world is None else self.world.timed.until - self.problem.dwell
+        return known if self.problem.finish_by is None else min(known, self.problem.finish_by)
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed; see `Program.solve`."""
+        return self.solve_from(_timed(seed, self.problem), progress=progress)
+
+    def decode(self, solved: SolveResult) -> Sequence[Decoded]:
+        """Return the motion; see `Program.decode`."""
+        assert isinstance(solved, MovingResult)
+        return (solved.decoded,)
+
+    def solve_from(
+        self,
+        motion: Trajectory,
+        *,
+        longest: float = inf,
+        enough: float = SHORTEST,
+        too_short: float = 0.0,
+        proves: Proves | None = None,
+        progress: Progress | None = None,
+    ) -> MovingResult:
+        """Solve from a motion: in as much time, or more if need be, then in ever less.
+
+        Args:
+            motion: Of the group's joints, to where the result is to end; it need not hold any limit.
+            longest: Longer motions are not looked for [s].
+            enough: Nor shorter ones [s].
+            too_short: No motion was found before from the same one that is no longer than this [s].
+            proves: Asked of motions that hold everything on few samples, if any will do: what it proves need
+                not be looked at on many. When None all are.
+            progress: Called after every step.
+        """
+        solver = self.solver
+        if proves is not None:
+            # Shortness and smoothness hardly stand against violations at their first weight already.
+            rounds = 0 if solver.until_feasible else solver.penalty_rounds
+            solver = replace(solver, relative_gain=GAIN, penalty_rounds=rounds)
+        run = _Run(solver, proves, progress)
+        family = self.family(motion)
+        # Schoenberg's approximation: its velocities are slopes of chords, no larger than the motion's.
+        positions = motion(family.basis.averages * motion.duration)
+        most = min(longest, self.until)
+        tried = sorted({min(max(stretch * motion.duration, enough), most) for stretch in STRETCHES})
+        possible = [duration for duration in tried if duration > too_short and family.ends_clear(duration)]
+        first, *others = possible or tried[:1]
+        found = run.solved(family.lasting(first), positions)
+        for duration in others:
+            if found.motion is not None:
+                break
+            found = run.solved(family.lasting(duration), positions)
+        if found.motion is not None:
+            found = run.shrunk(family, found, max(family.least_duration, enough))
+        solved, decoded = found.solved, Decoded(found.nlp.decode(found.solved.x), found.motion)
+        return MovingResult(solved.status, solved.x, solved.at, tuple(run.log), decoded)
+
+    def family(self, motion: Trajectory) -> SpaceTimeFamily:
+        """Return the programs of all durations, with as many pieces as a motion needs."""
+        limits, knots = self.problem.limits, self.problem.knots
+        # What bends faster than a joint reaches its speed is no use to it.
+        quickest = float((limits.velocity / limits.acceleration).min())
+        count = ceil(min(motion.duration / quickest, MOST_PIECES * knots))
+        pieces = PIECES if self.world is None else PIECES_AMONG_CHANGES
+        basis = even_basis(DEGREE, max(count, pieces * knots))
+        places = Places.along(self.polyline, motion, self.waypoint_knots)
+        end = motion.positions[-1]
+        return SpaceTimeFamily(self.base, self.world, basis, places, end, self.dynamics)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """What came of one duration: its program, where the solver ended, and the motion there if it is one."""
+
+    nlp: SpaceTimeNlp
+    solved: SolveResult
+    motion: Trajectory | None
+
+
+@dataclass(eq=False)
+class _Run:
+    """Solves programs of several durations."""
+
+    solver: Sqp
+    proves: Proves | None
+    progress: Progress | None
+    log: list[Iteration] = field(default_factory=list[Iteration])
+
+    def solved(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
+        """Solve one program from control points; a motion is proven, if anybody proves any."""
+        if self.proves is None:
+            return self._solved(self.solver, nlp, begin)
+        if self.solver.until_feasible:
+            found = self._solved(replace(self.solver, refines=False), nlp, begin)
+            if found.motion is None or self.proves(found.motion):
+                return found
+            begin = found.solved.x
+        found = self._solved(self.solver, nlp, begin)
+        return found if found.motion is None or self.proves(found.motion) else replace(found, motion=None)
+
+    def _solved(self, solver: Sqp, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
+        solved = solver.solve(nlp, begin, progress=self.progress)
+        self.log += solved.log
+        return _Found(nlp, solved, nlp.trajectory(solved.x) if solved.feasible else None)
+
+    def shrunk(self, family: SpaceTimeFamily, found: _Found, low: float) -> _Found:
+        """Return the shortest motion that is found from one, none shorter than a bound [s]."""
+        if low >= PRECISION * found.nlp.duration:
+            return found
+        self.solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))
+        refused = False
+        while low < PRECISION * found.nlp.duration:
+            longest = found.nlp.duration
+            duration = sqrt(low * longest) if refused else max(SHRINK * longest, low)
+            shorter = None
+            if family.ends_clear(duration):
+                shorter = self.solved(family.lasting(duration), found.solved.x)
+            if shorter is None or shorter.motion is None:
+                low, refused = duration, True
+            else:
+                found = shorter
+        return found
+
+
+def _timed(seed: Floats, problem: Problem) -> Trajectory:
+    """Return a motion along a seed, from rest to rest, slower than its joints' limits allow."""
+    steps = np.abs(np.diff(seed, axis=0))
+    travel = steps.sum(axis=0)
+    least = shortest_duration(problem.limits, np.zeros_like(travel), travel)
+    lengths = np.linalg.norm(steps, axis=1)
+    along = np.concatenate((np.zeros(1), np.cumsum(lengths))) / max(float(lengths.sum()), 1e-12)
+    share = np.linspace(0.0, 1.0, 20 * len(steps))
+    eased = share**2 * (3.0 - 2.0 * share)
+    positions = np.empty((len(share), len(travel)))
+    for joint in range(len(travel)):
+        positions[:, joint] = np.interp(eased, along, seed[:, joint])
+    times = share * max(UNHURRIED * least, SHORTEST)
+    return Trajectory(problem.reduced.joint_names, times, positions)

@@ -1,0 +1,110 @@
+"""Retiming a path within everything that a problem limits."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.problem.problem import Problem
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.limits import JointLimits
+from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
+from trajopt.values.arrays import Floats
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Path
+
+PATH_TOLERANCE = 5e-3
+"""How far a timed motion may leave its path unless told otherwise [m]."""
+
+
+@checked
+def retime_path(
+    problem: Problem,
+    path: Path,
+    *,
+    tolerance: float = PATH_TOLERANCE,
+    query: Query | None = None,
+    limits: JointLimits | None = None,
+) -> Retimed | RetimeFailure:
+    """Find the fastest trajectory along a path within every limit of a problem, from rest to rest.
+
+    The limits are those of the joints (velocity, acceleration, jerk and torque, with what is carried), scaled
+    as the problem says, and its tool speeds.
+
+    Args:
+        problem: The problem.
+        path: Of the group's joints.
+        tolerance: How far any point of the robot may leave the path where its corners are rounded [m].
+        query: Of the problem's reduced model; a new one when None.
+        limits: Of the group's joints; the problem's when None.
+
+    Returns:
+        The trajectory with what limits it, or the reason why there is none.
+
+    Raises:
+        FrameNotFound: If a tool speed names an unknown frame.
+        ShapeError: If the path is of other joints.
+    """
+    limits, reduced = limits or problem.limits, problem.reduced
+    query = query or Query(reduced)
+
+    def deviation(smooth: Floats, straight: Floats) -> Floats:
+        return query.displacement(smooth, straight)
+
+    limited = np.isfinite(limits.effort).any()
+    return retime(
+        path,
+        limits,
+        inverse_dynamics=query.dynamics.torque if limited else None,
+        tools=tool_limits(query, problem.tool_speeds),
+        deviation=deviation,
+        options=replace(RetimeOptions(), path_tolerance=tolerance),
+    )
+
+
+def tool_limits(query: Query, limited: Sequence[ToolSpeed]) -> ToolLimits | None:
+    """Return the limited speeds of tools as retiming wants them; None if there are none.
+
+    Args:
+        query: Of the reduced model.
+        limited: The tools and their limits.
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+    """
+    if not limited:
+        return None
+    kept = [(tool, which) for tool in limited for which in (0, 1) if np.isfinite(_limits(tool)[which])]
+    return ToolLimits(
+        _speeds(query, limited),
+        np.array([_limits(tool)[which] for tool, which in kept]),
+        tuple(f"{('speed', 'turning')[which]} of {tool.frame}" for tool, which in kept),
+    )
+
+
+def _limits(tool: ToolSpeed) -> tuple[float, float]:
+    return tool.linear, tool.angular
+
+
+def _speeds(query: Query, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
+    """Return what tells the limited speeds, by Jacobians: of each tool the linear, then the angular one."""
+    places = [(tool, *query.reduced.attachment(tool.frame)) for tool in limited]
+
+    def speeds(q: Floats, v: Floats) -> Floats:
+        kinematics = query.kinematics(q)
+        columns: list[Floats] = []
+        for tool, joint, place in places:
+            if np.isfinite(tool.linear):
+                point = (
+                    kinematics.rotation[:, joint] @ (place * tool.offset) + kinematics.translation[:, joint]
+                )
+                carriers = np.full(len(q), joint, dtype=np.int64)
+                jacobian = query.point_jacobian(kinematics.jacobian, carriers, point)
+                columns.append(np.linalg.norm(np.einsum("sij,sj->si", jacobian, v), axis=1))
+            if np.isfinite(tool.angular):
+                jacobian = query.angular_jacobian(kinematics.jacobian, joint)
+                columns.append(np.linalg.norm(np.einsum("sij,sj->si", jacobian, v), axis=1))
+        return np.stack(columns, axis=1)
+
+    return speeds

@@ -1,0 +1,152 @@
+"""Nlp: a nonlinear program over knots, as block rows with stencils. It knows no robot.
+
+Variables are the knots x, shape (N, n). Every row of a residual touches few knots, so that a solver
+may use the block structure or flatten it into a sparse matrix.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.rows import Loss, Rows
+
+
+@dataclass(frozen=True, eq=False)
+class CostRows(Value):
+    """Rows that are penalised.
+
+    Attributes:
+        name: Of the residual; shown in reports.
+        rows: The rows.
+        weight: Weight w, shape (m,).
+        loss: The loss.
+        kind: Class of the residual, which tells it from others of the same name.
+    """
+
+    name: str
+    rows: Rows
+    weight: Floats
+    loss: Loss
+    kind: type[object] = object
+
+    @cached_property
+    def cost(self) -> float:
+        """The cost's value."""
+        return float(self.each.sum())
+
+    @cached_property
+    def each(self) -> Floats:
+        """What each row costs, shape (m,)."""
+        value = self.rows.value
+        if self.loss is Loss.SQUARED:
+            return self.weight * value**2
+        return self.weight * (np.abs(value) if self.loss is Loss.ABSOLUTE else np.maximum(value, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class ConstraintRows(Value):
+    """Rows that must lie between bounds.
+
+    Attributes:
+        name: Of the residual; shown in reports.
+        rows: The rows.
+        lower: Lower bounds, shape (m,); -inf for none.
+        upper: Upper bounds, shape (m,); inf for none.
+        tolerance: Violation up to which the constraint counts as held, in the residual's unit.
+        reach: Rows farther inside their bounds than this are left out, as far pairs of bodies are; inf
+            where all rows are always there. For solvers that treat distances as a field.
+        kind: Class of the residual, which tells it from others of the same name.
+        units: Unit of each component of the residual, or one of all: "m", "rad"; none where it is not known.
+    """
+
+    name: str
+    rows: Rows
+    lower: Floats
+    upper: Floats
+    tolerance: float
+    reach: float = np.inf
+    kind: type[object] = object
+    units: tuple[str, ...] = ()
+
+    def unit_of(self, row: int) -> str:
+        """Return the unit of a row; empty where it is not known."""
+        component = int(self.rows.component[row])
+        return self.units[component if len(self.units) > 1 else 0] if self.units else ""
+
+    @cached_property
+    def violation(self) -> Floats:
+        """How far each row is outside its bounds, shape (m,), >= 0."""
+        value = self.rows.value
+        return np.maximum(0.0, np.maximum(self.lower - value, value - self.upper))
+
+    @cached_property
+    def worst(self) -> float:
+        """Largest violation; 0 without rows."""
+        return float(self.violation.max(initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation(Value):
+    """Costs and constraints around one point.
+
+    Attributes:
+        x: The point, shape (N, n).
+        costs: Cost rows.
+        constraints: Constraint rows.
+        sampling: Samples per segment that the rows were taken on, shape (N - 1,).
+    """
+
+    x: Floats
+    costs: tuple[CostRows, ...]
+    constraints: tuple[ConstraintRows, ...]
+    sampling: Ints
+
+    @cached_property
+    def cost(self) -> float:
+        """Sum of all costs."""
+        return sum(block.cost for block in self.costs)
+
+    @cached_property
+    def violation(self) -> float:
+        """Sum of all violations (the L1 norm)."""
+        return float(sum(block.violation.sum() for block in self.constraints))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint holds within its tolerance."""
+        return all(block.worst <= block.tolerance for block in self.constraints)
+
+
+class Nlp(Protocol):
+    """A program over knots: minimise costs subject to constraints and bounds."""
+
+    @property
+    def lower(self) -> Floats:
+        """Lower bounds of the knots, shape (N, n); equal to upper where a knot is fixed."""
+        ...
+
+    @property
+    def upper(self) -> Floats:
+        """Upper bounds of the knots, shape (N, n)."""
+        ...
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size in each variable, shape (n,); the trust region's unit."""
+        ...
+
+    def sampling(self, x: Floats, *, fine: bool) -> Ints:
+        """Return how many samples each segment needs at x, shape (N - 1,)."""
+        ...
+
+    def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
+        """Evaluate and linearise everything at x on given samples.
+
+        Args:
+            x: Knots, shape (N, n).
+            sampling: Samples per segment, shape (N - 1,); only points on equal samples can be compared.
+        """
+        ...

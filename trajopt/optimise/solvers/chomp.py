@@ -1,0 +1,194 @@
+"""CHOMP: covariant Hamiltonian optimisation for motion planning.
+
+Source: Zucker et al., IJRR 32 (2013), 1164-1193; defaults are those of MoveIt's implementation, whose
+fixed motion of 3 s and whose metric with a largest inverse entry of 1 are what their sizes refer to.
+Where this differs from what is published, and why, is in docs/decisions/chomp-and-stomp.md.
+
+The obstacle functional is F(x) = sum over rows of c(d) |x_{t+1} - x_t| / samples, with the potential (eq. 21)
+c(d) = -d + e/2 below 0, (d - e)^2 / 2e up to e, and 0 beyond: d is how far a row is inside its bound, e the
+reach to which rows are listed. Lengths are the configurations', in ordinary steps: the solver knows no
+workspace. The gradient is that of the sum itself: its second part is what keeps a path from being
+stretched or bunched where the potential is high (the projection and curvature terms of eq. 24).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.optimise.nlp import ConstraintRows, Linearisation, Nlp
+from trajopt.optimise.solvers.incumbent import Incumbent, improved
+from trajopt.optimise.solvers.projection import LinearRows, always_listed, into_bounds
+from trajopt.optimise.solvers.smooth_metric import SmoothMetric, smooth_metric
+from trajopt.optimise.solvers.solver import Progress, SolveResult
+from trajopt.values.arrays import Floats, above_zero, at_least
+from trajopt.values.errors.arguments import check_arguments, checked
+from trajopt.values.rows import Loss
+
+MOTION_SECONDS = 3.0
+"""Duration that the published weights refer to [s]."""
+STILL = 1e-5
+"""A step shorter than this, in ordinary steps, changes nothing."""
+SHORTEST = 1e-9
+"""Length of a segment below which it has no direction, in ordinary steps."""
+
+
+@checked
+@dataclass(frozen=True)
+class Chomp:
+    """The solver; its fields are its options.
+
+    Constraints that list all their rows (poses, tilts, your own) are held by projection; those that are
+    listed near their bounds only (clearances) by the obstacle functional.
+
+    Attributes:
+        max_iterations: Steps at most.
+        after_feasible: Steps after the constraints hold, which may still lower the cost.
+        learning_rate: Step along the covariant gradient.
+        smoothness_weight: Weight of the costs.
+        obstacle_weight: First weight of the obstacle functional.
+        weight_growth: Factor on it at every step from a point where something is too near.
+        step_limit: Largest change of a knot in a step, in ordinary steps.
+    """
+
+    max_iterations: int = 200
+    after_feasible: int = 5
+    learning_rate: float = 0.01
+    smoothness_weight: float = 0.1
+    obstacle_weight: float = 1.0
+    weight_growth: float = 1.05
+    step_limit: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        at_least(self, 1, "max_iterations", "weight_growth")
+        at_least(self, 0, "after_feasible", "smoothness_weight", "obstacle_weight")
+        above_zero(self, "learning_rate", "step_limit")
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        return "chomp"
+
+    def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Minimise from a seed; see `Solver.solve`.
+
+        Returns:
+            The best point met, never worse than the seed: feasible before infeasible, then by
+            cost, or by violation where none was feasible.
+        """
+        check_arguments(Chomp.solve, locals())
+        metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
+        descent = _Descent(self, nlp, metric, self.obstacle_weight)
+        return improved(nlp, x0, descent.update, self.max_iterations, self.after_feasible, progress)
+
+
+@dataclass(eq=False)
+class _Descent:
+    """One call of the solver, and the weight of its obstacle functional now."""
+
+    options: Chomp
+    nlp: Nlp
+    metric: SmoothMetric
+    weight: float
+
+    def update(self, at: Linearisation, incumbent: Incumbent, _: bool) -> tuple[Linearisation, bool] | None:
+        """Take a covariant step; None where it is too short to change anything."""
+        step = self._step(at)
+        if np.abs(step / self.nlp.scale).max(initial=0.0) < STILL:
+            return None
+        at = self.nlp.linearise(at.x + step, at.sampling)
+        incumbent.offer(at)
+        self.weight *= 1.0 if at.feasible else self.options.weight_growth
+        return at, True
+
+    def _step(self, at: Linearisation) -> Floats:
+        """Return a covariant step, projected onto constraint rows and between bounds."""
+        options, nlp, metric = self.options, self.nlp, self.metric
+        obstacles = obstacle_functional(at, nlp.scale).gradient * max(len(at.x) - 1, 1) / MOTION_SECONDS
+        smoothness = 0.5 * metric.largest * cost_gradient(at)
+        slope = options.smoothness_weight * smoothness + self.weight * obstacles
+        step = self._limited(-options.learning_rate * metric.smooth(slope))
+        step = self._limited(LinearRows.around(at, metric).project(step))
+        return into_bounds(at.x + step, nlp.lower, nlp.upper, metric) - at.x
+
+    def _limited(self, step: Floats) -> Floats:
+        longest = float(np.abs(step / self.nlp.scale).max(initial=0.0))
+        return step * min(1.0, self.options.step_limit / max(longest, STILL))
+
+
+def cost_gradient(at: Linearisation) -> Floats:
+    """Return the derivative of the sum of all costs by the knots, shape (N, n)."""
+    gradient = np.zeros_like(at.x)
+    for block in at.costs:
+        value = block.rows.value
+        if block.loss is Loss.SQUARED:
+            slope = 2.0 * block.weight * value
+        elif block.loss is Loss.ABSOLUTE:
+            slope = block.weight * np.sign(value)
+        else:
+            slope = block.weight * (value > 0.0)
+        np.add.at(gradient, block.rows.knots, slope[:, None, None] * block.rows.jacobian)
+    return gradient
+
+
+@dataclass(frozen=True, eq=False)
+class ObstacleFunctional:
+    """Value and gradient of the functional.
+
+    Attributes:
+        value: In the rows' unit times ordinary steps.
+        gradient: By the knots, shape (N, n).
+    """
+
+    value: float
+    gradient: Floats
+
+
+def obstacle_functional(at: Linearisation, scale: Floats) -> ObstacleFunctional:
+    """Integrate the potential of all rows that are listed near their bounds only.
+
+    Args:
+        at: The point.
+        scale: A step of ordinary size, shape (n,).
+    """
+    value, gradient = 0.0, np.zeros_like(at.x)
+    moves = np.diff(at.x, axis=0) / scale
+    lengths = np.linalg.norm(moves, axis=1)
+    directions = moves / np.maximum(lengths, SHORTEST)[:, None] / scale
+    segments = len(lengths)
+    for block in at.constraints:
+        if always_listed(block) or not len(block.lower) or not segments:
+            continue
+        rows = block.rows
+        segment = np.clip(np.floor(rows.place + 1e-9).astype(np.int64), 0, segments - 1)
+        share = 1.0 / at.sampling[segment]
+        length = lengths[segment]
+        for inside, sign in _sides(block):
+            potential, slope = obstacle_potential(inside, block.reach)
+            value += float((potential * share) @ length)
+            rate = (sign * slope * share * length)[:, None, None] * rows.jacobian
+            np.add.at(gradient, rows.knots, rate)
+            pull = (potential * share)[:, None] * directions[segment]
+            np.add.at(gradient, segment + 1, pull)
+            np.add.at(gradient, segment, -pull)
+    return ObstacleFunctional(value, gradient)
+
+
+def obstacle_potential(inside: Floats, reach: float) -> tuple[Floats, Floats]:
+    """Return the potential and its derivative.
+
+    Args:
+        inside: How far each row is inside its bound, shape (m,); negative outside.
+        reach: From there on the potential is zero, > 0.
+    """
+    near = np.clip(inside, 0.0, reach)
+    potential = np.where(inside < 0.0, -inside + reach / 2.0, (near - reach) ** 2 / (2.0 * reach))
+    return potential, np.where(inside < 0.0, -1.0, (near - reach) / reach)
+
+
+def _sides(block: ConstraintRows) -> Iterator[tuple[Floats, float]]:
+    """Yield how far rows are inside each of their bounds, and the sign of its derivative by the row."""
+    for inside, sign in ((block.rows.value - block.lower, 1.0), (block.upper - block.rows.value, -1.0)):
+        if np.isfinite(inside).any():
+            yield inside, sign

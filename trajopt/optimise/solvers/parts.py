@@ -1,0 +1,288 @@
+"""Parts of a program that the core evaluates without Python: what each is made of."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.native import descent
+from trajopt.optimise.nlp import ConstraintRows, CostRows
+from trajopt.values.arrays import Bools, Floats, Ints, Value
+from trajopt.values.rows import Loss, Rows
+
+KINDS = {
+    Loss.SQUARED: descent.Kind.SQUARED,
+    Loss.ABSOLUTE: descent.Kind.ABSOLUTE,
+    Loss.HINGE: descent.Kind.HINGE,
+}
+"""The losses, as the core names them."""
+
+Block = CostRows | ConstraintRows
+"""Rows of a cost or of a constraint."""
+
+
+def role_of(block: Block) -> descent.Role:
+    """Return what rows are for, as the core needs it."""
+    if isinstance(block, CostRows):
+        return descent.cost(KINDS[block.loss], block.weight)
+    return descent.bounds(block.lower, block.upper, block.tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPart(Value):
+    """Rows whose values are linear in the knots, and all else of which is the same at every point.
+
+    Attributes:
+        at_zero: The rows where all knots are zero.
+    """
+
+    at_zero: Block
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        rows = self.at_zero.rows
+        program.add_linear(role_of(self.at_zero), rows.value, np.ascontiguousarray(rows.jacobian), rows.knots)
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        return replace(self.at_zero, rows=replace(self.at_zero.rows, value=made.value))
+
+
+@dataclass(frozen=True, eq=False)
+class Samples(Value):
+    """Samples of a curve: each is a weighted mean of few knots.
+
+    Attributes:
+        knots: The knots of each, shape (S, k).
+        weight: Their weights, shape (S, k).
+        place: Along the motion, in knots, shape (S,).
+    """
+
+    knots: Ints
+    weight: Floats
+    place: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Taper(Value):
+    """How the distances that p pairs must keep change along a motion; shape (p,) each, unless told otherwise.
+
+    Attributes:
+        required: What is required in any case [m].
+        at_start: What a fixed start has [m].
+        at_end: What a fixed end has [m].
+        contact_until: Knot up to which contact is allowed; -1 for none.
+        contact_from: Knot from which contact is allowed; inf for none.
+        depth: Penetration accepted there [m].
+        gives: Which pairs may do with a share of what goes beyond the requirement.
+        last: The last knot.
+        knots: Over how many knots it grows from what an end has to its full size.
+        share: The share.
+    """
+
+    required: Floats
+    at_start: Floats
+    at_end: Floats
+    contact_until: Floats
+    contact_from: Floats
+    depth: Floats
+    gives: Bools
+    last: float
+    knots: float
+    share: float
+
+    def in_core(self, full: Floats) -> descent.Margins:
+        """Hand it to the core, with the full margins, shape (p,) [m]."""
+        return descent.tapered(
+            full=full,
+            required=self.required,
+            at_start=self.at_start,
+            at_end=self.at_end,
+            contact_until=self.contact_until,
+            contact_from=self.contact_from,
+            depth=self.depth,
+            gives=self.gives,
+            last=self.last,
+            taper=self.knots,
+            share=self.share,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DistancePart(Value):
+    """factor (distance - margin) of every one of p pairs that is nearer than its reach.
+
+    Attributes:
+        empty: The cost or constraint, without rows; its weight or its bounds are one number, or one a pair.
+        samples: Where distances are measured.
+        reach: Pairs farther apart have no row, shape (p,) [m].
+        factor: Shape (p,).
+        margin: The full margins, shape (p,) [m].
+        taper: How they change along the motion; not at all when None.
+    """
+
+    empty: Block
+    samples: Samples
+    reach: Floats
+    factor: Floats
+    margin: Floats
+    taper: Taper | None
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        at, role = self.samples, role_of(self.empty)
+        margins = descent.Margins(self.margin) if self.taper is None else self.taper.in_core(self.margin)
+        program.add_distances(role, at.knots, at.weight, at.place, self.reach, self.factor, margins)
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        return _with_rows(self.empty, made)
+
+
+@dataclass(frozen=True, eq=False)
+class FramePart(Value):
+    """A term of a frame at every sample.
+
+    Attributes:
+        empty: The cost or constraint, without rows; its weight is one number, its bounds are by sample and
+            component.
+        samples: Where it is evaluated.
+        view: The frame, and what it is seen from.
+        term: The formula.
+        configurations: How many count as evaluated: terms over the same samples share them.
+    """
+
+    empty: Block
+    samples: Samples
+    view: descent.View
+    term: descent.FrameTerm
+    configurations: int
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        at, role = self.samples, role_of(self.empty)
+        program.add_frames(role, at.knots, at.weight, at.place, self.view, self.term, self.configurations)
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        return _with_rows(self.empty, made)
+
+
+@dataclass(frozen=True, eq=False)
+class ChangingDistancePart(Value):
+    """Distance less error and margin of p pairs that change with time, while both are there; S samples.
+
+    Attributes:
+        empty: The constraint, without rows; its bounds are one number, or one a pair.
+        samples: Where distances are measured.
+        times: Of each sample, shape (S,) [s].
+        driven: Positions of the joints that time drives, shape (S, m) [rad | m].
+        among: Measures them, by the group's positions and these.
+        reach: Pairs farther apart have no row, shape (p,) [m].
+        margin: Clearance to keep, shape (p,) [m].
+        errors: Radius, velocity and acceleration of the error of each pair, shape (p, 3).
+        appears: When both are there, shape (p,) [s].
+        expires: When no longer, shape (p,) [s].
+    """
+
+    empty: Block
+    samples: Samples
+    times: Floats
+    driven: Floats
+    among: descent.RobotQuery
+    reach: Floats
+    margin: Floats
+    errors: Floats
+    appears: Floats
+    expires: Floats
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        program.add_distances_in_time(
+            role=role_of(self.empty),
+            knots=self.samples.knots,
+            weight=self.samples.weight,
+            place=self.samples.place,
+            when=self.times,
+            driven=self.driven,
+            among=self.among,
+            reach=self.reach,
+            margin=self.margin,
+            errors=np.ascontiguousarray(self.errors.T),
+            appears=self.appears,
+            expires=self.expires,
+        )
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        return _with_rows(self.empty, made)
+
+
+@dataclass(frozen=True, eq=False)
+class TorquePart(Value):
+    """Torques as shares of their limits, at moments of a spline over time, where a joint needs much.
+
+    Attributes:
+        empty: The constraint, without rows; its bounds are one number, or one a joint.
+        moments: With the weights of positions.
+        velocity: Weights of velocities, shape (S, k).
+        acceleration: Weights of accelerations, shape (S, k).
+        dynamics: Evaluates them.
+        effort: Limits, shape (n,) [Nm | N]; inf for none.
+        listed: Share from which on a torque has a row.
+    """
+
+    empty: Block
+    moments: Samples
+    velocity: Floats
+    acceleration: Floats
+    dynamics: descent.RobotDynamics
+    effort: Floats
+    listed: float
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        program.add_torques(
+            role=role_of(self.empty),
+            knots=self.moments.knots,
+            position=self.moments.weight,
+            velocity=self.velocity,
+            acceleration=self.acceleration,
+            place=self.moments.place,
+            dynamics=self.dynamics,
+            effort=self.effort,
+            listed=self.listed,
+        )
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        return _with_rows(self.empty, made)
+
+
+def _with_rows(empty: Block, made: descent.MadeRows) -> Block:
+    """Return a block with rows that are made anew at every point."""
+    rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
+    if isinstance(empty, CostRows):
+        return replace(empty, rows=rows, weight=made.weight)
+    return replace(empty, rows=rows, lower=made.lower, upper=made.upper)
+
+
+@dataclass(frozen=True, eq=False)
+class PythonPart(Value):
+    """Rows that the program itself evaluates at every point, in Python.
+
+    Attributes:
+        role: The loss of a cost, or the tolerance of a constraint.
+    """
+
+    role: Loss | float
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        none = np.zeros(0)
+        if isinstance(self.role, Loss):
+            program.add_outside(descent.cost(KINDS[self.role], none))
+        else:
+            program.add_outside(descent.bounds(none, none, self.role))
+
+
+Part = LinearPart | DistancePart | ChangingDistancePart | FramePart | TorquePart | PythonPart

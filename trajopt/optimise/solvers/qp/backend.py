@@ -1,0 +1,191 @@
+"""The interface of all QP backends: setup once a pattern, update values, solve."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import SolverError
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
+
+UNBOUNDED = 1e20
+"""What backends without infinity get in its place."""
+VIOLATION = 1e-3
+"""Largest violation of rows and bounds that a solution may have."""
+RESIDUAL = 1e-2
+"""Largest residual of the optimality conditions that a solution may have."""
+USELESS = 1.0
+"""An answer with a larger violation is none."""
+
+NATIVE: Mapping[str, tuple[str, str]] = {
+    "piqp": ("trajopt.optimise.solvers.qp.piqp", "Piqp"),
+    "osqp": ("trajopt.optimise.solvers.qp.osqp", "Osqp"),
+    "proxqp": ("trajopt.optimise.solvers.qp.proxqp", "Proxqp"),
+    "proxqp-dense": ("trajopt.optimise.solvers.qp.proxqp", "DenseProxqp"),
+}
+"""Module and class of the backends that are driven directly; their packages come with trajopt."""
+
+GENERAL: Mapping[str, str] = {
+    "clarabel": "clarabel",
+    "daqp": "daqp",
+    "highs": "highspy",
+    "qpalm": "qpalm",
+    "quadprog": "quadprog",
+    "scs": "scs",
+}
+"""Backends that are driven through qpsolvers, and the package of each; all in the extra `qp`."""
+
+BACKENDS = (*NATIVE, *GENERAL)
+"""Names of the backends that are known; any other that qpsolvers finds installed works too."""
+
+
+@dataclass(frozen=True, eq=False)
+class Qp:
+    """Minimise 1/2 x'Px + q'x subject to l <= Ax <= u and lower <= x <= upper.
+
+    Attributes:
+        P: Symmetric, positive semidefinite, both triangles stored, shape (n, n).
+        q: Shape (n,).
+        A: Shape (m, n).
+        l: Shape (m,); -inf for none.
+        u: Shape (m,); inf for none.
+        lower: Shape (n,); -inf for none.
+        upper: Shape (n,); inf for none.
+    """
+
+    P: "csc_matrix"
+    q: Floats
+    A: "csc_matrix"
+    l: Floats  # noqa: E741 (the field's letter)
+    u: Floats
+    lower: Floats
+    upper: Floats
+
+    def same_pattern(self, other: "Qp") -> bool:
+        """Say whether the other has non-zeros at the same places."""
+        return all(
+            a.shape == b.shape and np.array_equal(a.indptr, b.indptr) and np.array_equal(a.indices, b.indices)
+            for a, b in ((self.P, other.P), (self.A, other.A))
+        )
+
+    def objective(self, x: Floats) -> float:
+        """Return 1/2 x'Px + q'x."""
+        return float(0.5 * x @ (self.P @ x) + self.q @ x)
+
+    def violation(self, x: Floats) -> float:
+        """Return the largest violation of rows and bounds at x, >= 0."""
+        rows = self.A @ x
+        parts = (self.l - rows, rows - self.u, self.lower - x, x - self.upper)
+        return float(max((part.max(initial=0.0) for part in parts), default=0.0))
+
+    def residual(self, x: Floats, row_multipliers: Floats) -> float:
+        """Return how far a point and its multipliers are from optimal, >= 0; 0 only at an optimum.
+
+        The natural residual of the KKT conditions, with the gradient g = Px + q + A'y and the projection
+        onto bounds: max(|x - clip(x - g)|, |Ax - clip(Ax + y)|) (Facchinei and Pang, Finite-Dimensional
+        Variational Inequalities, 2003, section 1.5).
+
+        Args:
+            x: Shape (n,).
+            row_multipliers: Positive at the upper bound, shape (m,).
+        """
+        gradient = self.P @ x + self.q + self.A.T @ row_multipliers
+        rows = self.A @ x
+        stationarity = x - np.clip(x - gradient, self.lower, self.upper)
+        complementarity = rows - np.clip(rows + row_multipliers, self.l, self.u)
+        return float(max(np.abs(stationarity).max(initial=0.0), np.abs(complementarity).max(initial=0.0)))
+
+
+class QpStatus(Enum):
+    """How a backend ended."""
+
+    SOLVED = "solved to its tolerance"
+    INACCURATE = "stopped at its iteration limit, or its answer is not as good as it claims"
+    FAILED = "failed or found the program infeasible"
+
+
+@dataclass(frozen=True, eq=False)
+class QpSolution:
+    """What a backend returned.
+
+    Attributes:
+        status: How it ended.
+        x: The minimiser, shape (n,).
+        row_multipliers: Of the rows, positive at the upper bound, shape (m,); NaN where the backend
+            states none.
+        iterations: Iterations used.
+    """
+
+    status: QpStatus
+    x: Floats
+    row_multipliers: Floats
+    iterations: int
+
+
+class QpBackend(Protocol):
+    """A QP solver that may keep what depends on the pattern only."""
+
+    def setup(self, qp: Qp) -> None:
+        """Take a program and analyse its pattern."""
+        ...
+
+    def update(self, qp: Qp) -> None:
+        """Take new values of a program with the same pattern."""
+        ...
+
+    def solve(self) -> QpSolution:
+        """Solve the program taken last."""
+        ...
+
+
+def finite(bound: Floats) -> Floats:
+    """Return bounds with infinities replaced by `UNBOUNDED`."""
+    return np.clip(bound, -UNBOUNDED, UNBOUNDED)
+
+
+@dataclass(eq=False)
+class Checked:
+    """A backend whose answers are checked.
+
+    Attributes:
+        backend: Solves.
+    """
+
+    backend: QpBackend
+    _qp: Qp | None = field(default=None, init=False, repr=False)
+
+    def setup(self, qp: Qp) -> None:
+        """Take a program and analyse its pattern."""
+        self.backend.setup(qp)
+        self._qp = qp
+
+    def update(self, qp: Qp) -> None:
+        """Take new values of a program with the same pattern."""
+        self.backend.update(qp)
+        self._qp = qp
+
+    def solve(self) -> QpSolution:
+        """Solve; a solution that is not as good as it claims is called inaccurate, or failed."""
+        if self._qp is None:
+            raise SolverError("solve before setup")
+        solution = self.backend.solve()
+        return replace(solution, status=judged(self._qp, solution))
+
+
+def judged(qp: Qp, solution: QpSolution) -> QpStatus:
+    """Return the status that a solution deserves: never better than its backend's own."""
+    if solution.status is QpStatus.FAILED or not np.isfinite(solution.x).all():
+        return QpStatus.FAILED
+    violation = qp.violation(solution.x)
+    if violation > USELESS:
+        return QpStatus.FAILED
+    stated = bool(np.isfinite(solution.row_multipliers).all())
+    good = violation <= VIOLATION and not (
+        stated and qp.residual(solution.x, solution.row_multipliers) > RESIDUAL
+    )
+    return solution.status if good else QpStatus.INACCURATE

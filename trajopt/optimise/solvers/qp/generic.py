@@ -1,0 +1,110 @@
+"""Any QP solver that qpsolvers knows and finds installed."""
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import qpsolvers
+from scipy.sparse import csc_matrix, eye, vstack
+
+from trajopt.optimise.solvers.qp.backend import BACKENDS, GENERAL, Qp, QpSolution, QpStatus
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import BackendFailed, MissingExtra, SolverError, SolverNotFound, shown
+
+OPTIONS: Mapping[str, Mapping[str, float]] = {
+    "scs": {"eps_abs": 1e-6, "eps_rel": 1e-6},
+    "highs": {"qp_iteration_limit": 20_000, "simplex_iteration_limit": 20_000},
+}
+"""Options of solvers whose own defaults are too rough for a step, or let it run for ever."""
+STRICT = {"quadprog"}
+"""Solvers that take positive definite Hessians only: for them the proximal point method is run."""
+PROXIMAL_WEIGHT = 1e-3
+"""Weight of the squared distance from the last point, of that method."""
+PROXIMAL_STEPS = 100
+"""Its steps at most."""
+PROXIMAL_TOLERANCE = 1e-5
+"""It has converged when no variable moves farther."""
+
+
+@dataclass(eq=False)
+class Generic:
+    """A backend of qpsolvers by name; rebuilt at every solve.
+
+    Attributes:
+        solver: Its name there.
+
+    Raises:
+        MissingExtra: If it is known and not installed.
+        SolverNotFound: If it is unknown.
+    """
+
+    solver: str
+    _qp: Qp | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Look the solver up."""
+        if self.solver not in qpsolvers.available_solvers:
+            if self.solver in GENERAL:
+                raise MissingExtra(GENERAL[self.solver], "qp")
+            raise SolverNotFound("QP solver", self.solver, {*BACKENDS, *qpsolvers.available_solvers})
+
+    def setup(self, qp: Qp) -> None:
+        """Take a program."""
+        self._qp = qp
+
+    def update(self, qp: Qp) -> None:
+        """Take another program."""
+        self._qp = qp
+
+    def solve(self) -> QpSolution:
+        """Hand the program to qpsolvers."""
+        if self._qp is None:
+            raise SolverError("Generic.solve before setup")
+        return self._proximal(self._qp) if self.solver in STRICT else self._once(self._qp)
+
+    def _proximal(self, qp: Qp) -> QpSolution:
+        """Solve a program that is semidefinite only, by the proximal point method.
+
+        x+ = argmin f(x) + w/2 |x - x-|^2 over the feasible set: each program is strictly convex, and the
+        points converge to a minimiser of f (Rockafellar, SIAM J. Control 14, 1976).
+        """
+        size = len(qp.q)
+        hessian = csc_matrix(qp.P + PROXIMAL_WEIGHT * eye(size, format="csc"))
+        at: Floats = np.zeros(size)
+        count = 0
+        while True:
+            found, count = self._once(replace(qp, P=hessian, q=qp.q - PROXIMAL_WEIGHT * at)), count + 1
+            moved = float(np.abs(found.x - at).max(initial=0.0))
+            at = found.x
+            if found.status is not QpStatus.SOLVED or moved <= PROXIMAL_TOLERANCE:
+                return replace(found, iterations=count)
+            if count == PROXIMAL_STEPS:
+                return replace(found, status=QpStatus.INACCURATE, iterations=count)
+
+    def _once(self, qp: Qp) -> QpSolution:
+        """Solve a program as one-sided rows."""
+        above, below = np.isfinite(qp.u), np.isfinite(qp.l)
+        rows = csc_matrix(vstack((qp.A[above], -qp.A[below]), format="csc"))
+        bounds = np.concatenate((qp.u[above], -qp.l[below]))
+        dense = self.solver not in qpsolvers.sparse_solvers
+        hessian, matrix = (qp.P.toarray(), rows.toarray()) if dense else (qp.P, rows)
+        problem = qpsolvers.Problem(hessian, qp.q, matrix, bounds, lb=qp.lower, ub=qp.upper)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # a failure is in the solution, and told from there
+                solution = qpsolvers.solve_problem(
+                    problem, solver=self.solver, **OPTIONS.get(self.solver, {})
+                )
+        except Exception as error:  # any backend may raise anything; it is wrapped, never hidden
+            raise BackendFailed(f"QP solver {shown(self.solver)} raised: {error}") from error
+        if not solution.found or solution.x is None:
+            return QpSolution(QpStatus.FAILED, np.zeros(len(qp.q)), np.full(len(qp.u), np.nan), 0)
+        multipliers = np.zeros(len(qp.u))
+        if solution.z is None:
+            multipliers[:] = np.nan
+        else:
+            split = int(above.sum())
+            multipliers[above] += solution.z[:split]
+            multipliers[below] -= solution.z[split:]
+        return QpSolution(QpStatus.SOLVED, np.array(solution.x), multipliers, 0)

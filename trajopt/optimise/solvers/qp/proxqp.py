@@ -1,0 +1,89 @@
+"""ProxQP: proximal augmented Lagrangian (Bambade et al., RSS 2022), its sparse and its dense backend."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import proxsuite
+from scipy.sparse import csc_matrix, eye, vstack
+
+from trajopt.optimise.solvers.qp.backend import Qp, QpSolution, QpStatus, finite
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import SolverError
+
+
+@dataclass(eq=False)
+class Proxqp:
+    """ProxQP on sparse matrices; bounds of variables become rows.
+
+    Every update starts afresh: with its warm start and updated matrices the library of version
+    0.8.0 reports success at points that are not optimal.
+
+    Attributes:
+        tolerance: Absolute tolerance of the residuals.
+        max_iterations: Limit of outer iterations.
+    """
+
+    tolerance: float = 1e-7
+    max_iterations: int = 1_000
+    _solver: proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP | None = field(
+        default=None, init=False, repr=False
+    )
+    _rows: int = field(default=0, init=False, repr=False)
+
+    def setup(self, qp: Qp) -> None:
+        """Take a program."""
+        matrix = csc_matrix(vstack((qp.A, eye(len(qp.q), format="csc")), format="csc"))
+        lower = finite(np.concatenate((qp.l, qp.lower)))
+        upper = finite(np.concatenate((qp.u, qp.upper)))
+        self._solver, self._rows = self._taken(qp, matrix, lower, upper), qp.A.shape[0]
+
+    def _taken(
+        self, qp: Qp, matrix: csc_matrix, lower: Floats, upper: Floats
+    ) -> proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP:
+        """Return the library's solver with a program in it."""
+        solver = proxsuite.proxqp.sparse.QP(len(qp.q), 0, matrix.shape[0])
+        self._set(solver.settings)
+        solver.init(qp.P, qp.q, None, None, matrix, lower, upper)
+        return solver
+
+    def _set(self, settings: proxsuite.proxqp.Settings) -> None:
+        """Set tolerances and limits."""
+        settings.eps_abs = self.tolerance
+        settings.eps_rel = 0.0
+        settings.max_iter = self.max_iterations
+        # Its tests of infeasibility at 1e-4 mistake large slacks for a proof.
+        settings.eps_primal_inf = settings.eps_dual_inf = 1e-12
+        # Residuals alone let it stop with an objective that is off by some per cent.
+        settings.check_duality_gap = True
+        settings.eps_duality_gap_abs = self.tolerance
+        settings.eps_duality_gap_rel = 0.0
+
+    def update(self, qp: Qp) -> None:
+        """Take another program."""
+        self.setup(qp)
+
+    def solve(self) -> QpSolution:
+        """Run the augmented Lagrangian method."""
+        if self._solver is None:
+            raise SolverError("Proxqp.solve before setup")
+        self._solver.solve()
+        result = self._solver.results
+        codes = proxsuite.proxqp.QPSolverOutput
+        status = {
+            codes.PROXQP_SOLVED: QpStatus.SOLVED,
+            codes.PROXQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
+        }.get(result.info.status, QpStatus.FAILED)
+        return QpSolution(status, result.x.copy(), result.z[: self._rows].copy(), int(result.info.iter))
+
+
+@dataclass(eq=False)
+class DenseProxqp(Proxqp):
+    """ProxQP on dense matrices."""
+
+    def _taken(
+        self, qp: Qp, matrix: csc_matrix, lower: Floats, upper: Floats
+    ) -> proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP:
+        solver = proxsuite.proxqp.dense.QP(len(qp.q), 0, matrix.shape[0])
+        self._set(solver.settings)
+        solver.init(qp.P.toarray(), qp.q, None, None, matrix.toarray(), lower, upper)
+        return solver

@@ -1,0 +1,174 @@
+"""What every solver of an `Nlp` offers, and what it returns."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol, runtime_checkable
+
+from trajopt.optimise.nlp import Linearisation, Nlp
+from trajopt.values.arrays import Floats, Value
+
+
+class SolverStatus(Enum):
+    """How a solver ended."""
+
+    CONVERGED = "constraints hold and no step improves the cost enough"
+    MAX_ITERATIONS = "reached its limit of iterations"
+    INFEASIBLE_STATIONARY = "no step reduces the violation of constraints: a local minimum of it"
+    TRUST_REGION_COLLAPSED = "the trust region shrank to nothing before constraints held"
+    QP_FAILED = "the QP backend failed at every step size"
+    NON_FINITE = "a residual or its derivative was not a finite number"
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One step of the log.
+
+    Attributes:
+        cost: Sum of costs at the current point after the step.
+        violation: L1 norm of the violations there.
+        accepted: Whether the step was taken.
+    """
+
+    cost: float
+    violation: float
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class SqpStep(Iteration):
+    """One step of sequential quadratic programming.
+
+    Attributes:
+        merit: Cost plus penalty weight times violation.
+        penalty: Penalty weight.
+        radius: Trust region radius, in units of the program's scale.
+        rows: Penalised rows of the QP.
+        backend: Name of the QP backend.
+        qp_iterations: Iterations that it used.
+    """
+
+    merit: float
+    penalty: float
+    radius: float
+    rows: int
+    backend: str
+    qp_iterations: int
+
+
+@dataclass(frozen=True, eq=False)
+class SolveResult(Value):
+    """What a solver returns.
+
+    Attributes:
+        status: How it ended.
+        x: Knots, shape (N, n).
+        at: All costs and constraints, linearised there.
+        log: One entry per step.
+    """
+
+    status: SolverStatus
+    x: Floats
+    at: Linearisation
+    log: tuple[Iteration, ...]
+
+    def __repr__(self) -> str:
+        """Say how it ended, after how many steps, at which cost and violation."""
+        at = f"cost {self.at.cost:.4g}, violation {self.at.violation:.2g}"
+        return f"{type(self).__name__}({self.status.name}, {len(self.log)} steps, {at})"
+
+    def __str__(self) -> str:
+        """Say it in a sentence, and the worst violation of each constraint in a line."""
+        steps = f"{len(self.log)} steps"
+        lines = [f"{self.status.name} after {steps}, cost {self.at.cost:.4g}: {self.status.value}"]
+        lines += [f"  {name}: violated by {worst:.2g}" for name, worst in self.violations().items() if worst]
+        return "\n".join(lines)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint holds within its tolerance."""
+        return self.at.feasible
+
+    @property
+    def qp_solves(self) -> int:
+        """QPs solved."""
+        return len(self._steps)
+
+    @property
+    def qp_backends(self) -> tuple[str, ...]:
+        """Names of the QP backends that were used."""
+        return tuple(dict.fromkeys(step.backend for step in self._steps))
+
+    @property
+    def qp_iterations(self) -> int:
+        """Iterations of the QP backend in total."""
+        return sum(step.qp_iterations for step in self._steps)
+
+    @property
+    def _steps(self) -> tuple[SqpStep, ...]:
+        return tuple(step for step in self.log if isinstance(step, SqpStep))
+
+    def violations(self) -> dict[str, float]:
+        """Return the worst violation of each constraint by name."""
+        worst: dict[str, float] = {}
+        for block in self.at.constraints:
+            worst[block.name] = max(worst.get(block.name, 0.0), block.worst)
+        return worst
+
+
+Progress = Callable[[Iteration], None]
+"""Called after every step."""
+
+
+@runtime_checkable
+class Patient(Protocol):
+    """A `Progress` that need not be called at once: of several steps in turn, a little later."""
+
+    @property
+    def patience(self) -> int | None:
+        """Configurations that may be evaluated before it must be called; any number when None."""
+        ...
+
+    def __call__(self, iteration: Iteration, /) -> None:
+        """Take a step."""
+        ...
+
+
+class Solver(Protocol):
+    """A solver of an `Nlp`: a frozen value whose fields are its options."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        ...
+
+    def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Minimise from a seed.
+
+        Args:
+            nlp: The program.
+            x0: Seed, shape (N, n); clipped to the bounds.
+            progress: Called after every step.
+
+        Returns:
+            The last point; `feasible` says whether it holds all constraints.
+        """
+        ...
+
+
+@runtime_checkable
+class HasNearForm(Protocol):
+    """A solver with a form for seeds that solved a problem much like the one at hand."""
+
+    def near(self) -> Solver:
+        """Return the solver for seeds that are nearly solutions."""
+        ...
+
+
+@runtime_checkable
+class HasBriefForm(Protocol):
+    """A solver with a form that takes few steps."""
+
+    def brief(self) -> Solver:
+        """Return the solver limited to as many steps as it takes to see whether a seed is promising."""
+        ...

@@ -1,0 +1,171 @@
+"""Error of a frame's placement: position along the goal's axes, and rotation coordinates.
+
+e = (R_g^T (p - p_g), c(R_g^T R)). The rotation vector is log(R_g^T R) with derivative
+J_r^{-1} R^T w (Sola et al., A micro Lie theory, 2018, eq. 144); Euler angles are intrinsic x-y-z.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.optimise.terms.frames import relative_frame
+from trajopt.optimise.terms.requirement import INSET, constrain
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import FramePlacement, RotationCoordinates
+from trajopt.problem.residual import Constraint, Window, constraint
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.rotations import as_quaternion
+from trajopt.values.rows import Rows
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.optimise.terms.symbolic import SymbolicKinematics
+
+TINY = 1e-4
+"""Where the sine of the angle is smaller, the axis of a rotation is not read from its skew part."""
+
+
+@dataclass(frozen=True, eq=False)
+class FramePlacementError:
+    """Six components: position [m] and rotation [rad] along the axes of the goal placement.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: What is required.
+    """
+
+    reduced: ReducedModel
+    required: FramePlacement
+
+    units = (*("m",) * 3, *("rad",) * 3)
+
+    @property
+    def name(self) -> str:
+        """The frame that is placed."""
+        return f"placement of {self.required.frame}"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        need = self.required
+        seen = relative_frame(self.reduced, motion, need.frame, need.reference, need.offset)
+        to_goal = need.placement.rotation.T
+        rotation = to_goal @ seen.rotation
+        body_spin = np.swapaxes(seen.rotation, 1, 2) @ seen.angular_jacobian
+        if need.coordinates is RotationCoordinates.ROTATION_VECTOR:
+            angles, rate = rotation_vector(rotation)
+        else:
+            angles, rate = _xyz_euler(rotation)
+        value = np.hstack(((seen.point - need.placement.translation) @ to_goal.T, angles))
+        jacobian = np.concatenate((to_goal @ seen.point_jacobian, rate @ body_spin), axis=1)
+        return motion.rows_of_all(value, jacobian)
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        need = self.required
+        to_goal = ca.SX(need.placement.rotation.T)
+        point = kinematics.point(need.frame, need.offset, need.reference)
+        rotation = to_goal @ kinematics.rotation(need.frame, need.reference)
+        angles = (
+            _symbolic_vector(rotation)
+            if need.coordinates is RotationCoordinates.ROTATION_VECTOR
+            else _symbolic_euler(rotation)
+        )
+        return ca.vertcat(to_goal @ (point - ca.SX(need.placement.translation)), angles)
+
+
+def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
+    """Return log R, shape (S, 3), and its rate by body-frame angular velocity, (S, 3, 3).
+
+    With R - R^T = 2 sin t [a]x and trace R = 1 + 2 cos t for a turn by t about a.
+    """
+    difference = rotation - np.swapaxes(rotation, 1, 2)
+    sine = 0.5 * np.sqrt(0.5 * np.einsum("sij,sij->s", difference, difference))
+    cosine = 0.5 * (np.einsum("sii->s", rotation) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    ratio = np.where(sine < TINY, 1.0, angle / np.maximum(sine, TINY))
+    skew = (0.5 * ratio)[:, None, None] * difference
+    for half_turn in np.flatnonzero((sine < TINY) & (cosine < 0.0)):
+        x, y, z = _half_turn(rotation[half_turn])
+        skew[half_turn] = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
+    small = angle < 1e-4
+    safe = np.where(small, 1.0, angle)
+    # 1/t^2 - (1 + cos t) / (2 t sin t), written with the half angle, which is finite at pi.
+    factor = np.where(small, 1.0 / 12.0, (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2)
+    rate = np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)
+    return skew[:, (2, 0, 1), (1, 2, 0)], rate
+
+
+def _half_turn(rotation: Floats) -> Floats:
+    """Return log R where sin t is too small to divide by."""
+    quaternion = as_quaternion(rotation)
+    length = float(np.linalg.norm(quaternion[:3]))
+    return quaternion[:3] / length * (2.0 * np.arctan2(length, quaternion[3]))
+
+
+def _xyz_euler(rotation: Floats) -> tuple[Floats, Floats]:
+    """Return angles (a, b, c) of R = Rx(a) Ry(b) Rz(c) and their rate by body-frame spin.
+
+    The body-frame spin is (cos b cos c, -cos b sin c, sin b) a' + (sin c, cos c, 0) b' +
+    (0, 0, 1) c'. At b = +-pi/2 the inverse does not exist; cos b is kept from zero there.
+    """
+    a = np.arctan2(-rotation[:, 1, 2], rotation[:, 2, 2])
+    b = np.arcsin(np.clip(rotation[:, 0, 2], -1.0, 1.0))
+    c = np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0])
+    cos_b = np.maximum(np.cos(b), 1e-6)
+    cos_c, sin_c, tan_b = np.cos(c), np.sin(c), np.sin(b) / cos_b
+    zero, one = np.zeros_like(a), np.ones_like(a)
+    rate = np.stack(
+        (
+            np.stack((cos_c / cos_b, -sin_c / cos_b, zero), 1),
+            np.stack((sin_c, cos_c, zero), 1),
+            np.stack((-cos_c * tan_b, sin_c * tan_b, one), 1),
+        ),
+        1,
+    )
+    return np.stack((a, b, c), 1), rate
+
+
+@constrain.register
+def _(
+    required: FramePlacement, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    tolerance = np.concatenate((required.position_tolerance, required.rotation_tolerance))
+    bound = tolerance * (1.0 - inset)
+    return (
+        constraint(
+            FramePlacementError(reduced, required),
+            lower=-bound,
+            upper=bound,
+            tolerance=float(max(tolerance.min() * inset * 0.5, 1e-9)),
+            window=window,
+        ),
+    )
+
+
+def _symbolic_vector(rotation: "ca.SX") -> "ca.SX":
+    """Return log R = t / sin t (R - R^T) / 2, the angle t by its sine and cosine."""
+    import casadi as ca
+
+    from trajopt.optimise.terms.symbolic import length
+
+    axis = 0.5 * ca.vertcat(
+        rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]
+    )
+    sine = length(axis)
+    return axis * (ca.atan2(sine, 0.5 * (ca.trace(rotation) - 1.0)) / sine)
+
+
+def _symbolic_euler(rotation: "ca.SX") -> "ca.SX":
+    """Return angles (a, b, c) of R = Rx(a) Ry(b) Rz(c)."""
+    import casadi as ca
+
+    return ca.vertcat(
+        ca.atan2(-rotation[1, 2], rotation[2, 2]),
+        ca.asin(ca.fmin(ca.fmax(rotation[0, 2], -1.0), 1.0)),
+        ca.atan2(-rotation[0, 1], rotation[0, 0]),
+    )

@@ -1,0 +1,87 @@
+"""Placements of frames relative to other frames at all samples, with their derivatives."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.problem.motion import Motion
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class RelativeFrame:
+    """A point and orientation of one frame, seen from another, at S samples.
+
+    Attributes:
+        point: Shape (S, 3) [m].
+        rotation: Shape (S, 3, 3).
+        point_jacobian: Derivative of the point, shape (S, 3, n).
+        angular_jacobian: Angular velocity relative to and seen from the reference, (S, 3, n).
+    """
+
+    point: Floats
+    rotation: Floats
+    point_jacobian: Floats
+    angular_jacobian: Floats
+
+
+def relative_frame(
+    reduced: ReducedModel, motion: Motion, frame: str, reference: str, offset: Floats
+) -> RelativeFrame:
+    """Evaluate a point of a frame and its orientation, seen from a reference that may move.
+
+    Args:
+        reduced: The robot and its surroundings.
+        motion: The samples.
+        frame: Link, tool frame or object.
+        reference: "world", link, tool frame or object.
+        offset: The point, in the frame, shape (3,) [m].
+    """
+    kinematics, query = motion.kinematics, motion.query
+    joint, held = reduced.attachment(frame)
+    rotation = kinematics.rotation[:, joint] @ held.rotation
+    point = kinematics.rotation[:, joint] @ (held * offset) + kinematics.translation[:, joint]
+    count = len(point)
+    velocity = query.point_jacobian(kinematics.jacobian, np.full(count, joint), point)
+    spin = query.angular_jacobian(kinematics.jacobian, joint)
+    base, base_held = reduced.attachment(reference)
+    if base == 0:  # it stands still
+        to_base = base_held.rotation.T
+        origin = base_held.translation
+    else:
+        velocity -= query.point_jacobian(kinematics.jacobian, np.full(count, base), point)
+        spin -= query.angular_jacobian(kinematics.jacobian, base)
+        to_base = np.swapaxes(kinematics.rotation[:, base] @ base_held.rotation, 1, 2)
+        origin = kinematics.rotation[:, base] @ base_held.translation + kinematics.translation[:, base]
+    return RelativeFrame(
+        (to_base @ (point - origin)[:, :, None])[:, :, 0],
+        to_base @ rotation,
+        to_base @ velocity,
+        to_base @ spin,
+    )
+
+
+ZERO = 1e-12
+"""A shorter vector has no direction."""
+
+
+def lengths(vectors: Floats, rate: Floats, aside: int | None = None) -> tuple[Floats, Floats]:
+    """Return the lengths of vectors and their derivatives.
+
+    Where a vector vanishes its length has no derivative. Zero is taken for one that is bounded above;
+    for one that must grow, the rate along an axis, so that there is a way out.
+
+    Args:
+        vectors: Shape (s, d).
+        rate: Their derivatives, shape (s, d, n).
+        aside: The axis along which vectors of no length are taken to grow; none when None.
+
+    Returns:
+        Lengths, shape (s,), and derivatives, shape (s, n).
+    """
+    length = np.linalg.norm(vectors, axis=1)
+    unit = vectors / np.maximum(length, ZERO)[:, None]
+    if aside is not None:
+        unit[length < ZERO] = np.eye(vectors.shape[1])[aside]
+    return length, np.einsum("sd,sdn->sn", unit, rate)

@@ -1,0 +1,137 @@
+"""How far a point is off a camera's axis, as an angle, and how far away.
+
+The angle t = atan2(|a x p|, a . p) of the point p, seen from the camera, off its axis a has a slope
+wherever p is, also behind the camera; 1 - cos t has none there. With p = r (cos t a + sin t n), n across
+the axis, t' = (cos t n - sin t a) . p' / r.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.optimise.terms.distance_between import LARGE
+from trajopt.optimise.terms.frames import lengths, relative_frame
+from trajopt.optimise.terms.requirement import INSET, constrain
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import Gaze
+from trajopt.problem.residual import Constraint, Window, constraint
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.rows import Rows
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.optimise.terms.symbolic import SymbolicKinematics
+
+NEAR = 1e-6
+"""Nearer than this the direction of a point means nothing [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ViewAngle:
+    """One component: the angle between the camera's axis and the direction to the target, in [0, pi] [rad].
+
+    On the axis the slope is taken as zero; straight behind, the point leaves the axis to one side.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: What is required.
+    """
+
+    reduced: ReducedModel
+    required: Gaze
+
+    units = ("rad",)
+
+    @property
+    def name(self) -> str:
+        """The frame that looks."""
+        return f"gaze of {self.required.frame}"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        need = self.required
+        # The reference is seen from the camera, so that what moves is the target.
+        seen = relative_frame(self.reduced, motion, need.reference, need.frame, need.target)
+        point, axis = seen.point - need.origin, need.axis
+        ahead = point @ axis
+        across = point - ahead[:, None] * axis
+        sine = np.linalg.norm(across, axis=1)
+        angle = np.arctan2(sine, ahead)
+        distance = np.maximum(np.linalg.norm(point, axis=1), NEAR)
+        unit = across / np.maximum(sine, 1e-12)[:, None]
+        aside = np.linalg.svd(axis[None, :])[2][1]
+        unit[(sine < 1e-9 * distance) & (ahead < 0.0)] = aside
+        slope = (np.cos(angle)[:, None] * unit - np.sin(angle)[:, None] * axis) / distance[:, None]
+        rate = np.einsum("si,sin->sn", slope, seen.point_jacobian)
+        return motion.rows_of_all(angle[:, None], rate[:, None, :])
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.optimise.terms.symbolic import length
+
+        need = self.required
+        point = kinematics.point(need.reference, need.target, need.frame) - ca.SX(need.origin)
+        ahead = ca.dot(point, ca.SX(need.axis))
+        return ca.atan2(length(point - ca.SX(need.axis) * ahead), ahead)
+
+
+@dataclass(frozen=True, eq=False)
+class ViewDistance:
+    """One component: the distance of the target from the camera [m].
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: What is required.
+    """
+
+    reduced: ReducedModel
+    required: Gaze
+
+    units = ("m",)
+
+    @property
+    def name(self) -> str:
+        """The frame that looks."""
+        return f"view distance of {self.required.frame}"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        need = self.required
+        seen = relative_frame(self.reduced, motion, need.reference, need.frame, need.target)
+        distance, rate = lengths(seen.point - need.origin, seen.point_jacobian, aside=0)
+        return motion.rows_of_all(distance[:, None], rate[:, None, :])
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.optimise.terms.symbolic import length
+
+        need = self.required
+        return length(kinematics.point(need.reference, need.target, need.frame) - ca.SX(need.origin))
+
+
+@constrain.register
+def _(required: Gaze, reduced: ReducedModel, window: Window, inset: float = INSET) -> tuple[Constraint, ...]:
+    angle = constraint(
+        ViewAngle(reduced, required),
+        lower=-np.inf,
+        upper=required.angle * (1.0 - inset),
+        tolerance=max(required.angle * inset * 0.5, 1e-9),
+        window=window,
+    )
+    if required.nearest == 0.0 and np.isinf(required.farthest):
+        return (angle,)
+    kept = inset * 0.5 * min(required.farthest - required.nearest, LARGE)
+    distance = constraint(
+        ViewDistance(reduced, required),
+        lower=required.nearest + kept if required.nearest > 0.0 else -np.inf,
+        upper=required.farthest - kept,
+        tolerance=max(0.5 * kept, 1e-9),
+        window=window,
+    )
+    return (angle, distance)

@@ -1,0 +1,181 @@
+"""Positions of some joints."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.optimise.terms.requirement import INSET, constrain
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import JointPositions, Requirement, together
+from trajopt.problem.residual import Constraint, Window, constraint
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.printed import in_joint_position
+from trajopt.values.rows import Rows
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.optimise.terms.symbolic import SymbolicKinematics
+
+
+@dataclass(frozen=True, eq=False)
+class JointPosition(Value):
+    """The positions of some of the group's joints, one component each [rad | m].
+
+    Attributes:
+        joints: Their indices in the group, shape (k,).
+        units: "rad" or "m" of each.
+    """
+
+    joints: Ints
+    units: tuple[str, ...] = ()
+    name = "joint positions"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the positions; exact, for they are the variables."""
+        value = motion.positions[:, self.joints]
+        select = np.eye(motion.positions.shape[1])[self.joints]
+        return motion.rows_of_all(value, np.tile(select, (len(value), 1, 1)))
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        return kinematics.q[self.joints.tolist()]
+
+
+def without_followers(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Requirement, ...]:
+    """Return requirements with joint positions of mimic joints stated for the joints that they follow.
+
+    A mimic joint stands at factor times leader plus offset, so a range of its positions is a range of the
+    leader's. Each becomes joint positions of its own; all that names no such joint stays as it is.
+
+    Args:
+        required: What must hold at one moment.
+        reduced: The robot; the leaders are joints of its group.
+    """
+    stated: list[Requirement] = []
+    for item in required:
+        followers = _followers(item, reduced) if isinstance(item, JointPositions) else {}
+        if not isinstance(item, JointPositions) or not followers:
+            stated.append(item)
+            continue
+        others = item.positions.keys() - followers.keys()
+        if others:
+            sides = (item.positions, item.below, item.above)
+            positions, below, above = ({k: side[k] for k in side if k in others} for side in sides)
+            stated.append(JointPositions(positions, below, above))
+        for joint, (leader, factor, offset) in followers.items():
+            sides = (item.below[joint], item.above[joint])
+            below, above = (side / abs(factor) for side in (sides if factor > 0.0 else sides[::-1]))
+            position = (item.positions[joint] - offset) / factor
+            stated.append(JointPositions({leader: position}, {leader: below}, {leader: above}))
+    return tuple(stated)
+
+
+def _followers(required: JointPositions, reduced: ReducedModel) -> dict[str, tuple[str, float, float]]:
+    """Return the required joints that move by following one of the group: leader, factor and offset."""
+    mimics = reduced.scene.robot.mimics
+    named = {joint: mimics[joint] for joint in required.positions if joint in mimics}
+    return {
+        joint: (mimic.source, mimic.multiplier, mimic.offset)
+        for joint, mimic in named.items()
+        if mimic.multiplier != 0.0 and mimic.source in reduced.joint_names
+    }
+
+
+def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints, tuple[str, ...]]:
+    """Return which of the group's joints are required, and their names.
+
+    Args:
+        required: Joint positions, those of mimic joints stated for their leaders: see `without_followers`.
+        reduced: The robot and its group.
+
+    Raises:
+        ProblemError: If a joint outside the group is required to be where it is not.
+    """
+    robot = reduced.scene.robot
+    inside: list[str] = []
+    for joint, value in required.positions.items():
+        if joint in reduced.joint_names:
+            inside.append(joint)
+            continue
+        stays = float(reduced.start[robot.index([joint])[0]])
+        if not -required.below[joint] <= stays - value <= required.above[joint]:
+            mimic, why = robot.mimics.get(joint), f"it is not in group {shown(reduced.group)}"
+            if mimic is not None:
+                why = f"it follows {shown(mimic.source)}, which is not in group {shown(reduced.group)}"
+                why = why if mimic.multiplier else "it mimics with factor 0"
+            unit = joint_unit(robot.model, joint)
+            at, fixed = in_joint_position(value, unit), in_joint_position(stays, unit)
+            raise ProblemError(f"joint {shown(joint)} is required at {at}, but {why} and stays at {fixed}")
+    places = np.array([reduced.joint_names.index(joint) for joint in inside], dtype=np.int64)
+    return places, tuple(inside)
+
+
+def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> Floats | None:
+    """Return the group's positions, shape (n,), if joint positions are all that is required and fix all.
+
+    Tolerances are not considered; a joint that several fix is in the middle of what they share.
+
+    Raises:
+        ProblemError: If a joint outside the group is required to be where it is not.
+    """
+    positions = np.full(len(reduced.joint_names), np.nan)
+    for item in together(without_followers(required, reduced)):
+        if not isinstance(item, JointPositions):
+            return None
+        places, names = group_places(item, reduced)
+        positions[places] = [item.positions[name] for name in names]
+    return None if np.isnan(positions).any() else positions
+
+
+def joint_box(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Floats, Floats]:
+    """Return the range that limits and all required joint positions leave to the group's joints.
+
+    Returns:
+        Lower and upper bounds, shape (n,) each [rad | m]; a lower one exceeds its upper one where nothing
+        is left.
+
+    Raises:
+        ProblemError: If a joint outside the group is required to be where it is not.
+    """
+    lower, upper = np.array(reduced.limits.lower), np.array(reduced.limits.upper)
+    for item in without_followers(required, reduced):
+        if isinstance(item, JointPositions):
+            places, names = group_places(item, reduced)
+            least = [item.positions[name] - item.below[name] for name in names]
+            most = [item.positions[name] + item.above[name] for name in names]
+            lower[places] = np.maximum(lower[places], least)
+            upper[places] = np.minimum(upper[places], most)
+    return lower, upper
+
+
+@constrain.register
+def _(
+    required: JointPositions, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    stated = without_followers((required,), reduced)
+    if stated[0] is not required:
+        each = (constrain(item, reduced, window, inset=inset) for item in together(stated))
+        return tuple(chain.from_iterable(each))
+    places, names = group_places(required, reduced)
+    if not names:
+        return ()
+    centre = np.array([required.positions[name] for name in names])
+    below = np.array([required.below[name] for name in names])
+    above = np.array([required.above[name] for name in names])
+    slack = min(float(below.min()), float(above.min()))
+    return (
+        constraint(
+            JointPosition(places, tuple(joint_unit(reduced.scene.robot.model, name) for name in names)),
+            lower=centre - below * (1.0 - inset),
+            upper=centre + above * (1.0 - inset),
+            tolerance=max(slack * inset * 0.5, 1e-9),
+            window=window,
+        ),
+    )

@@ -1,0 +1,208 @@
+"""Where a point is in a region, in coordinates in which the region is bounded.
+
+Flat faces give linear rows. Round ones give the distance from the centre or axis, and the coordinates
+across besides: the slope of a distance turns with the point, theirs does not, so that steps much longer
+than a tube is wide still end in it.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.optimise.terms.frames import lengths, relative_frame
+from trajopt.optimise.terms.requirement import INSET, constrain
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import PositionInRegion, Region
+from trajopt.problem.residual import Constraint, Window, constraint
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.rows import Rows
+from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.optimise.terms.symbolic import SymbolicKinematics
+
+ROWS = 4
+"""Components kept for each member of a union."""
+INSIDE = -1.0
+"""The coordinates in a member of a union that is not the nearest: within every bound [m]."""
+LARGE = 0.05
+"""The reserve is a share of the region's size, of this much at most [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class RegionCoordinates:
+    """Coordinates of the point in the nearest member, those that bound it [m].
+
+    Components 4 m ... 4 m + 3 are of member m: x, y, z of a box; x, y, z and the distance from the
+    centre of a sphere; x, y, the distance from the axis and z of a cylinder; z of a half-space. Only
+    the nearest member (by signed distance) has rows at a sample.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: What is required.
+    """
+
+    reduced: ReducedModel
+    required: PositionInRegion
+
+    units = ("m",)
+
+    @property
+    def name(self) -> str:
+        """The frame whose point is kept inside."""
+        return f"region of {self.required.frame}"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        need = self.required
+        seen = relative_frame(self.reduced, motion, need.frame, need.reference, need.offset)
+        local = [(seen.point - where.translation) @ where.rotation for _, where in need.members]
+        outside = [_outside(shape, at) for (shape, _), at in zip(need.members, local, strict=True)]
+        nearest = np.argmin(outside, axis=0)
+        blocks: list[tuple[Ints, Floats, Floats, Ints]] = []
+        for place, (shape, where) in enumerate(need.members):
+            mine = np.flatnonzero(nearest == place)
+            rate = where.rotation.T @ seen.point_jacobian[mine]
+            values, rates = _coordinates(shape, local[place][mine], rate)
+            count = values.shape[1]
+            component = np.tile(ROWS * place + np.arange(count, dtype=np.int64), len(mine))
+            slopes = rates.reshape(-1, rates.shape[-1])
+            blocks.append((np.repeat(mine, count), values.ravel(), slopes, component))
+        sample, value, jacobian, component = zip(*blocks, strict=True)
+        return motion.rows(
+            np.concatenate(sample), np.concatenate(value), np.concatenate(jacobian), np.concatenate(component)
+        )
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Four components per member; those of members that are not the nearest lie within all bounds."""
+        import casadi as ca
+
+        need = self.required
+        seen = kinematics.point(need.frame, need.offset, need.reference)
+        local = [ca.SX(where.rotation.T) @ (seen - ca.SX(where.translation)) for _, where in need.members]
+        columns = [
+            _symbolic_coordinates(shape, at) for (shape, _), at in zip(need.members, local, strict=True)
+        ]
+        if len(columns) == 1:
+            return columns[0]
+        outside = [_symbolic_outside(shape, at) for (shape, _), at in zip(need.members, local, strict=True)]
+        found: list[ca.SX] = []
+        for mine, ((shape, _), column) in enumerate(zip(need.members, columns, strict=True)):
+            nearest = ca.SX(1.0)
+            for other, away in enumerate(outside):
+                if other != mine:
+                    # Of members equally near the first one counts.
+                    nearest = nearest * (outside[mine] < away if other < mine else outside[mine] <= away)
+            rest = INSIDE if isinstance(shape, Plane) else 0.0
+            found.append(ca.if_else(nearest, column, rest))
+        return ca.vertcat(*found)
+
+
+def _coordinates(shape: Region, point: Floats, rate: Floats) -> tuple[Floats, Floats]:
+    """Return the coordinates that bound a shape, (s, k), and their derivatives, (s, k, n)."""
+    match shape:
+        case Box():
+            return point, rate
+        case Sphere():
+            length, slope = lengths(point, rate)
+            return np.hstack((point, length[:, None])), np.concatenate((rate, slope[:, None]), axis=1)
+        case Cylinder():
+            length, slope = lengths(point[:, :2], rate[:, :2])
+            return (
+                np.stack((point[:, 0], point[:, 1], length, point[:, 2]), axis=1),
+                np.stack((rate[:, 0], rate[:, 1], slope, rate[:, 2]), axis=1),
+            )
+        case Plane():
+            return point[:, 2:], rate[:, 2:]
+
+
+def _bounds(shape: Region) -> tuple[Floats, Floats]:
+    """Return lower and upper bounds of a shape's coordinates, each of shape (k,) [m]."""
+    match shape:
+        case Box():
+            upper = np.array((shape.x, shape.y, shape.z)) / 2.0
+        case Sphere():
+            upper = np.full(4, shape.radius)
+        case Cylinder():
+            upper = np.array((shape.radius, shape.radius, shape.radius, shape.length / 2.0))
+        case Plane():
+            return np.full(1, -np.inf), np.zeros(1)
+    return -upper, upper
+
+
+def _outside(shape: Region, point: Floats) -> Floats:
+    """Signed distance of points (s, 3) from a shape, negative inside [m]."""
+    match shape:
+        case Box():
+            over = np.abs(point) - np.array((shape.x, shape.y, shape.z)) / 2.0
+        case Sphere():
+            return np.linalg.norm(point, axis=1) - shape.radius
+        case Cylinder():
+            radial = np.hypot(point[:, 0], point[:, 1]) - shape.radius
+            over = np.stack((radial, np.abs(point[:, 2]) - shape.length / 2.0), axis=1)
+        case Plane():
+            return point[:, 2]
+    return np.linalg.norm(np.maximum(over, 0.0), axis=1) + np.minimum(over.max(axis=1), 0.0)
+
+
+@constrain.register
+def _(
+    required: PositionInRegion, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    lower, upper = (np.full(ROWS * len(required.members), side) for side in (-np.inf, np.inf))
+    slack = LARGE
+    for place, (shape, _) in enumerate(required.members):
+        low, high = _bounds(shape)
+        size = np.where(high > 0.0, np.minimum(high, LARGE), LARGE)
+        rows = slice(ROWS * place, ROWS * place + len(low))
+        lower[rows], upper[rows] = low + inset * size, high - inset * size
+        slack = min(slack, float(size.min()))
+    return (
+        constraint(
+            RegionCoordinates(reduced, required),
+            lower=lower,
+            upper=upper,
+            tolerance=max(slack * inset * 0.5, 1e-9),
+            window=window,
+        ),
+    )
+
+
+def _symbolic_coordinates(shape: Region, point: "ca.SX") -> "ca.SX":
+    import casadi as ca
+
+    from trajopt.optimise.terms.symbolic import length
+
+    match shape:
+        case Sphere():
+            rows = [point, length(point)]
+        case Cylinder():
+            rows = [point[:2], length(point[:2]), point[2]]
+        case Plane():
+            rows = [point[2]]
+        case _:
+            rows = [point]
+    column = ca.vertcat(*rows)
+    return ca.vertcat(column, ca.SX(np.zeros(ROWS - column.shape[0])))
+
+
+def _symbolic_outside(shape: Region, point: "ca.SX") -> "ca.SX":
+    """Signed distance from a shape, negative inside."""
+    import casadi as ca
+
+    from trajopt.optimise.terms.symbolic import length
+
+    match shape:
+        case Box():
+            over = ca.fabs(point) - ca.SX(np.array((shape.x, shape.y, shape.z)) / 2.0)
+        case Sphere():
+            return length(point) - shape.radius
+        case Cylinder():
+            over = ca.vertcat(length(point[:2]) - shape.radius, ca.fabs(point[2]) - shape.length / 2.0)
+        case _:
+            return point[2]
+    return length(ca.fmax(over, 0.0)) + ca.fmin(ca.mmax(over), 0.0)

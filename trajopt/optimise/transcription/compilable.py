@@ -1,0 +1,241 @@
+"""Programs over the samples of a curve in parts for the core: which terms it can evaluate, and how.
+
+Terms that are linear are handed over as the rows that they have where all knots are zero; distances as what
+they are measured against, and the commonest terms of frames as what is seen. Other terms of the library are
+evaluated in Python at every point. A term that is none of these leaves the program to Python: nothing is
+known of its rows before.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.nlp import ConstraintRows, CostRows
+from trajopt.optimise.solvers.compiled import CompiledProgram
+from trajopt.optimise.solvers.parts import (
+    Block,
+    ChangingDistancePart,
+    DistancePart,
+    FramePart,
+    LinearPart,
+    Part,
+    PythonPart,
+    Samples,
+    Taper,
+    TorquePart,
+)
+from trajopt.optimise.terms.clearance import Clearance
+from trajopt.optimise.terms.coupled_joints import JointSum
+from trajopt.optimise.terms.expression import Expression
+from trajopt.optimise.terms.follows_curve import CurveError
+from trajopt.optimise.terms.gravity_torque import GravityShare, HoldingTorque
+from trajopt.optimise.terms.joint_positions import JointPosition
+from trajopt.optimise.terms.line_of_sight import SightClearance
+from trajopt.optimise.terms.point_on_arc import ArcCoordinates
+from trajopt.optimise.terms.residual_from_function import FunctionResidual
+from trajopt.optimise.terms.rest_posture import RestPosture
+from trajopt.optimise.terms.rolling import Rolling
+from trajopt.optimise.terms.singularity_distance import LostManipulability, SmallestSingularValue
+from trajopt.optimise.terms.soft_clearance import SoftClearance
+from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
+from trajopt.optimise.transcription.frame_terms import FRAME_TERMS, frame_in_core
+from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable
+from trajopt.optimise.transcription.motion_nlp import MotionNlp
+from trajopt.optimise.transcription.spline_rates import SplineRate
+from trajopt.optimise.transcription.spline_torque import SplineTorque
+from trajopt.optimise.transcription.tapered_bounds import TaperedConstraint
+from trajopt.problem.motion import Motion, MotionInTime
+from trajopt.problem.residual import WHOLE, Constraint, Cost, units_of
+from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.rows import Rows
+
+OF_KNOTS = {Velocity, Acceleration, Jerk, SplineRate}
+"""Terms of the knots themselves, which do not ask where the samples are."""
+LINEAR = OF_KNOTS | {RestPosture, JointPosition, JointSum}
+"""Terms whose rows are linear in the knots, and all there at every point."""
+OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
+"""Terms of frames without a formula in the core. All terms of frames share the placements of the samples:
+with one of these all are evaluated in Python."""
+OTHERS = {GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression}
+"""Other terms, whose rows depend on the knots of one sample too, or on two neighbours."""
+BOUNDED = {Constraint, TaperedConstraint}
+"""Constraints whose bounds depend on the component and the place of a row only."""
+
+
+@dataclass(eq=False)
+class CompilableMotionNlp(MotionNlp):
+    """A program over the variables of a curve that may be evaluated in the core; see `CompilableNlp`."""
+
+    _linear_of_knots: dict[Cost | Constraint, LinearPart] = field(
+        init=False, repr=False, default_factory=dict[Cost | Constraint, LinearPart]
+    )
+
+    def compiled(self, sampling: Ints) -> CompiledProgram | None:
+        """Return the program in parts on given samples; None if one of its terms is unknown to the core."""
+        if type(self).linearise is not MotionNlp.linearise or type(self.query) is not Query:
+            return None
+        motion = self.motion(np.zeros_like(self.lower), sampling)
+        parts: list[Part] = []
+        placed = False
+        for item in (*(self.problem.costs or ()), *self.constraints):
+            part = self._part(item, motion, placed=placed)
+            if part is None:
+                return None
+            placed = placed or (isinstance(part, FramePart) and item.window == WHOLE)
+            parts.append(part)
+        count = len(self.problem.costs or ())
+        return CompiledProgram(
+            self.lower,
+            self.upper,
+            self.scale,
+            sampling,
+            self.query.core,
+            tuple(parts[:count]),
+            tuple(parts[count:]),
+            motion.support,
+        )
+
+    def python_rows(self, x: Floats, sampling: Ints) -> tuple[Block, ...]:
+        """Return the rows of those parts that the core leaves to Python, at a point."""
+        motion, terms = self.motion(x, sampling), self._python_terms
+        costs = [item for item in self.problem.costs or () if type(item.residual) in terms]
+        constraints = [item for item in self.constraints if type(item.residual) in terms]
+        return (
+            *(self.cost_rows(item, motion) for item in costs),
+            *(self.constraint_rows(item, motion) for item in constraints),
+        )
+
+    @cached_property
+    def _python_terms(self) -> frozenset[type]:
+        """Kinds of terms that are evaluated in Python."""
+        kinds = {type(item.residual) for item in (*(self.problem.costs or ()), *self.constraints)}
+        return frozenset(kinds & (OTHERS | OF_FRAMES | (FRAME_TERMS if kinds & OF_FRAMES else set())))
+
+    def _part(self, item: Cost | Constraint, motion: Motion, *, placed: bool) -> Part | None:
+        """Return a cost or constraint as a part; None where its term or its kind of bounds is unknown.
+
+        Args:
+            item: The cost or constraint.
+            motion: The samples.
+            placed: Whether another part counts the placements of all samples already.
+        """
+        residual = item.residual
+        if not isinstance(item, Cost) and type(item) not in BOUNDED:
+            return None
+        if type(residual) in self._python_terms:
+            return PythonPart(item.loss if isinstance(item, Cost) else item.tolerance)
+        if type(residual) in LINEAR:
+            return self._linear(item, motion)
+        within = self.samples_within(motion, item.window)
+        if isinstance(residual, Clearance | SoftClearance) and type(item) is not TaperedConstraint:
+            return _distance_part(_empty(item, within), residual, within)
+        if type(residual) is ClearanceInTime or type(residual) is SplineTorque:
+            return self._part_in_time(item, residual, within)
+        frame = frame_in_core(residual)
+        if frame is None:
+            return None
+        count = 0 if placed and item.window == WHOLE else len(within.place)
+        empty = _empty(item, within, frame.term.components)
+        return FramePart(empty, _samples(within), frame.view, frame.term, count)
+
+    def _part_in_time(
+        self, item: Cost | Constraint, residual: ClearanceInTime | SplineTorque, within: Motion
+    ) -> Part | None:
+        """Return a constraint of a motion whose samples have times as a part; None for any other."""
+        if isinstance(item, Cost) or item.window != WHOLE or not isinstance(within, MotionInTime):
+            return None
+        empty = _empty(item, within)
+        if isinstance(residual, ClearanceInTime):
+            driven = np.ascontiguousarray(residual.timed.driven.at(within.times))
+            pairs = residual.pairs
+            return ChangingDistancePart(
+                empty,
+                _samples(within),
+                within.times,
+                driven,
+                residual.query.core,
+                residual.reach,
+                residual.margin,
+                pairs.errors,
+                pairs.appears,
+                pairs.expires,
+            )
+        position, velocity, acceleration = (np.ascontiguousarray(weight) for weight in residual.weights)
+        moments = Samples(residual.support, position, residual.place)
+        dynamics = residual.dynamics.core
+        return TorquePart(empty, moments, velocity, acceleration, dynamics, residual.effort, residual.listed)
+
+    def _linear(self, item: Cost | Constraint, motion: Motion) -> LinearPart:
+        """Return a linear term as a part; of the knots themselves it is the same on all samples."""
+        part = self._linear_of_knots.get(item)
+        if part is None:
+            one = isinstance(item, Cost)
+            part = LinearPart(self.cost_rows(item, motion) if one else self.constraint_rows(item, motion))
+            if type(item.residual) in OF_KNOTS:
+                self._linear_of_knots[item] = part
+        return part
+
+
+def _samples(motion: Motion) -> Samples:
+    return Samples(motion.support, motion.weight, motion.place)
+
+
+def _empty(item: Cost | Constraint, motion: Motion, components: int | None = None) -> Block:
+    """Return a cost or constraint without rows, over stencils of a motion's samples.
+
+    Args:
+        item: The cost or constraint.
+        motion: The samples.
+        components: With these the bounds are laid out for each sample and component.
+    """
+    residual = item.residual
+    none = np.zeros(0, dtype=np.int64)
+    rows = motion.rows(none, np.zeros(0), np.zeros((0, motion.knots.shape[1])), none)
+    if isinstance(item, Cost):
+        return CostRows(residual.name, rows, np.array((float(item.weight),)), item.loss, type(residual))
+    lower, upper = item.lower, item.upper
+    if components is not None:
+        count = len(motion.place) * components
+        number = np.tile(np.arange(components, dtype=np.int64), len(motion.place))
+        place = np.repeat(motion.place, components)
+        lower, upper = item.bounds(Rows(np.zeros(count), rows.jacobian, rows.knots, number, place))
+    kind, units = type(residual), units_of(residual)
+    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, item.reach, kind, units)
+
+
+def _distance_part(empty: Block, residual: Clearance | SoftClearance, motion: Motion) -> DistancePart | None:
+    samples, reduced = _samples(motion), motion.query.reduced
+    if type(residual) is SoftClearance:
+        distance, root = residual.by_pair(reduced)
+        return DistancePart(empty, samples, distance, -root, distance, None)
+    if type(residual) is not Clearance:
+        return None
+    pairs, margin = residual.reduced.pairs, residual.margin
+    reach, one = pairs.margin + residual.activation, np.ones(len(pairs.margin))
+    if margin is None:
+        return DistancePart(empty, samples, reach, one, pairs.margin, None)
+    if type(margin) is TaperedMargins:
+        return DistancePart(empty, samples, reach, one, margin.pairs.margin, taper_of(margin, 1.0))
+    if type(margin) is ShrunkMargins:
+        taper = taper_of(margin.margins, margin.share)
+        return DistancePart(empty, samples, reach, one, margin.margins.pairs.margin, taper)
+    return None
+
+
+def taper_of(margins: TaperedMargins, share: float) -> Taper:
+    """Return tapered margins, or a share of them, as the core needs them."""
+    return Taper(
+        required=margins.pairs.required,
+        at_start=margins.at_start,
+        at_end=margins.at_end,
+        contact_until=margins.contact_until,
+        contact_from=margins.contact_from,
+        depth=margins.depth,
+        gives=shrinkable(margins.pairs) if share < 1.0 else np.zeros(len(margins.depth), dtype=np.bool_),
+        last=margins.last,
+        knots=margins.taper,
+        share=share,
+    )

@@ -1,0 +1,289 @@
+"""Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from trajopt.geometry import Counts, Query, covered_query
+from trajopt.optimise.nlp import Linearisation
+from trajopt.optimise.terms import Clearance, Constraint, Window, constrain, constraint
+from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
+from trajopt.optimise.terms.rolling import rolling
+from trajopt.optimise.transcription.compilable import CompilableMotionNlp
+from trajopt.optimise.transcription.holding import holding_rows
+from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable, tapered_margins
+from trajopt.optimise.transcription.tapered_bounds import tapered
+from trajopt.problem.motion import Motion
+from trajopt.problem.problem import PathConstraint, Problem
+from trajopt.problem.requirements import During, Requirement, together
+from trajopt.problem.residual import END, WHOLE
+from trajopt.robot.limits import JointLimits
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.values.arrays import Floats, Ints, readonly
+from trajopt.values.cached import cached_per_value
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Path
+
+SWEEP = 0.02
+"""No body moves farther than this between two samples, in the end [m]."""
+COARSE_SAMPLES = 3
+"""Samples per segment while the motion is not free yet."""
+MOST_SAMPLES = 400
+"""Samples per segment at most."""
+TURN = 0.5
+"""Up to such a step a body travels hardly farther than the distance between its ends [rad | m]."""
+
+
+def swept_samples(
+    query: Query, corners: Floats, least: int = COARSE_SAMPLES, *, sweep: float = SWEEP
+) -> Ints:
+    """Return how many samples each segment of a polyline needs, shape (N - 1,).
+
+    Args:
+        query: Measures how far bodies move.
+        corners: Shape (N, n) [rad | m].
+        least: Samples that every segment gets.
+        sweep: No body moves farther than this between two samples [m].
+    """
+    return samples_for(swept(query, corners), least, sweep)
+
+
+def samples_for(way: Floats, least: int, sweep: float = SWEEP) -> Ints:
+    """Return how many samples segments need in which bodies move so far, shape (N - 1,)."""
+    return np.clip(np.ceil(way / sweep), least, MOST_SAMPLES).astype(np.int64)
+
+
+def swept(query: Query, corners: Floats) -> Floats:
+    """Return how far bodies move in each segment of a polyline, more or less, shape (N - 1,) [m].
+
+    Args:
+        query: Measures how far bodies move.
+        corners: Shape (N, n) [rad | m].
+    """
+    segments, steps = len(corners) - 1, corners[1:] - corners[:-1]
+    parts = max(1, int(np.ceil(np.abs(steps).max(initial=0.0) / TURN)))
+    share = np.arange(parts * segments + 1) / parts
+    first = np.minimum(share.astype(np.int64), segments - 1)
+    fine = corners[first] + (share - first)[:, None] * steps[first]
+    way: Floats = query.displacement(fine[:-1], fine[1:]).reshape(segments, parts).sum(axis=1)
+    return way
+
+
+CLEARANCE_TOLERANCE = 1e-3
+"""A margin counts as held when undercut by no more than this [m]."""
+WIDE = 0.025
+"""Joint goals that leave any joint more room than this are sets of configurations, like goals of frames; in
+others a motion ends at the middle [rad | m]."""
+PRISMATIC_STEP = 0.5
+"""A prismatic joint's ordinary step, as a share of its range."""
+
+
+@dataclass(eq=False)
+class KnotsNlp(CompilableMotionNlp):
+    """The program over knots, between which the motion is straight.
+
+    Build one with `transcribe(problem, seed)`.
+
+    Attributes:
+        margins: The clearance that it asks for along the motion.
+        share: How much of the margins beyond what is required that is.
+    """
+
+    margins: TaperedMargins
+    share: float = 1.0
+
+    def sampling(self, x: Floats, *, fine: bool) -> Ints:
+        """Return samples per segment: few, or as many as the sweep of the bodies demands."""
+        segments = len(x) - 1
+        if not fine:
+            return np.full(segments, COARSE_SAMPLES)
+        # Between samples a body comes nearer by no more than the square of their distance, by its reach.
+        return swept_samples(self.query, x, sweep=SWEEP * float(np.sqrt(self.share)))
+
+    def keeping(self, share: float) -> "KnotsNlp":
+        """Return the program with a share of its margins only, beyond what is required."""
+        clearance = _clearance(self.problem, self.margins, share)
+        return replace(self, constraints=(clearance, *self.constraints[1:]), share=share)
+
+    def starting_at(self, positions: Floats) -> "KnotsNlp":
+        """Return the program with its first knot elsewhere: where a start in motion can come to rest."""
+        lower, upper = self.lower.copy(), self.upper.copy()
+        lower[0] = upper[0] = positions
+        return replace(self, lower=lower, upper=upper)
+
+    def lacks_margin_only(self, at: Linearisation) -> bool:
+        """Whether all holds at a point but margins that nobody asked for, and what is required."""
+        pairs, asked = self.margins.pairs, ShrunkMargins(self.margins, self.share)
+        required, gives = pairs.required, shrinkable(pairs)
+        for block in at.constraints:
+            rows, missed = block.rows, block.violation > block.tolerance
+            if block.kind is Clearance:
+                margin, pair = asked(rows.component, rows.place), rows.component
+                missed &= (rows.value + margin < np.minimum(required[pair], margin)) | ~gives[pair]
+            if missed.any():
+                return False
+        return True
+
+    def motion(self, x: Floats, sampling: Ints) -> Motion:
+        """Sample the polyline through the knots."""
+        return Motion.through(x, sampling, self.query)
+
+    def decode(self, x: Floats) -> Path:
+        """Return the path through the knots."""
+        return Path(self.problem.reduced.joint_names, readonly(np.array(x)))
+
+
+@checked
+@cached_per_value
+def fixed_goal(problem: Problem) -> Floats | None:
+    """Return the group's positions at the goal, shape (n,), if the goals fix all of them.
+
+    They do not where a tolerance leaves a joint room that matters: see `WIDE`.
+    """
+    centre = goal_centre(problem)
+    if centre is None:
+        return None
+    lower, upper = joint_box(problem.goals, problem.reduced)
+    return None if (upper - lower > WIDE).any() else centre
+
+
+@checked
+@cached_per_value
+def goal_centre(problem: Problem) -> Floats | None:
+    """Return the middle of goals of all joints, shape (n,), moved into the limits as far as they tolerate."""
+    asked = fixed_positions(problem.goals, problem.reduced)
+    if asked is None:
+        return None
+    lower, upper = joint_box(problem.goals, problem.reduced)
+    return readonly(np.where(lower <= upper, np.clip(asked, lower, upper), asked))
+
+
+def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float:
+    """Return the time of the straight line at full velocity and acceleration of every joint [s]."""
+    distance = np.abs(goal - start)
+    ramp = limits.velocity**2 / limits.acceleration
+    times = np.where(
+        distance > ramp,
+        distance / limits.velocity + limits.velocity / limits.acceleration,
+        2.0 * np.sqrt(distance / limits.acceleration),
+    )
+    return float(times.max(initial=0.0))
+
+
+@checked
+def transcribe(
+    problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (), counts: Counts | None = None
+) -> KnotsNlp:
+    """Transcribe a problem into a program over knots.
+
+    Args:
+        problem: The problem.
+        seed: The knots to start from, shape (N, n): the motion's duration is estimated
+            from it, for windows of allowed contact.
+        waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
+        counts: Takes the work done; counts of its own when None.
+
+    Raises:
+        ProblemError: If a requirement has no term, or requires a joint outside the group to move, or there is
+            not one knot for each waypoint.
+    """
+    _check_waypoints(problem, waypoint_knots)
+    return _transcribed(problem, seed, waypoint_knots, Query(problem.reduced, counts))
+
+
+@checked
+def transcribe_covered(
+    problem: Problem, seed: Floats, waypoint_knots: Sequence[int], counts: Counts
+) -> KnotsNlp | None:
+    """Transcribe a problem with boxes in the place of clouds, which are larger and sooner looked at.
+
+    What holds for a path then holds beside the clouds too. It may be that no path does although one is free.
+
+    Args:
+        problem: See `transcribe`.
+        seed: See `transcribe`.
+        waypoint_knots: See `transcribe`.
+        counts: Takes the work done.
+
+    Returns:
+        The program; None where there is no cloud that boxes can stand for.
+    """
+    _check_waypoints(problem, waypoint_knots)
+    stops = seed[list(waypoint_knots)]
+    query = covered_query(
+        problem.reduced, counts, np.vstack((problem.reduced.start_positions, stops, seed[-1]))
+    )
+    return None if query is None else _transcribed(problem, seed, waypoint_knots, query)
+
+
+def _transcribed(problem: Problem, seed: Floats, waypoint_knots: Sequence[int], query: Query) -> KnotsNlp:
+    reduced, counts = problem.reduced, query.counts
+    limits, count = reduced.limits, problem.knots
+    goal = fixed_goal(problem)
+    lower, upper = (np.tile(side, (count, 1)) for side in (limits.lower, limits.upper))
+    lower[0] = upper[0] = reduced.start_positions
+    if goal is not None:
+        lower[-1] = upper[-1] = goal
+    stops = seed[[0, *waypoint_knots, len(seed) - 1]]
+    shortest = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
+    duration = 1.5 * max(shortest, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
+    margins = tapered_margins(query, count, goal, duration, end=seed[-1])
+    fixed = [reduced.start_positions, *seed[list(waypoint_knots)], *(() if goal is None else (goal,))]
+    items: list[Constraint] = [_clearance(problem, margins, 1.0), *rolling(reduced, count)]
+    items.extend(holding_rows(problem, query, np.stack(fixed)))
+    ends = np.stack(
+        (reduced.start_positions, *seed[list(waypoint_knots)], seed[-1] if goal is None else goal)
+    )
+    for given in problem.constraints:
+        items.extend(_written(given, problem, query, waypoint_knots, ends))
+    if goal is None:
+        for required in together(problem.goals):
+            items.extend(constrain(required, reduced, END))
+    for place, wanted in zip(waypoint_knots, problem.waypoint_requirements, strict=True):
+        window = Window(place / (count - 1), place / (count - 1))
+        for required in together(wanted):
+            items.extend(constrain(required, reduced, window))
+    span = limits.upper - limits.lower
+    prismatic = np.array([joint_unit(reduced.model, name) == "m" for name in reduced.joint_names])
+    scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
+    return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items), margins)
+
+
+def _clearance(problem: Problem, margins: TaperedMargins, share: float) -> Constraint:
+    """Return the clearance of all pairs, by a share of their margins beyond what is required."""
+    distance = Clearance(problem.reduced, margins if share == 1.0 else ShrunkMargins(margins, share))
+    tolerance = share * CLEARANCE_TOLERANCE
+    return constraint(distance, lower=0.0, upper=np.inf, tolerance=tolerance, reach=distance.activation)
+
+
+def _written(
+    given: PathConstraint | During[PathConstraint],
+    problem: Problem,
+    query: Query,
+    waypoint_knots: Sequence[int],
+    ends: Floats,
+) -> Sequence[Constraint]:
+    """Return a path constraint as terms, in its window."""
+    if isinstance(given, Constraint):
+        return (given,)
+    last = problem.knots - 1
+    stops = (0, *waypoint_knots, last)
+    if isinstance(given, Requirement):
+        return tapered(given, query, WHOLE, stops, ends, last)
+    window = Window(*(stops[stop] / last for stop in problem.span(given)))
+    if isinstance(given.required, Requirement):
+        return tapered(given.required, query, window, stops, ends, last)
+    return (replace(given.required, window=window),)
+
+
+def _check_waypoints(problem: Problem, places: Sequence[int]) -> None:
+    wanted = len(problem.waypoint_requirements)
+    inner = (0, *places, problem.knots - 1)
+    if len(places) != wanted or any(a >= b for a, b in pairwise(inner)):
+        raise ProblemError(
+            f"{wanted} waypoints need as many knots, increasing, between 1 and {problem.knots - 2}; "
+            f"given are {list(places)}"
+        )

@@ -1,0 +1,201 @@
+"""Transcription in space and time: a cubic B-spline over a motion of known duration, among what moves.
+
+All pieces last equally long, so the limits of velocity, acceleration and jerk are constant rows, linear in
+the control points, that hold at all times. The first three control points carry the start's position,
+velocity and acceleration; the last three coincide, so that the motion comes to rest. Distances are measured
+where things are at the time of each sample. The spline is the motion: nothing is timed afterwards.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.optimise.terms import Constraint, constraint
+from trajopt.optimise.transcription.basis import SplineBasis
+from trajopt.optimise.transcription.bspline import COARSE_SAMPLES, BsplineNlp, Places
+from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
+from trajopt.optimise.transcription.knots import (
+    CLEARANCE_TOLERANCE,
+    KnotsNlp,
+    samples_for,
+    shortest_duration,
+    swept,
+)
+from trajopt.optimise.transcription.spline_rates import SplineRate
+from trajopt.optimise.transcription.spline_torque import SplineTorque
+from trajopt.optimise.transcription.world import World
+from trajopt.problem.motion import MotionInTime
+from trajopt.values.arrays import Floats, Ints, Printed, readonly
+from trajopt.values.trajectory import Path, Trajectory
+
+DEGREE = 3
+"""Cubic: the acceleration is linear in each piece, and the limits lose nothing."""
+RESTING = 3
+"""Control points at either end that say its position, velocity and acceleration."""
+TOLERANCE = 1e-3
+"""Share of a limit by which a row may miss its bound."""
+USED = 1.0 - 2.0 * TOLERANCE
+"""Share of each limit that the program uses: no later timing makes up for a tolerance."""
+LISTED = 0.5
+"""A torque gets a row from so far below its limit on, as a share of it: a step changes it by less."""
+NAMES = ("velocity limit", "acceleration limit", "jerk limit")
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceTimeFamily(Printed):
+    """Programs of any duration, and what they share.
+
+    Attributes:
+        base: The problem over knots.
+        world: What changes with time; None where nothing does.
+        basis: Cubic pieces of equal length.
+        places: Where its parameters are along the motion over knots.
+        end: Where the motion comes to rest, shape (n,) [rad | m].
+        dynamics: Torques, where they are limited.
+    """
+
+    base: KnotsNlp
+    world: World | None
+    basis: SplineBasis
+    places: Places
+    end: Floats
+    dynamics: DynamicsQuery | None
+
+    @property
+    def least_duration(self) -> float:
+        """A bound below every duration [s]: that of each joint alone; of a start in motion at full speed."""
+        limits, start = self.base.problem.limits, self.base.lower[0]
+        if self.base.problem.starts_moving:
+            return float((np.abs(self.end - start) / limits.velocity).max())
+        return shortest_duration(limits, start, self.end)
+
+    def ends_clear(self, duration: float) -> bool:
+        """Say whether nothing that changes is in the way at the end of a motion of a duration [s]."""
+        return self.world is None or bool((self._spare_after(self.world, duration) >= 0.0).all())
+
+    def _spare_after(self, world: World, duration: float) -> Floats:
+        """Return what pairs have above what is required while the robot stays at the end, (p,) [m]."""
+        return world.spare_staying(self.end, duration, self.base.problem.dwell)
+
+    def lasting(self, duration: float) -> "SpaceTimeNlp":
+        """Return the program of motions of a duration [s]."""
+        base, size = self.base, self.basis.count
+        lower, upper = np.tile(base.lower[1], (size, 1)), np.tile(base.upper[1], (size, 1))
+        lower[:RESTING] = upper[:RESTING] = self.started(duration)
+        lower[-RESTING:] = upper[-RESTING:] = self.end
+        items = [*base.constraints, *self._rates(duration)]
+        moments = self.places.exact
+        if self.dynamics is not None:
+            items.append(self._torque(duration))
+        if self.world is not None:
+            world, margin = self.world, self._margin(self.world, duration)
+            residual = ClearanceInTime(world.timed, world.query, world.pairs, margin, duration)
+            items.append(constraint(residual, lower=0.0, upper=np.inf, tolerance=CLEARANCE_TOLERANCE))
+            inside = world.moments[(world.moments > 0.0) & (world.moments < duration)]
+            moments = np.union1d(moments, inside / duration)
+        places = Places(self.places.parameters, self.places.knots, moments)
+        fields = base.problem, base.counts, lower, upper, base.scale, base.query, tuple(items)
+        return SpaceTimeNlp(*fields, self.basis, places, duration, self.world)
+
+    def started(self, duration: float) -> Floats:
+        """Return the first control points of a motion of a duration, (3, n): its start has its rates."""
+        problem, (first, second) = (
+            self.base.problem,
+            (self.basis.derivatives[order].weight[0] for order in (0, 1)),
+        )
+        begin = np.tile(self.base.lower[0], (RESTING, 1))
+        if problem.starts_moving:
+            begin[1] = (problem.start_velocities * duration - first[0] * begin[0]) / first[1]
+            bend = problem.start_accelerations * duration**2
+            begin[2] = (bend - second[0] * begin[0] - second[1] * begin[1]) / second[2]
+        return begin
+
+    def _rates(self, duration: float) -> Iterator[Constraint]:
+        """Yield the limits of velocity, acceleration and jerk."""
+        problem = self.base.problem
+        limits = problem.limits
+        begins = problem.start_velocities, problem.start_accelerations, np.zeros(len(self.end))
+        sides = zip(NAMES, (limits.velocity, limits.acceleration, limits.jerk), begins, strict=True)
+        for order, (name, limit, begin) in enumerate(sides, 1):
+            kept = limit
+            if order == DEGREE:
+                # Between two breaks the acceleration changes by no more than from one limit to the other.
+                implied = 2.0 * limits.acceleration / (np.diff(self.basis.breaks).min() * duration)
+                kept = np.where(limit < implied, limit, np.inf)
+            if not np.isfinite(kept).any():
+                continue
+            at = self.basis.derivatives[order - 1]
+            middle = self.places(self.basis.averages[at.support].mean(axis=1))
+            residual = SplineRate(name, at.support, at.weight, kept * duration**order, middle)
+            share = np.maximum(USED, np.abs(begin) / limit)
+            yield constraint(residual, lower=-share, upper=share, tolerance=TOLERANCE)
+
+    def _torque(self, duration: float) -> Constraint:
+        """Return the limits of torque, at the breaks: between them the acceleration is linear."""
+        assert self.dynamics is not None
+        moments, stencils = self.basis.breaks, self.basis.at_breaks
+        weights = np.stack([at.weight / duration**order for order, at in enumerate(stencils)])
+        effort = self.base.problem.limits.effort
+        residual = SplineTorque(
+            self.dynamics, stencils[0].support, weights, effort, USED - LISTED, self.places(moments)
+        )
+        return constraint(residual, lower=-USED, upper=USED, tolerance=TOLERANCE, reach=LISTED)
+
+    def _margin(self, world: World, duration: float) -> Floats:
+        """Return the clearance that pairs keep, shape (p,) [m].
+
+        Above what is required it is no more than half of what they have at the start and at the end.
+        """
+        start = world.spare_staying(self.base.lower[0], 0.0, 0.0)
+        spare = np.minimum(start, self._spare_after(world, duration))
+        least = np.minimum(world.room, np.maximum(spare, 0.0) / 2.0)
+        return world.pairs.required + np.where(spare < world.room, least, world.room)
+
+
+@dataclass(eq=False)
+class SpaceTimeNlp(BsplineNlp):
+    """The program over control points of motions of one duration.
+
+    Attributes:
+        duration: Of the motion [s].
+        world: What changes with time; None where nothing does.
+    """
+
+    duration: float
+    world: World | None
+
+    def sampling(self, x: Floats, *, fine: bool) -> Ints:
+        """Return samples per piece: few, or as many as the sweep of bodies and things demands."""
+        if self.world is None or not fine:
+            return super().sampling(x, fine=fine)
+        breaks = self.basis.breaks
+        corners = self.basis.at_breaks[0](x)
+        way = swept(self.query, corners)
+        samples = samples_for(way, COARSE_SAMPLES)
+        return np.maximum(samples, self.world.samples(corners, breaks * self.duration, way))
+
+    def motion(self, x: Floats, sampling: Ints) -> MotionInTime:
+        """Sample the spline as its base does, each sample at its time."""
+        at = super().motion(x, sampling)
+        parameters, _ = self.basis.sampled(sampling, self.places.exact)
+        fields = (at.knots, at.support, at.weight, at.place, at.positions, at.query)
+        return MotionInTime(*fields, parameters * self.duration)
+
+    def decode(self, x: Floats) -> Path:
+        """Return a path through points of the spline: nothing is timed along it, so that few are enough."""
+        points = self.motion(x, self.sampling(x, fine=False)).positions
+        return Path(self.problem.reduced.joint_names, readonly(points))
+
+    def trajectory(self, x: Floats) -> Trajectory:
+        """Return the motion: its states at the breaks, which say all of a cubic."""
+        duration = self.duration
+        position, speed, bend = (stencils(x) for stencils in self.basis.at_breaks)
+        return Trajectory(
+            self.problem.reduced.joint_names,
+            readonly(self.basis.breaks * duration),
+            readonly(position),
+            readonly(speed / duration),
+            readonly(bend / duration**2),
+        )

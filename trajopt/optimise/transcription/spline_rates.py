@@ -1,0 +1,50 @@
+"""Rates of a spline over time: velocities, accelerations and jerks as shares of their limits.
+
+The derivative of a spline is a spline that lies between its control points D^r c / T^r, which are linear in
+the control points c: what bounds these bounds the rate at all times, not at samples only.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.problem.motion import Motion
+from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.rows import Rows
+
+
+@dataclass(frozen=True, eq=False)
+class SplineRate(Value):
+    """Control points of a derivative by time, one component a joint, as shares of its limit.
+
+    Joints without a limit have no rows. The motion's knots are the control points of the spline.
+
+    Attributes:
+        name: What is limited: "velocity limit".
+        support: The control points that each of the derivative's depends on, shape (m, k).
+        weight: Their factors in the derivative by the spline's parameter, shape (m, k).
+        limit: Of the derivative by the spline's parameter, shape (n,); inf for none.
+        place: Where each is along the motion, in knots of a polyline, shape (m,).
+    """
+
+    name: str
+    support: Ints
+    weight: Floats
+    limit: Floats
+    place: Floats
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the shares; exact, for they are linear."""
+        limited = np.flatnonzero(np.isfinite(self.limit))
+        count, size = len(self.support), len(limited)
+        factor = self.weight[:, None, :] / self.limit[limited][None, :, None]
+        value = np.einsum("mjk,mkj->mj", factor, motion.knots[self.support][:, :, limited])
+        jacobian = np.zeros((count, size, self.support.shape[1], motion.knots.shape[1]))
+        jacobian[:, np.arange(size), :, limited] = np.swapaxes(factor, 0, 1)
+        return Rows(
+            value.ravel(),
+            jacobian.reshape(count * size, *jacobian.shape[2:]),
+            np.repeat(self.support, size, axis=0),
+            np.tile(limited.astype(np.int64), count),
+            np.repeat(self.place, size),
+        )

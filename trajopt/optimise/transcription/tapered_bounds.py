@@ -1,0 +1,134 @@
+"""Path constraints near stops that hold them with less in hand than the program keeps: their bounds give way.
+
+The program keeps a part of every tolerance in hand. A start, a goal or a waypoint that lies in that part
+holds what is asked, and no path could hold more there: near it the bounds go to what it has.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.terms import Constraint
+from trajopt.optimise.terms.requirement import constrain
+from trajopt.optimise.transcription.margins import TAPER_KNOTS
+from trajopt.optimise.transcription.motion_nlp import ROUNDING
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import Requirement
+from trajopt.problem.residual import Window
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.rows import Rows
+
+USABLE = 0.5
+"""Part of what a stop has left of a tolerance that the program may miss its bounds by: the rest is for what
+retiming adds."""
+LEAST = 1e-7
+"""No tolerance is less: linear programs are solved to a few digits more than that."""
+
+
+MOST_KEPT = {"m": 0.01, "rad": 0.05}
+"""No more is kept in hand, by unit: retiming leaves a path by 5 mm at first, which at a lever of a decimetre
+turns a frame by so much, and by less where that breaks something. Of a wide cone a tenth is far more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """How far a stop is outside the bounds that the program keeps.
+
+    Attributes:
+        place: Its knot.
+        below: Of the lower bound, by component; 0 where it is kept, as beyond the last one.
+        above: Of the upper bound.
+    """
+
+    place: int
+    below: Floats
+    above: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class TaperedConstraint(Constraint):
+    """A constraint whose bounds give way near stops.
+
+    Attributes:
+        stops: The stops.
+    """
+
+    stops: tuple[Stop, ...] = ()
+
+    def bounds(self, rows: Rows) -> tuple[Floats, Floats]:
+        """Return lower and upper bound of each row, shape (m,)."""
+        lower, upper = super().bounds(rows)
+        for stop in self.stops:
+            near = np.clip(1.0 - np.abs(rows.place - stop.place) / TAPER_KNOTS, 0.0, 1.0)
+            lower = np.minimum(lower, lower - near * _of(stop.below, rows.component))
+            upper = np.maximum(upper, upper + near * _of(stop.above, rows.component))
+        return lower, upper
+
+
+def tapered(
+    required: Requirement, query: Query, window: Window, places: Sequence[int], stops: Floats, last: int
+) -> tuple[Constraint, ...]:
+    """Return a path constraint as terms that every stop holds which holds what is asked.
+
+    Args:
+        required: What is asked.
+        query: Of the reduced model.
+        window: Where it is asked.
+        places: The stops' knots.
+        stops: Configurations there, shape (k, n) [rad | m].
+        last: The last knot.
+    """
+    reduced = query.reduced
+    kept = constrain(required, reduced, window)
+    inside = [
+        (place, Motion.single(positions, query))
+        for place, positions in zip(places, stops, strict=True)
+        if window.first * last - ROUNDING <= place <= window.last * last + ROUNDING
+    ]
+    asked = constrain(required, reduced, window, inset=0.0)
+    most = max((MOST_KEPT.get(unit, np.inf) for unit in required.units), default=np.inf)
+    both = zip(kept, asked, strict=True)
+    return tuple(_tapered(_no_more_kept(item, whole, most), whole, inside) for item, whole in both)
+
+
+def _no_more_kept(item: Constraint, whole: Constraint, most: float) -> Constraint:
+    """Return a constraint that keeps no more in hand than `most` of what is asked."""
+    with np.errstate(invalid="ignore"):  # infinite bounds keep nothing
+        low, high = np.maximum(item.lower - whole.lower, 0.0), np.maximum(whole.upper - item.upper, 0.0)
+    wide = np.nanmax(np.concatenate((low, high)), initial=0.0)
+    if wide <= most:
+        return item
+    lower = np.where(low > most, whole.lower + most, item.lower)
+    upper = np.where(high > most, whole.upper - most, item.upper)
+    return replace(item, lower=lower, upper=upper, tolerance=min(item.tolerance, USABLE * most))
+
+
+def _tapered(item: Constraint, whole: Constraint, stops: Sequence[tuple[int, Motion]]) -> Constraint:
+    found: list[Stop] = []
+    room = np.inf
+    for place, motion in stops:
+        rows = item.residual.linearise(motion)
+        low, high = item.bounds(rows)
+        lowest, highest = whole.bounds(rows)
+        outside = (rows.value < low) | (rows.value > high)
+        missed = np.maximum(lowest - rows.value, rows.value - highest)
+        if not outside.any() or (missed > LEAST).any():
+            continue
+        below, above = (np.zeros(int(rows.component.max()) + 1) for _ in "lu")
+        np.maximum.at(below, rows.component, low - rows.value)
+        np.maximum.at(above, rows.component, rows.value - high)
+        found.append(Stop(place, below, above))
+        room = min(room, float(np.minimum(rows.value - lowest, highest - rows.value)[outside].min()))
+    if not found:
+        return item
+    tolerance = min(item.tolerance, max(USABLE * room, LEAST))
+    return TaperedConstraint(
+        item.residual, item.lower, item.upper, tolerance, item.window, item.reach, tuple(found)
+    )
+
+
+def _of(values: Floats, component: Ints) -> Floats:
+    """Return the value of each component, 0 where there is none."""
+    return np.append(values, 0.0)[np.minimum(component, len(values))]

@@ -1,0 +1,350 @@
+"""Why nothing can be done in time: something sweeps the start, or the goal is occupied at all times."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+from math import inf
+
+import numpy as np
+
+from trajopt.geometry import Counts
+from trajopt.optimise.terms.joint_positions import joint_box
+from trajopt.planning.infeasibility.by_then import by_then
+from trajopt.planning.infeasibility.goal_box import box_breaks
+from trajopt.planning.infeasibility.occupied import Meeting, Occupancy, Span
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import Requirement
+from trajopt.robot.limits import EXCESS
+from trajopt.scene.timed import TimedModel
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.printed import in_length
+
+LOOK = 0.02
+"""Time between two looks at a configuration that stands still [s]: at 1 m/s things move by 2 cm."""
+LONGEST = 60.0
+"""Nothing is looked at later [s]: whoever has so much time asks again."""
+FEW_BOXES, MOST_BOXES = 8, 400
+"""Boxes that are looked at for an interval, which is halved else; and for a single time or a short one."""
+LONG = 1.0
+"""Longer intervals are not looked at whole [s]: things come too far in them."""
+MOMENTS = 6
+"""At so many moments it is tried to prove that nothing escapes, those at which least is missing first."""
+SAMPLES = 256
+"""So many configurations that may be reached by a moment are looked at where there is no proof."""
+SCOUTS = 32
+"""So many of them are looked at before it is tried to prove that none is clear: where one is, none can be
+proven, and to look at so many takes no longer than to look at a few boxes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """Something that no motion within the limits escapes.
+
+    Attributes:
+        thing: What it is.
+        link: What of the robot, or carried by it, it meets.
+        begin: When it first comes too near to the robot if that stands still at the start [s].
+        time: When nothing has escaped [s].
+        depth: By how much it is nearer then, if the robot stands still, than must be kept [m].
+        travel: By how much the two can be apart from there by then, at most [m]; None without proof.
+        boxes: Boxes that cover all that can be reached by then; 0 without proof.
+    """
+
+    thing: str
+    link: str
+    begin: float
+    time: float
+    depth: float
+    travel: float | None
+    boxes: int
+
+    @property
+    def proven(self) -> bool:
+        """Whether it is proven."""
+        return self.boxes > 0
+
+    @property
+    def words(self) -> str:
+        """Say what sweeps the start, when, and why nothing escapes."""
+        at = f"at {self.time:.3f} s"
+        said = f"{self.thing} sweeps {self.link} at the start from {self.begin:.3f} s on"
+        if self.boxes == 1 and self.travel is not None:
+            return (
+                f"{said}; {at} it is {in_length(self.depth)} nearer than it may be to {self.link} that "
+                f"stands still, and within the limits no point of that gets farther than "
+                f"{in_length(self.travel)} by then"
+            )
+        if self.boxes:
+            return (
+                f"{said}; {at} it meets everything that can be reached by then within the limits of "
+                f"velocity, acceleration and jerk: boxes that cover it were closed one by one"
+            )
+        return f"{said}; {at} none of {SAMPLES} configurations that may be reached by then is clear of it"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Occupied:
+    """A goal that is never free.
+
+    Attributes:
+        things: What occupies it, in order of time.
+        begin: Before no motion can be there [s].
+        until: Until then it was looked at [s]; infinite where nothing changes any more.
+        dwell: It is never free for so long [s]; 0 where it is never free at all.
+        longest: The longest time for which it was seen to be free [s].
+        proven: Whether it is proven of all of the goal, at all times.
+        configurations: So many configurations at the goal were looked at.
+    """
+
+    things: tuple[Span, ...]
+    begin: float
+    until: float
+    dwell: float
+    longest: float
+    proven: bool
+    configurations: int
+
+    @property
+    def words(self) -> str:
+        """Say what occupies the goal, from when to when."""
+        each = ", ".join(f"{span.thing} (at {span.link}) {span.when}" for span in self.things)
+        which = f"all {self.configurations} goal configurations found are"
+        which = "the goal is" if self.configurations == 1 else which
+        till = "at all times" if self.until == inf else f"until {self.until:.2f} s"
+        earliest = f", and nothing gets there before {self.begin:.2f} s" if self.begin > LOOK else ""
+        how = f"occupied {till}"
+        if self.dwell > 0.0:
+            how = f"never free for {self.dwell:g} s (for {self.longest:.2f} s at the most)"
+        return f"{which} {how}: {each}{earliest}"
+
+
+@dataclass(eq=False)
+class InTime:
+    """Looks for reasons why a problem has no motion in time; one for each thread.
+
+    Attributes:
+        problem: The problem, with one goal.
+        timed: Its model among what changes.
+        counts: The work done so far.
+    """
+
+    problem: Problem
+    timed: TimedModel
+    counts: Counts
+    _boxes: dict[float, tuple[Floats, Floats]] = field(
+        init=False, repr=False, default_factory=dict[float, tuple[Floats, Floats]]
+    )
+
+    def inevitable(self, *, proven: bool) -> Sweep | None:
+        """Find something that sweeps the start and that no motion escapes.
+
+        What meets a link that no joint of the group moves is left out: there is nothing to escape.
+
+        Args:
+            proven: Whether only a proof counts.
+        """
+        # Whatever comes after the arm may have arrived sweeps no start.
+        start, times = self.problem.reduced.start_positions, self._on_the_way
+        moved = ~self.occupancy.fixed
+        sample, pair, depth = self.occupancy.too_near(np.tile(start, (len(times), 1)), times, moved)
+        rows = np.argsort(-self._spare(times[sample], pair, depth), kind="stable")
+        first = np.sort(np.unique(sample[rows], return_index=True)[1])[:MOMENTS]
+        likely: list[int] = rows[first].tolist()
+        begin = float(times[sample].min(initial=inf))
+        closed = self._none_clear(times[sample[likely]], SCOUTS)
+        for row in np.array(likely)[closed].tolist():
+            time = float(times[sample[row]])
+            met = self.occupancy.throughout(*self._by_then(time), time, time, most=MOST_BOXES, which=moved)
+            if met:
+                return _sweep(met, begin, time)
+        for row in () if proven else likely:
+            time, names = float(times[sample[row]]), self.occupancy.names(int(pair[row]))
+            if self._none_clear(np.array((time,)), SAMPLES).all():
+                return Sweep(
+                    thing=names[0], link=names[1], begin=begin, time=time, depth=float(depth[row]),
+                    travel=None, boxes=0,
+                )  # fmt: skip
+        return None
+
+    def goal_occupied(self, goals: Sequence[Floats], *, proven: bool) -> Occupied | None:
+        """Find out whether all of the goal is occupied at all times.
+
+        Args:
+            goals: Configurations at the goal, each of shape (n,) [rad | m].
+            proven: Whether only a proof counts.
+        """
+        times = self.looks[self.looks >= self.earliest]
+        if not goals or not len(times) or self.goal_moves:
+            return None
+        spans: list[Span] = []
+        longest = 0.0
+        for goal in goals:
+            there = np.tile(goal, (len(times), 1))
+            longest = max(longest, _longest(times, self.occupancy.free(there, times)))
+            if longest > 0.0 and longest >= self.problem.dwell:
+                return None
+            spans += self.occupancy.met(there, times)
+        holds = self._never_free(times)
+        if proven and not holds:
+            return None
+        last = float(times[-1])
+        settled = self._settled <= last
+        return Occupied(
+            things=_joined(spans, last if settled else inf),
+            begin=self.earliest,
+            until=inf if settled else last,
+            dwell=self.problem.dwell if longest > 0.0 else 0.0,
+            longest=longest,
+            proven=holds,
+            configurations=len(goals),
+        )
+
+    @cached_property
+    def goal_moves(self) -> bool:
+        """Whether time moves a frame that the goal names."""
+        return any(self._moves(goal) for goal in self.problem.goals)
+
+    def _moves(self, goal: Requirement) -> bool:
+        return any(self.problem.scene.carrier(frame) is not None for frame in goal.frames)
+
+    def _never_free(self, times: Floats) -> bool:
+        """Prove that the goal is not free for as long as is asked, at or after the first of some times."""
+        if self._settled > times[-1] and self._deadline > times[-1]:
+            return False
+        lower, upper = joint_box(self.problem.goals, self.problem.reduced)
+        lower, upper = lower - EXCESS, upper + EXCESS  # what the judge accepts
+        if self.problem.dwell > 2.0 * LOOK:
+            return self._never_long_free(lower, upper, times)
+        inside = self._moments[(self._moments > times[0]) & (self._moments < times[-1])]
+        cuts: list[float] = np.unique(np.concatenate((times[:1], inside, times[-1:]))).tolist()
+        return all(self._closed(lower, upper, *span) for span in pairwise((*cuts, cuts[-1])))
+
+    def _never_long_free(self, lower: Floats, upper: Floats, times: Floats) -> bool:
+        """Prove that a box is occupied at moments so near to each other that nothing can dwell in between."""
+
+        def closed(time: float) -> bool:
+            return bool(self.occupancy.throughout(lower, upper, time, time, most=MOST_BOXES))
+
+        reached, last = float(times[0]), float(times[-1])
+        if not closed(last):
+            return False
+        while reached + self.problem.dwell < last:
+            ahead = times[(times > reached) & (times <= reached + self.problem.dwell)]
+            further = next((time for time in ahead[::-1].tolist() if closed(time)), None)
+            if further is None:
+                return False
+            reached = further
+        return True
+
+    def _closed(self, lower: Floats, upper: Floats, begin: float, end: float) -> bool:
+        """Prove that a box is occupied throughout an interval, in halves of it where that is not enough."""
+        if begin + LONG > end and self.occupancy.throughout(lower, upper, begin, end, most=FEW_BOXES):
+            return True
+        if end - begin < LOOK:
+            return bool(self.occupancy.throughout(lower, upper, begin, end, most=MOST_BOXES))
+        middle = (begin + end) / 2.0
+        return self._closed(lower, upper, begin, middle) and self._closed(lower, upper, middle, end)
+
+    def _spare(self, times: Floats, pairs: Ints, depths: Floats) -> Floats:
+        """Return by how much more pairs are too near, with the robot at rest, than it may travel by then."""
+        boxes = [self._by_then(time) for time in times.tolist()]
+        half = [(upper - lower) / 2.0 for lower, upper in boxes]
+        return depths - self.occupancy.travel(pairs, np.array(half)) if half else depths
+
+    def _by_then(self, time: float) -> tuple[Floats, Floats]:
+        """Return bounds of all configurations that may be reached by a time [s]."""
+        if time not in self._boxes:
+            self._boxes[time] = by_then(self.problem, time)
+        return self._boxes[time]
+
+    def _none_clear(self, times: Floats, count: int) -> Bools:
+        """Say of times whether none of some configurations that may be reached by then is clear, (t,)."""
+        if not len(times):
+            return np.zeros(0, dtype=np.bool_)
+        lower, upper = np.stack([self._by_then(time) for time in times.tolist()], axis=1)[:, :, None]
+        share = np.random.default_rng(0).random((count, lower.shape[2]))
+        share[: count // 2] = np.round(share[: count // 2])  # half of them are corners
+        drawn, moved = lower + share * (upper - lower), ~self.occupancy.fixed
+        free = self.occupancy.free(drawn.reshape(-1, drawn.shape[2]), np.repeat(times, count), moved)
+        return ~np.any(free.reshape(len(times), count), axis=1)
+
+    def _under_way(self, time: float) -> bool:
+        """Say whether no motion within the limits can be at the goal by a time."""
+        box = self._by_then(time)
+        if not all(np.isfinite(side).all() for side in box):
+            return False
+        still = (goal for goal in self.problem.goals if not self._moves(goal))
+        return any(box_breaks(goal, self.problem.reduced, *box) for goal in still)
+
+    @property
+    def earliest(self) -> float:
+        """The last look by which no motion within the limits can be at the goal [s]."""
+        return float(self._on_the_way[-1]) if len(self._on_the_way) else 0.0
+
+    @cached_property
+    def _on_the_way(self) -> Floats:
+        """The looks by which no motion within the limits can be at the goal [s]."""
+        looks = self.looks
+        early, late = 0, len(looks)  # the goal can be reached by none of the looks before
+        while early < late:
+            middle = (early + late) // 2
+            early, late = (middle + 1, late) if self._under_way(float(looks[middle])) else (early, middle)
+        return looks[:early]
+
+    @cached_property
+    def looks(self) -> Floats:
+        """Times to look at, until nothing changes any more or nothing is known [s]."""
+        last = min(self._settled, LONGEST, self._deadline)
+        return np.append(np.arange(0.0, last, LOOK), last)
+
+    @property
+    def _deadline(self) -> float:
+        """No motion may end later: nothing is known then, or the deadline is over [s]."""
+        asked = self.problem.finish_by
+        return self.timed.until if asked is None else min(self.timed.until, asked)
+
+    @cached_property
+    def _settled(self) -> float:
+        """When everything has come to rest, appeared and expired [s]."""
+        motions = (timing.motion for timing in self.timed.timings.values())
+        ends = [motion.track.end for motion in motions if motion is not None]
+        return max([0.0, *ends, *(self._moments + LOOK).tolist()])
+
+    @cached_property
+    def _moments(self) -> Floats:
+        """When things appear and expire [s]."""
+        both = [time for timing in self.timed.timings.values() for time in (timing.appears, timing.expires)]
+        return np.array([time for time in both if 0.0 < time < inf])
+
+    @cached_property
+    def occupancy(self) -> Occupancy:
+        """What finds out what is occupied."""
+        return Occupancy(self.timed, self.counts)
+
+
+def _sweep(met: tuple[Meeting, ...], begin: float, time: float) -> Sweep:
+    first = met[0]
+    return Sweep(
+        thing=first.thing, link=first.link, begin=begin, time=time, depth=first.depth, travel=first.travel,
+        boxes=len(met),
+    )  # fmt: skip
+
+
+def _longest(times: Floats, free: Bools) -> float:
+    """Return the longest unbroken time that is free, infinite if it does not end [s]."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], free, [False])).astype(np.int8))).reshape(-1, 2)
+    ends = np.append(times, inf)
+    # From the last look that was not free to the next that is not.
+    return max((float(ends[end] - times[max(begin - 1, 0)]) for begin, end in edges.tolist()), default=0.0)
+
+
+def _joined(spans: Sequence[Span], last: float) -> tuple[Span, ...]:
+    """Return spans of all goal configurations, those of each thing as one; what is there at the end stays."""
+    found: list[Span] = []
+    for thing in dict.fromkeys(span.thing for span in sorted(spans, key=lambda span: span.begin)):
+        mine = [span for span in spans if span.thing == thing]
+        end = max(span.end for span in mine)
+        worst = max(mine, key=lambda span: span.depth)
+        found.append(replace(worst, begin=min(span.begin for span in mine), end=inf if end == last else end))
+    return tuple(found)

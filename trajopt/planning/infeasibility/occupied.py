@@ -1,0 +1,316 @@
+"""Proofs that what changes with time occupies all of a box of configurations, at a time or throughout one.
+
+As in a cover (`trajopt/planning/infeasibility/cover.py`): at the middle of a box a pair is in penetration,
+or nearer than
+must be kept, by more than its bodies can be moved apart while the joints stay in the box; else the box
+is halved. Time drives joints too, so an interval of time is a box of theirs. Depths are the judge's: the
+true ones are no smaller than these by more than it says.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import inf
+
+import numpy as np
+
+from trajopt.geometry import Counts, Query
+from trajopt.planning.infeasibility.cover import pair_levers
+from trajopt.scene.changing_pairs import ChangingPairs
+from trajopt.scene.timed import TimedModel
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.verify.kernel.kinematics import Kinematics, Poses
+from trajopt.verify.kernel.options import VerifyOptions
+from trajopt.verify.kernel.pair_distances import PairDistances
+from trajopt.verify.kernel.polynomials import Polynomials
+
+CLOSEST = 3
+"""Of each box so many pairs are measured with care, those that seem to close it best first."""
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """A pair that closes a box, at its middle.
+
+    Attributes:
+        thing: What changes with time.
+        link: What of the robot, or carried by it, it meets.
+        depth: By how much it is nearer than must be kept, there and then [m].
+        travel: By how much the two can be moved apart within the box, at most [m].
+    """
+
+    thing: str
+    link: str
+    depth: float
+    travel: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Span:
+    """A time for which something that changes is too near.
+
+    Attributes:
+        thing: What it is.
+        link: What of the robot, or carried by it, it is nearest to at the worst.
+        begin: When it is first seen to be too near [s].
+        end: When last [s]; infinite where it stays.
+        worst: When it is nearest [s].
+        depth: By how much it is nearer then than must be kept [m].
+    """
+
+    thing: str
+    link: str
+    begin: float
+    end: float
+    worst: float
+    depth: float
+
+    @property
+    def when(self) -> str:
+        """Say from when to when."""
+        return (
+            f"from {self.begin:.2f} s on" if self.end == inf else f"from {self.begin:.2f} to {self.end:.2f} s"
+        )
+
+
+@dataclass(eq=False)
+class Occupancy:
+    """Finds out what is occupied by what changes; one for each thread.
+
+    Attributes:
+        timed: The model among what changes.
+        counts: The work done so far.
+    """
+
+    timed: TimedModel
+    counts: Counts
+    _query: Query = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Make the workspace for distances."""
+        self._query = Query(self.timed.reduced, self.counts)
+
+    def free(self, positions: Floats, times: Floats, which: Bools | None = None) -> Bools:
+        """Say which configurations (s, n) seem clear of what changes at times (s,); as `too_near`."""
+        free = np.ones(len(times), dtype=np.bool_)
+        free[self.too_near(positions, times, which)[0]] = False
+        return free
+
+    def met(self, positions: Floats, times: Floats, which: Bools | None = None) -> tuple[Span, ...]:
+        """Return what seems too near to configurations (s, n) at increasing times (s,).
+
+        Args:
+            positions: The configurations [rad | m].
+            times: The times [s].
+            which: The pairs that are looked at, shape (p,); all when None.
+
+        Returns:
+            One for each thing and unbroken row of times, in order of time.
+        """
+        sample, pair, depth = self.too_near(positions, times, which)
+        things = np.array([self.names(each)[0] for each in pair.tolist()], dtype=np.str_)
+        spans: list[Span] = []
+        for thing in np.unique(things).tolist():
+            mine = np.flatnonzero(things == thing)
+            when = np.unique(sample[mine])
+            for row in np.split(when, np.flatnonzero(np.diff(when) > 1) + 1):
+                inside = mine[np.isin(sample[mine], row)]
+                worst = inside[depth[inside].argmax()]
+                spans.append(
+                    Span(
+                        thing=thing,
+                        link=self.names(int(pair[worst]))[1],
+                        begin=float(times[row[0]]),
+                        end=float(times[row[-1]]),
+                        worst=float(times[sample[worst]]),
+                        depth=float(depth[worst]),
+                    )
+                )
+        return tuple(sorted(spans, key=lambda span: (span.begin, span.end)))
+
+    def too_near(
+        self, positions: Floats, times: Floats, which: Bools | None = None
+    ) -> tuple[Ints, Ints, Floats]:
+        """Measure configurations (s, n) at times (s,) as the optimiser does: evidence, no proof.
+
+        Args:
+            positions: The configurations [rad | m].
+            times: The times [s].
+            which: The pairs that are looked at, shape (p,); all when None.
+
+        Returns:
+            At which of them a pair is too near, which pair, and by how much [m], shape (k,) each.
+        """
+        known = self._pairs
+        farthest = known.required + known.error_at(float(times.max(initial=0.0)), slice(None))
+        reach = np.where(known.changes if which is None else known.changes & which, farthest, -inf)
+        found = self._query.close_pairs(self.timed.positions(positions, times), reach)
+        sample, pair, when = found.sample, found.pair, times[found.sample]
+        depth = known.required[pair] + known.error_at(when, pair) - found.distance
+        near = (when >= known.appears[pair]) & (when <= known.expires[pair]) & (depth > 0.0)
+        return sample[near], pair[near], depth[near]
+
+    def is_met(self, positions: Floats, time: float, which: Bools) -> bool:
+        """Prove that a pair is too near at a configuration (n,) at a time [s].
+
+        Args:
+            positions: The configuration [rad | m].
+            time: The time [s].
+            which: The pairs that are looked at, shape (p,).
+        """
+        known, times = self._pairs, np.array((time,))
+        _, pair, _ = self.too_near(positions[None], times, which)
+        # At the very moments at which something appears or expires contact is accepted.
+        pair = pair[(known.appears[pair] < time) & (known.expires[pair] > time)]
+        poses = self._kinematics.poses(self.timed.positions(positions[None], times))
+        kept = known.required[pair] + known.error_at(time, pair)
+        return bool((self._farthest(poses, 0, pair) < kept).any())
+
+    @cached_property
+    def fixed(self) -> Bools:
+        """Whether no joint of the group moves either of a pair, shape (p,)."""
+        reduced = self.timed.reduced
+        own = len(reduced.joint_names) - len(self.timed.driven.names)
+        moved = np.append(False, (reduced.mimic_matrix[:, :own] != 0.0).any(axis=1))
+        carried = np.array([moved[list(reduced.model.supports[body.joint])].any() for body in reduced.bodies])
+        return ~(carried[reduced.pairs.first] | carried[reduced.pairs.second])
+
+    def throughout(
+        self,
+        lower: Floats,
+        upper: Floats,
+        begin: float,
+        end: float,
+        *,
+        most: int,
+        which: Bools | None = None,
+    ) -> tuple[Meeting, ...]:
+        """Prove that things are in the way of every configuration of a box, at all times of an interval.
+
+        Args:
+            lower: Of the group's joints, shape (n,) [rad | m].
+            upper: The same.
+            begin: Start of the interval [s].
+            end: Its end, may be the same [s].
+            most: Boxes that are looked at before it is left undecided.
+            which: The pairs that count, shape (p,); all when None.
+
+        Returns:
+            What is met, in the middle of the whole box first; empty where nothing is proven.
+        """
+        first, last = self._driven(begin, end)
+        low, high = np.append(lower, first), np.append(upper, last)
+        if not (np.isfinite(low).all() and np.isfinite(high).all()):
+            return ()
+        middle, half = ((low + high) / 2.0)[None], (np.maximum(high - low, 0.0) / 2.0)[None]
+        met: list[Meeting] = []
+        while len(middle):
+            most -= len(middle)
+            if most < 0:
+                return ()
+            closed, axis = np.zeros(len(middle), dtype=np.bool_), np.zeros(len(middle), dtype=np.int64)
+            for box, meeting, along in self._closing(middle, half, (begin, end), which):
+                axis[box] = along
+                if meeting is not None:
+                    closed[box] = True
+                    met.append(meeting)
+                elif along < 0:
+                    return ()
+            middle, half = _halved(middle[~closed], half[~closed], axis[~closed])
+        return tuple(met)
+
+    def _closing(
+        self, middle: Floats, half: Floats, span: tuple[float, float], which: Bools | None
+    ) -> Iterator[tuple[int, Meeting | None, int]]:
+        """Yield what closes each box, or None and the joint to halve it along; -1 where it is open."""
+        known, (begin, end) = self._pairs, span
+        # At the very moments at which something appears or expires contact is accepted.
+        inside = (known.appears < begin) & (known.expires > end) if begin == end else True
+        counts = known.changes if which is None else known.changes & which
+        there = counts & inside & (known.appears <= begin) & (known.expires >= end)
+        kept = np.where(there, known.required + known.error_at(max(begin, 0.0), slice(None)), -inf)
+        reach = np.where(np.isfinite(self._levers).all(axis=1), kept, -inf)
+        found = self._query.close_pairs(middle, reach)
+        poses = self._kinematics.poses(middle)
+        for box in range(len(middle)):
+            mine = np.flatnonzero(found.sample == box)
+            travel = self._levers[found.pair[mine]] @ half[box]
+            order = np.argsort(found.distance[mine] - kept[found.pair[mine]] + travel, kind="stable")
+            best = mine[order[:CLOSEST]]
+            if not len(best):
+                yield box, None, -1
+                continue
+            pairs = found.pair[best]
+            depth = kept[pairs] - self._farthest(poses, box, pairs)
+            spare = depth - self._levers[pairs] @ half[box]
+            closest = int(spare.argmax())
+            pair = int(pairs[closest])
+            along = int((self._levers[pair] * half[box]).argmax())
+            if spare[closest] > 0.0:
+                yield (
+                    box,
+                    self._meeting(pair, float(depth[closest]), float(depth[closest] - spare[closest])),
+                    along,
+                )
+            else:
+                yield box, None, along if depth[closest] > 0.0 else -1
+
+    def _farthest(self, poses: Poses, box: int, pairs: Ints) -> Floats:
+        """Return upper bounds of the distances of pairs in the middle of a box [m]."""
+        error = VerifyOptions().distance_error
+        measured = self._distances.measure(poses, np.full(len(pairs), box, dtype=np.int64), pairs)
+        return measured + self._distances.uncertainty(pairs, measured, error)
+
+    def _meeting(self, pair: int, depth: float, travel: float) -> Meeting:
+        thing, link = self.names(pair)
+        return Meeting(thing, link, depth, travel)
+
+    def travel(self, pairs: Ints, half: Floats) -> Floats:
+        """Bound how far pairs (s,) are moved apart by the group's joints within boxes of half widths (s, n).
+
+        Returns:
+            Shape (s,) [m]; infinite where nothing can be proven of a pair.
+        """
+        return np.einsum("sn,sn->s", self._levers[pairs, : half.shape[1]], half)
+
+    def names(self, pair: int) -> tuple[str, str]:
+        """Return what of a pair changes with time, and the other."""
+        one, other = self.timed.reduced.owners(pair)
+        return (one, other) if one in self.timed.timings else (other, one)
+
+    def _driven(self, begin: float, end: float) -> tuple[Floats, Floats]:
+        """Bound where time has the joints that it drives in an interval."""
+        driven = self.timed.driven
+        first, last = np.clip((begin, end), driven.times[0], driven.times[-1])
+        if last - first < 1e-9 or not len(driven.names):
+            there = driven.at(np.array((begin,)))[0]
+            return there, there
+        low, high = Polynomials(driven.times, driven.coefficients).range(
+            np.array((first,)), np.array((last,))
+        )
+        return low[0], high[0]
+
+    @cached_property
+    def _pairs(self) -> ChangingPairs:
+        return ChangingPairs.of(self.timed)
+
+    @cached_property
+    def _levers(self) -> Floats:
+        return pair_levers(self.timed.reduced)
+
+    @cached_property
+    def _kinematics(self) -> Kinematics:
+        return Kinematics(self.timed.reduced)
+
+    @cached_property
+    def _distances(self) -> PairDistances:
+        return PairDistances(self._kinematics, error=VerifyOptions().distance_error)
+
+
+def _halved(middle: Floats, half: Floats, axis: Ints) -> tuple[Floats, Floats]:
+    """Halve each box along a joint of its own."""
+    rows = np.arange(len(middle))
+    narrow, step = half.copy(), np.zeros_like(half)
+    narrow[rows, axis] /= 2.0
+    step[rows, axis] = narrow[rows, axis]
+    return np.concatenate((middle - step, middle + step)), np.concatenate((narrow, narrow))

@@ -1,0 +1,297 @@
+"""Why there is no plan: what stands in the way, by how much and where, as data and in words."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from math import inf
+
+import numpy as np
+
+from trajopt.optimise.kinematics.goal_candidates import GoalCandidates
+from trajopt.optimise.kinematics.missed import missed_at
+from trajopt.optimise.nlp import ConstraintRows
+from trajopt.optimise.solvers import SolveResult
+from trajopt.optimise.terms import Clearance
+from trajopt.optimise.terms.gravity_torque import HoldingTorque
+from trajopt.optimise.terms.joint_positions import without_followers
+from trajopt.planning.infeasibility import ClosedCut
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FollowsCurve, FramePlacement, JointPositions, Requirement
+from trajopt.robot.limits import EXCESS, LimitKind
+from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
+from trajopt.scene.collisions.clearances import how_near
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.likely_units import meant_at_depth, meant_in_joint
+from trajopt.values.printed import in_joint_position, in_range, in_unit
+from trajopt.verify import Certificate, Examination, Overload
+
+NAMED = 3
+"""Colliding pairs that a sentence names."""
+
+
+class BlockKind(Enum):
+    """What kind of thing stands in the way."""
+
+    CONTACT = "two bodies"
+    JOINT_LIMIT = "a joint limit"
+    REQUIREMENT = "a requirement"
+    EFFORT = "an effort limit"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """One thing that stands in the way.
+
+    Attributes:
+        kind: What kind of thing.
+        subjects: The two links or objects, the joint, or the requirement.
+        amount: By how much it is violated: depth or missing clearance [m], excess over a limit [rad, m, Nm,
+            N], or violation in the requirement's unit.
+        place: Where on the way, from 0 (start) to 1 (goal); None where it is not on the way.
+        words: All of it, as a phrase.
+        residual: Class of the residual that is not satisfied; None where no program was solved.
+        begin: Of what changes with time: from then on it stands in the way [s].
+        end: Until then [s]; infinite where it stays.
+    """
+
+    kind: BlockKind
+    subjects: tuple[str, ...]
+    amount: float
+    place: float | None
+    words: str
+    residual: type[object] | None = None
+    begin: float | None = None
+    end: float | None = None
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "kind": self.kind.name,
+            "subjects": list(self.subjects),
+            "amount": self.amount,
+            "place": self.place,
+            "words": self.words,
+            "begin": self.begin,
+            "end": None if self.end == inf else self.end,
+        }
+
+
+def blocks_of(seen: Examination) -> tuple[Block, ...]:
+    """Return what is wrong with an examined configuration: joints beyond limits, then contacts."""
+    beyond = (
+        Block(
+            kind=BlockKind.JOINT_LIMIT,
+            subjects=(item.joint,),
+            amount=item.excess,
+            place=None,
+            words=item.words,
+        )
+        for item in seen.out_of_limits
+    )
+    touching = (
+        Block(
+            kind=BlockKind.CONTACT,
+            subjects=(item.first, item.second),
+            amount=item.required - item.distance,
+            place=None,
+            words=item.words,
+        )
+        for item in seen.collisions
+    )
+    return (*beyond, *touching)
+
+
+def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple[Block, ...]:
+    """Return the joints that cannot hold still as what stands in the way.
+
+    Args:
+        overloads: The joints.
+        where: Says where they cannot: "at the goal".
+    """
+    return tuple(
+        Block(
+            kind=BlockKind.EFFORT,
+            subjects=(item.joint,),
+            amount=item.excess,
+            place=None,
+            words=item.words(where),
+        )
+        for item in overloads
+    )
+
+
+def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...]:
+    """Return what a solver could not satisfy: each pair and constraint where it is worst, worst first."""
+    found: dict[tuple[object, ...], tuple[float, Block]] = {}
+    for block in solved.at.constraints:
+        for row in np.flatnonzero(block.violation > block.tolerance).tolist():
+            amount, kind = float(block.violation[row]), BlockKind.REQUIREMENT
+            place = float(block.rows.place[row]) / (problem.knots - 1)
+            subjects, what = (block.name,), f"{block.name} by {in_unit(amount, block.unit_of(row))}"
+            if block.kind is Clearance:
+                kind, subjects = BlockKind.CONTACT, problem.reduced.owners(int(block.rows.component[row]))
+                required = problem.scene.clearance_of(*subjects)
+                bound = f" ({1000 * required:g} mm required)" if required > 0.0 else ""
+                what = f"clearance of {subjects[0]} from {subjects[1]}{bound} by {1000 * amount:.1f} mm"
+            elif block.kind is HoldingTorque:
+                overload = _overload(problem, block, row)
+                kind, subjects, what = BlockKind.EFFORT, (overload.joint,), overload.words()
+                amount = overload.excess
+            share = float(block.violation[row]) / block.tolerance
+            key = (block.kind, *subjects)
+            if key not in found or found[key][0] < share:
+                blocked = Block(
+                    kind=kind,
+                    subjects=subjects,
+                    amount=amount,
+                    place=place,
+                    words=f"{what} at {place:.0%} of the way",
+                    residual=block.kind,
+                )
+                found[key] = (share, blocked)
+    return tuple(entry[1] for entry in sorted(found.values(), key=lambda entry: -entry[0]))
+
+
+def _overload(problem: Problem, block: ConstraintRows, row: int) -> Overload:
+    """Return what a joint needs to hold still at a sample of a path, and what it has."""
+    joint = int(block.rows.component[row])
+    name, limit = problem.reduced.joint_names[joint], float(problem.limits.effort[joint])
+    need = abs(float(block.rows.value[row])) * limit
+    return Overload(joint=name, torque=need, limit=limit, unit=effort_unit(problem.scene.robot.model, name))
+
+
+def overloaded(overloads: Sequence[Overload], where: str) -> str:
+    """Say which joints cannot hold still, and by how much; empty for none."""
+    return "; ".join(item.words(where) for item in overloads[:NAMED])
+
+
+def out_of_limits(seen: Examination) -> str:
+    """Say which joints are outside their limits at an examined configuration; empty for none."""
+    words = "; ".join(item.words for item in blocks_of(seen) if item.kind is BlockKind.JOINT_LIMIT)
+    sizes = ((item.joint, item.position, item.lower, item.upper, item.unit) for item in seen.out_of_limits)
+    return words + next(filter(None, (meant_in_joint(*item) for item in sizes)), "")
+
+
+def collisions(seen: Examination) -> str:
+    """Say what collides at an examined configuration; empty for nothing."""
+    touching = (item.words for item in blocks_of(seen) if item.kind is BlockKind.CONTACT)
+    depths = (item.distance for item in seen.collisions)
+    return "; ".join(list(touching)[:NAMED]) + meant_at_depth(-min(depths, default=0.0))
+
+
+def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
+    """Return the joints whose goal no position within their limits reaches, whatever its tolerance."""
+    limits = problem.reduced.limits
+    blocks: list[Block] = []
+    meant: list[str] = []
+    for goal in without_followers(problem.goals, problem.reduced):
+        if not isinstance(goal, JointPositions):
+            continue
+        for joint, wanted in goal.positions.items():
+            if joint not in limits.joint_names:
+                continue
+            place = limits.joint_names.index(joint)
+            lower, upper = float(limits.lower[place]), float(limits.upper[place])
+            excess = max(wanted - goal.below[joint] - upper, lower - wanted - goal.above[joint])
+            if excess > EXCESS * max(1.0, abs(upper if wanted > upper else lower)):
+                unit = joint_unit(problem.scene.robot.model, joint)
+                words = f"{joint} at {in_joint_position(wanted, unit)} is {in_unit(excess, unit)} outside "
+                words += in_range(lower, upper, unit)
+                words += limits.because(joint, LimitKind.UPPER if wanted > upper else LimitKind.LOWER)
+                kind = BlockKind.JOINT_LIMIT
+                blocks.append(Block(kind=kind, subjects=(joint,), amount=excess, place=None, words=words))
+                meant.append(meant_in_joint(joint, wanted, lower, upper, unit))
+    if any(meant):
+        blocks[-1] = replace(blocks[-1], words=blocks[-1].words + next(filter(None, meant)))
+    return tuple(blocks)
+
+
+def unreachable(
+    reduced: ReducedModel, clash: tuple[Requirement, ...], nearest: Floats, goals: Sequence[Requirement]
+) -> str:
+    """Say what no configuration holds: one requirement, or several that exclude each other."""
+    if len(clash) > 1:
+        each = " and ".join(str(item) for item in clash)
+        return f"no configuration was found that holds {each} together, though any one fewer can be held"
+    missed, few = missed_at(reduced, goals, nearest), _of_too_few_joints(reduced, goals)
+    return f"the nearest of the configurations tried misses the goal by {missed}{few}"
+
+
+def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:
+    """Say that a placement fixes more axes than the group has joints: only chance meets it exactly."""
+    count = len(reduced.joint_names)
+    for goal in goals:
+        if isinstance(goal, FramePlacement):
+            held = np.isfinite(goal.position_tolerance).sum() + (goal.rotation_tolerance < np.pi).sum()
+            if held > count:
+                free = "one" if held == count + 1 else f"{held - count}"
+                joints = "1 joint moves" if count == 1 else f"{count} joints move"
+                return (
+                    f"; {joints} in group {reduced.group}, and the goal fixes {held} axes of {goal.frame}: "
+                    f"leave {free} of them free, such as rotation_tolerance=(0.01, 0.01, inf)"
+                )
+    return ""
+
+
+def no_goal_configuration(reduced: ReducedModel, found: GoalCandidates, goals: Sequence[Requirement]) -> str:
+    """Say why there is no usable configuration that reaches a goal."""
+    if found.blocking is None:
+        return unreachable(reduced, (), found.nearest, goals)
+    nearest = how_near(*found.blocking, found.required) + meant_at_depth(-found.blocking[2])
+    if found.colliding == 1:
+        how = "collides" if found.required == 0.0 else "collides or comes too near to something"
+        return f"the one configuration found that reaches the goal {how}: {nearest}"
+    how = "collide" if found.required == 0.0 else "collide or come too near to something"
+    return f"all {found.colliding} configurations found that reach the goal {how}; in the nearest, {nearest}"
+
+
+def none_can_be_held(count: int, least: Sequence[Overload]) -> str:
+    """Say that no configuration at a goal can be held.
+
+    Args:
+        count: How many were found that reach the goal and keep clear.
+        least: What is too weak at the one that needs least.
+    """
+    if count == 1:
+        found = "the one configuration found that reaches the goal and keeps clear cannot be held"
+        return f"{found}: {overloaded(least, 'at the goal')}"
+    found = f"none of the {count} configurations found that reach the goal and keep clear can be held"
+    return f"{found}; in the one that needs least, {overloaded(least, 'at the goal')}"
+
+
+def nowhere_within(message: str) -> str:
+    """Add to what is wrong in the middle of a joint goal that nothing better was found in all of it."""
+    return f"{message}; that is in the middle, and nothing better was found within the goal's tolerance"
+
+
+def stuck(problem: Problem, solved: SolveResult) -> str:
+    """Say which constraint the solver could not satisfy, where, and by how much."""
+    along = any(isinstance(item, FollowsCurve) for item in problem.requirements)
+    hint = "; trajopt.tasks.cartesian.follow is made for curves: it takes as many knots as they need" * along
+    return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}{hint}"
+
+
+def enclosed(problem: Problem, cut: ClosedCut) -> str:
+    """Say where no configuration can pass."""
+    between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
+    required = max(problem.scene.clearance_of(*pair) for pair in cut.pairs[:NAMED])
+    how = "collide" if required == 0.0 else f"come nearer than the required {1000 * required:g} mm or collide"
+    at = in_joint_position(cut.position, joint_unit(problem.scene.robot.model, cut.joint))
+    return f"{cut.joint} has to pass {at} on the way, and there {between} {how}, whatever the other joints do"
+
+
+def margin_out_of_reach(problem: Problem, cut: ClosedCut) -> str:
+    """Say where no motion can keep a margin that was asked for."""
+    first, second = cut.pairs[0]
+    margin = 1000 * problem.scene.margin_of(first, second)
+    at = in_joint_position(cut.position, joint_unit(problem.scene.robot.model, cut.joint))
+    return (
+        f"no motion keeps the margin of {margin:g} mm between {first} and {second}: {cut.joint} has to pass "
+        f"{at} on the way, and there something is nearer than its margin, whatever the other joints do"
+    )
+
+
+def not_verified(certificate: Certificate) -> str:
+    """Say what the judge refused."""
+    return "; ".join(f"{check.name}: {check.detail}" for check in certificate.failed)

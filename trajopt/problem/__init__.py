@@ -1,0 +1,1 @@
+"""Problems: goals, requirements, costs and constraints of a motion."""

@@ -1,0 +1,124 @@
+"""What code relies on without looking, of values that no constructor checks."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+import numpy as np
+
+from trajopt.problem.requirements.joint_positions import JointPositions
+from trajopt.robot.bodies import CollisionBody
+from trajopt.robot.limits import JointLimits
+from trajopt.robot.loading.urdf import MeshReference
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, floats
+from trajopt.values.errors import ModelError, ShapeError, shown
+from trajopt.values.placement import Placement, as_placement
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Convex
+from trajopt.values.trajectory import Path
+
+MOST_FACES = 200_000
+"""Faces of one convex shape or mesh: a hull has at most some thousands."""
+
+
+def check_value(value: object) -> None:
+    """Refuse a value that code would follow out of bounds.
+
+    Raises:
+        ShapeError: If an array is not of the shape or kind that it must be.
+        ModelError: If names or numbers do not fit each other.
+    """
+    check = _CHECKS.get(type(value))
+    if check is not None:
+        check(value)
+
+
+def check_fields(kind: type[object], given: Mapping[str, Any]) -> None:
+    """Refuse what a constructor would take long for, before it is called.
+
+    Raises:
+        ShapeError: If a mesh has more faces than there is any need for.
+    """
+    if kind in (Mesh, Convex) and len(np.atleast_1d(given["faces"])) > MOST_FACES:
+        raise ShapeError("faces", f"must be 1 to {MOST_FACES}, are {len(given['faces'])}")
+
+
+def _placement(value: Placement) -> None:
+    as_placement("placement", value)
+
+
+def _faces(value: Convex | Mesh) -> None:
+    vertices = floats("vertices", value.vertices, (None, 3))
+    faces = np.asarray(value.faces)
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind != "i":
+        raise ShapeError("faces", f"must be whole numbers, shape (m, 3), have {faces.shape}")
+    if not 1 <= len(faces) <= MOST_FACES:
+        raise ShapeError("faces", f"must be 1 to {MOST_FACES}, are {len(faces)}")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ShapeError("faces", "are between vertices that are not there")
+
+
+def _cloud(value: Points | Voxels) -> None:
+    value.__post_init__()
+
+
+def _limits(value: JointLimits) -> None:
+    count = (len(value.joint_names),)
+    for name in ("lower", "upper", "velocity", "acceleration", "jerk", "effort"):
+        given = np.asarray(getattr(value, name))
+        if given.shape != count or given.dtype != np.float64 or np.isnan(cast("Floats", given)).any():
+            raise ShapeError(f"limits {name}", f"must be numbers, shape {count}")
+
+
+def _body(value: CollisionBody) -> None:
+    floats("centre", value.centre, (3,))
+
+
+def _mesh(value: MeshReference) -> None:
+    floats("scale", value.scale, (3,))
+
+
+def _path(value: Path) -> None:
+    floats("knots", value.knots, (None, len(value.joint_names)))
+
+
+def _joints(value: JointPositions) -> None:
+    if not value.positions.keys() == value.below.keys() == value.above.keys():
+        raise ModelError("tolerances are of other joints than the positions")
+
+
+def _robot(value: Robot) -> None:
+    names = tuple(value.model.names[1:])
+    if names != tuple(value.joint_names) or names != tuple(value.limits.joint_names):
+        raise ModelError("joints, limits and model of the robot do not have the same names")
+    homeless = {body.frame for body in value.bodies} - set(value.links)
+    if homeless:
+        raise ModelError(f"bodies of the robot are on links that it does not have: {sorted(homeless)}")
+    unknown = {name for group in value.groups.values() for name in group.joints} - set(names)
+    if unknown:
+        raise ModelError(f"the groups of the robot name joints that it does not have: {sorted(unknown)}")
+
+
+def _scene(value: Scene) -> None:
+    for name, item in value.objects.items():
+        if item.name != name:
+            raise ModelError(f"object {shown(name)} of the scene is named {shown(item.name)}")
+
+
+_CHECKS: Mapping[type[object], Callable[[Any], None]] = {
+    Placement: _placement,
+    Convex: _faces,
+    Mesh: _faces,
+    Points: _cloud,
+    Voxels: _cloud,
+    JointLimits: _limits,
+    CollisionBody: _body,
+    MeshReference: _mesh,
+    Path: _path,
+    JointPositions: _joints,
+    Robot: _robot,
+    Scene: _scene,
+}

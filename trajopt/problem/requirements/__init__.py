@@ -1,0 +1,75 @@
+"""What a motion must achieve, as plain data: goals and path constraints, one kind a file.
+
+Each is stated once here. The optimiser's term and the judge's check are computed from it by separate
+code, so that one can catch the other's mistakes.
+"""
+
+from trajopt.problem.requirements.axis_alignment import AxisAlignment as AxisAlignment
+from trajopt.problem.requirements.axis_alignment import axis_alignment as axis_alignment
+from trajopt.problem.requirements.coupled_joints import CoupledJoints as CoupledJoints
+from trajopt.problem.requirements.coupled_joints import coupled_joints as coupled_joints
+from trajopt.problem.requirements.distance_between import DistanceBetween as DistanceBetween
+from trajopt.problem.requirements.distance_between import distance_between as distance_between
+from trajopt.problem.requirements.during import During as During
+from trajopt.problem.requirements.during import during as during
+from trajopt.problem.requirements.follows_curve import CURVE_POSITION as CURVE_POSITION
+from trajopt.problem.requirements.follows_curve import CURVE_ROTATION as CURVE_ROTATION
+from trajopt.problem.requirements.follows_curve import FollowsCurve as FollowsCurve
+from trajopt.problem.requirements.follows_curve import follows_curve as follows_curve
+from trajopt.problem.requirements.frame_placement import POSITION_TOLERANCE as POSITION_TOLERANCE
+from trajopt.problem.requirements.frame_placement import ROTATION_TOLERANCE as ROTATION_TOLERANCE
+from trajopt.problem.requirements.frame_placement import FramePlacement as FramePlacement
+from trajopt.problem.requirements.frame_placement import RotationCoordinates as RotationCoordinates
+from trajopt.problem.requirements.frame_placement import frame_placement as frame_placement
+from trajopt.problem.requirements.gaze import Gaze as Gaze
+from trajopt.problem.requirements.gaze import gaze as gaze
+from trajopt.problem.requirements.goal_set import GoalSet as GoalSet
+from trajopt.problem.requirements.goal_set import any_of as any_of
+from trajopt.problem.requirements.gravity_torque import GravityTorque as GravityTorque
+from trajopt.problem.requirements.gravity_torque import gravity_torque as gravity_torque
+from trajopt.problem.requirements.joint_positions import JOINT_TOLERANCE as JOINT_TOLERANCE
+from trajopt.problem.requirements.joint_positions import JointPositions as JointPositions
+from trajopt.problem.requirements.joint_positions import joint_positions as joint_positions
+from trajopt.problem.requirements.joint_positions import together as together
+from trajopt.problem.requirements.line_of_sight import LineOfSight as LineOfSight
+from trajopt.problem.requirements.line_of_sight import line_of_sight as line_of_sight
+from trajopt.problem.requirements.point_on_arc import PointOnArc as PointOnArc
+from trajopt.problem.requirements.point_on_arc import point_on_arc as point_on_arc
+from trajopt.problem.requirements.position_in_region import Member as Member
+from trajopt.problem.requirements.position_in_region import PositionInRegion as PositionInRegion
+from trajopt.problem.requirements.position_in_region import Region as Region
+from trajopt.problem.requirements.position_in_region import point_on_line as point_on_line
+from trajopt.problem.requirements.position_in_region import point_on_plane as point_on_plane
+from trajopt.problem.requirements.position_in_region import position_in_region as position_in_region
+from trajopt.problem.requirements.requirement import DEGREES as DEGREES
+from trajopt.problem.requirements.requirement import MILLIMETRES as MILLIMETRES
+from trajopt.problem.requirements.requirement import PERCENT as PERCENT
+from trajopt.problem.requirements.requirement import PLAIN as PLAIN
+from trajopt.problem.requirements.requirement import RADIANS as RADIANS
+from trajopt.problem.requirements.requirement import Relaxation as Relaxation
+from trajopt.problem.requirements.requirement import Requirement as Requirement
+from trajopt.problem.requirements.requirement import ShownUnit as ShownUnit
+from trajopt.problem.requirements.singularity_distance import SingularityDistance as SingularityDistance
+from trajopt.problem.requirements.singularity_distance import singularity_distance as singularity_distance
+from trajopt.values.placement import WORLD as WORLD
+
+__all__ = [
+    "Requirement",
+    "RotationCoordinates",
+    "any_of",
+    "axis_alignment",
+    "coupled_joints",
+    "distance_between",
+    "during",
+    "follows_curve",
+    "frame_placement",
+    "gaze",
+    "gravity_torque",
+    "joint_positions",
+    "line_of_sight",
+    "point_on_arc",
+    "point_on_line",
+    "point_on_plane",
+    "position_in_region",
+    "singularity_distance",
+]

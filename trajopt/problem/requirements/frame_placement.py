@@ -1,0 +1,191 @@
+"""A frame at a placement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.problem.requirements.requirement import DEGREES, MILLIMETRES, Relaxation, Requirement, ShownUnit
+from trajopt.values.arrays import Floats, floats, one_of, readonly
+from trajopt.values.errors import ProblemError, ShapeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.likely_units import stated_angles, warn_of_wide_tolerance
+from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
+from trajopt.values.printed import in_direction, in_unit
+
+POSITION_TOLERANCE = 1e-4
+"""Default tolerance of a goal position, per axis [m]."""
+ROTATION_TOLERANCE = 1e-3
+"""Default tolerance of a goal orientation, per axis [rad]."""
+
+
+class RotationCoordinates(Enum):
+    """The three numbers in which a rotation error is measured (MoveIt's two parametrisations)."""
+
+    ROTATION_VECTOR = "rotation vector"
+    XYZ_EULER = "intrinsic x-y-z Euler angles"
+
+
+@dataclass(frozen=True, eq=False)
+class FramePlacement(Requirement):
+    """A frame at a placement, within a tolerance per axis.
+
+    The error is e = (R_goal^T (p - p_goal), rotation coordinates of R_goal^T R): position [m] and
+    rotation [rad] along the axes of the goal placement. |e_i| must not exceed its tolerance.
+
+    Made by `frame_placement`, whose arguments are its fields.
+    """
+
+    frame: str
+    placement: Placement
+    reference: str
+    position_tolerance: Floats
+    rotation_tolerance: Floats
+    coordinates: RotationCoordinates
+    offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Metres, radians, or both, as far as there are tolerances."""
+        return tuple(
+            unit
+            for unit, tolerance in (("m", self.position_tolerance), ("rad", self.rotation_tolerance))
+            if np.isfinite(tolerance).any()
+        )
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The tolerances of position and rotation, as far as there are any."""
+        position, rotation = self.position_tolerance, self.rotation_tolerance
+        found: list[Relaxation] = []
+        if np.isfinite(position).any():
+            found.append(
+                Relaxation(
+                    what=f"position tolerance of {self.frame}",
+                    now=float(position.min()),
+                    largest=1.0,
+                    unit=MILLIMETRES,
+                    apply=lambda amount: replace(self, position_tolerance=readonly(position + amount)),
+                )
+            )
+        if np.isfinite(rotation).any():
+            found.append(
+                Relaxation(
+                    what=f"rotation tolerance of {self.frame}",
+                    now=float(rotation.min()),
+                    largest=np.pi,
+                    unit=DEGREES,
+                    apply=lambda amount: replace(self, rotation_tolerance=readonly(rotation + amount)),
+                )
+            )
+        return tuple(found)
+
+    def __str__(self) -> str:
+        """Say it in millimetres and degrees."""
+        within = [
+            bound
+            for bound in (
+                _within(self.position_tolerance, MILLIMETRES),
+                _within(self.rotation_tolerance, DEGREES),
+            )
+            if bound
+        ]
+        free = [
+            f"free {how} {', '.join(axis for axis, size in zip('xyz', sizes, strict=True) if np.isinf(size))}"
+            for how, sizes in (("along", self.position_tolerance), ("about", self.rotation_tolerance))
+            if np.isinf(sizes).any()
+        ]
+        seen = "" if self.reference == WORLD else f" from {self.reference}"
+        return ", ".join((f"{self.frame} at {self.placement}{seen}", f"within {' and '.join(within)}", *free))
+
+    def in_full(self) -> str:
+        """Say it, and where the frame's axes point, unless they are free to tilt."""
+        if not np.isfinite(self.rotation_tolerance).all():
+            return str(self)
+        z, x = (in_direction(self.placement.rotation[:, axis], self.reference) for axis in (2, 0))
+        return f"{self}; its z points {z}, its x {x}"
+
+
+def _within(tolerance: Floats, unit: ShownUnit) -> str:
+    """Return a tolerance in words: one number where all axes have the same; empty where all are free."""
+    sizes = {
+        axis: f"{size / unit.size:.3g}"
+        for axis, size in zip("xyz", tolerance, strict=True)
+        if np.isfinite(size)
+    }
+    if len(set(sizes.values())) == 1:
+        return f"{next(iter(sizes.values()))} {unit.name}"
+    return f"{', '.join(f'{axis} {size}' for axis, size in sizes.items())} {unit.name}" if sizes else ""
+
+
+@checked
+def frame_placement(
+    frame: str,
+    placement: PlacementLike,
+    *,
+    reference: str = WORLD,
+    position_tolerance: ArrayLike = POSITION_TOLERANCE,
+    rotation_tolerance: ArrayLike | None = None,
+    coordinates: RotationCoordinates = RotationCoordinates.ROTATION_VECTOR,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+    degrees: bool = False,
+) -> FramePlacement:
+    """Require a frame at a placement: as a goal at the end, as a path constraint all the way.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        placement: Where it must be, seen from `reference`.
+        reference: "world", or the name of what the placement is relative to.
+        position_tolerance: One for all axes or one each [m]; inf leaves an axis free.
+        rotation_tolerance: One for all axes or one each [rad]; inf leaves an axis free, None is 1e-3 rad.
+        coordinates: How the rotation error is expressed.
+        offset: Point of the frame that is placed, in the frame's coordinates, shape (3,) [m].
+        degrees: Whether the rotation tolerance is in degrees.
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If a tolerance is negative or every axis is free.
+
+    Warns:
+        UnitWarning: If a rotation tolerance in radians is beyond a whole turn, or a finite position
+            tolerance is two metres or more.
+    """
+
+    def three(name: str, value: ArrayLike) -> Floats:
+        try:
+            spread = np.broadcast_to(np.asarray(value, dtype=float), (3,))
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ShapeError(name, f"must be one number or three, is {shown(value)}") from error
+        array = floats(name, spread, (3,), infinite=True)
+        if (array < 0.0).any():
+            least, unit = float(array.min()), "m" if name.startswith("position") else "rad"
+            raise ProblemError(f"{name} is negative: {in_unit(least, unit)}")
+        return array
+
+    position = three("position_tolerance", position_tolerance)
+    warn_of_wide_tolerance("position_tolerance", position)
+    if rotation_tolerance is None:
+        one_of("degrees", degrees, bool)
+        rotation = three("rotation_tolerance", ROTATION_TOLERANCE)
+    else:
+        given = three("rotation_tolerance", rotation_tolerance)
+        rotation = stated_angles("rotation_tolerance", given, (3,), degrees=degrees, infinite=True)
+    if np.isinf(position).all() and np.isinf(rotation).all():
+        raise ProblemError(f"frame_placement({shown(frame)}): every axis is free, nothing is required")
+    return FramePlacement(
+        frame,
+        as_placement("placement", placement),
+        reference,
+        position,
+        rotation,
+        coordinates,
+        floats("offset", offset, (3,)),
+    )

@@ -1,0 +1,205 @@
+"""A point of a frame inside a region: a shape, or a union of shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.problem.requirements.requirement import MILLIMETRES, Relaxation, Requirement
+from trajopt.values.arrays import Floats, direction_of, floats, positive, sequence
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
+from trajopt.values.printed import in_axis, in_length, in_point, seen_from
+from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
+from trajopt.values.sizes import LARGEST_SIZE
+
+Region = Box | Sphere | Cylinder | Plane
+"""Convex shapes that a point can be kept in; `Plane` is the half-space below its plane z = 0."""
+
+Member = tuple[Region, Placement]
+"""A shape and its placement in the region's reference."""
+
+
+@dataclass(frozen=True, eq=False)
+class PositionInRegion(Requirement):
+    """A point of a frame is inside at least one of several convex shapes.
+
+    Made by `position_in_region`: `members` are the shapes, each with its placement in `reference`.
+    """
+
+    frame: str
+    members: tuple[Member, ...]
+    reference: str
+    offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Metres."""
+        return ("m",)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """All shapes, grown on every side."""
+        what = f"region of {self.frame} grown on every side"
+        return (Relaxation(what=what, now=0.0, largest=1.0, unit=MILLIMETRES, apply=self._grown),)
+
+    def _grown(self, amount: float) -> PositionInRegion:
+        return replace(self, members=tuple(_grown(shape, where, amount) for shape, where in self.members))
+
+    def __str__(self) -> str:
+        """Say the shapes and where they are; a thin slab as its plane, a tube without end as its line."""
+        inside = " or ".join(_in_words(shape, where) for shape, where in self.members)
+        return f"{self.frame} {inside}{seen_from(self.reference)}"
+
+
+@checked
+def position_in_region(
+    frame: str,
+    region: Region | Sequence[tuple[Region, PlacementLike]],
+    placement: PlacementLike | None = None,
+    *,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> PositionInRegion:
+    """Require a point of a frame to be inside a box, sphere, cylinder or half-space, or a union of such.
+
+    The program keeps the point inside the nearest member, chosen anew at every linearisation, and a
+    tenth of its size, at most 5 mm, from its surface: members that the point has to pass between
+    should overlap by more than that.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        region: One shape, or several with their placements.
+        placement: Of the whole region in `reference`; at its origin when None.
+        reference: "world", or the name of what the region is placed in; it may move.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ProblemError: If there is no shape, or one of another kind.
+        ShapeError: If a number is not usable.
+    """
+    given = [(region, IDENTITY)] if isinstance(region, Region) else sequence("region", region)
+    if not given:
+        raise ProblemError(f"position_in_region({shown(frame)}): the region has no shape")
+    for member in given:
+        shape = member[0] if isinstance(member, tuple) else member  # pyright: ignore
+        if not isinstance(shape, Region):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise ProblemError(
+                f"position_in_region({shown(frame)}): {shown(shape)} is no Box, Sphere, Cylinder or Plane"
+            )
+    base = IDENTITY if placement is None else as_placement("placement", placement)
+    members = tuple((shape, base * as_placement("placement in the region", where)) for shape, where in given)
+    return PositionInRegion(frame, members, reference, floats("offset", offset, (3,)))
+
+
+@checked
+def point_on_line(
+    frame: str,
+    through: ArrayLike,
+    direction: ArrayLike,
+    *,
+    tolerance: float,
+    length: float | None = None,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> PositionInRegion:
+    """Require a point of a frame on a line, or on a segment of it: a thin cylinder.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        through: A point of the line, the middle of a segment, in `reference`, shape (3,) [m].
+        direction: Of the line in `reference`, shape (3,), any length but zero.
+        tolerance: Largest distance from the line [m].
+        length: Of the segment [m]; the whole line (50 m of it) when None.
+        reference: "world", or the name of what the line is in.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable, or the direction has no length.
+        ProblemError: If the tolerance is not positive.
+    """
+    tube = Cylinder(positive("tolerance", tolerance), LARGEST_SIZE if length is None else length)
+    where = Placement(_upright(direction_of("direction", direction)), floats("through", through, (3,)))
+    return position_in_region(frame, tube, where, reference=reference, offset=offset)
+
+
+@checked
+def point_on_plane(
+    frame: str,
+    through: ArrayLike,
+    normal: ArrayLike,
+    *,
+    tolerance: float,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> PositionInRegion:
+    """Require a point of a frame on a plane: a thin slab, 50 m wide.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        through: A point of the plane in `reference`, shape (3,) [m].
+        normal: Of the plane in `reference`, shape (3,), any length but zero.
+        tolerance: Largest distance from the plane, to either side [m].
+        reference: "world", or the name of what the plane is in.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable, or the normal has no length.
+        ProblemError: If the tolerance is not positive.
+    """
+    slab = Box(LARGEST_SIZE, LARGEST_SIZE, 2.0 * positive("tolerance", tolerance))
+    where = Placement(_upright(direction_of("normal", normal)), floats("through", through, (3,)))
+    return position_in_region(frame, slab, where, reference=reference, offset=offset)
+
+
+def _grown(shape: Region, where: Placement, amount: float) -> Member:
+    """Return a shape grown on every side; what is as large as a shape may be stands for what has no end."""
+
+    def larger(size: float, by: float) -> float:
+        return min(size + by, LARGEST_SIZE)
+
+    match shape:
+        case Box():
+            return Box(*(larger(edge, 2.0 * amount) for edge in (shape.x, shape.y, shape.z))), where
+        case Sphere():
+            return Sphere(larger(shape.radius, amount)), where
+        case Cylinder():
+            return Cylinder(larger(shape.radius, amount), larger(shape.length, 2.0 * amount)), where
+        case Plane():
+            return shape, where * Placement(np.eye(3), np.array((0.0, 0.0, amount)))
+
+
+def _upright(axis: Floats) -> Floats:
+    """Return a rotation whose z axis is a unit vector."""
+    aside = np.zeros(3)
+    aside[np.argmin(np.abs(axis))] = 1.0
+    x = direction_of("x", np.cross(aside, axis))
+    return floats("axes", np.stack((x, np.cross(axis, x), axis), axis=1), (3, 3))
+
+
+def _in_words(shape: Region, where: Placement) -> str:
+    through, axis = in_point(where.translation), in_axis(where.rotation[:, 2])
+    match shape:
+        case Box(x=x, y=y) if x == y == LARGEST_SIZE:
+            return f"on the plane through {through} with normal {axis}, within {in_length(0.5 * shape.z)}"
+        case Box():
+            edges = " x ".join(in_length(edge) for edge in (shape.x, shape.y, shape.z))
+            return f"in a box of {edges} at {where}"
+        case Sphere():
+            return f"in a sphere of radius {in_length(shape.radius)} at {through}"
+        case Cylinder() if shape.length == LARGEST_SIZE:
+            return f"on the line through {through} along {axis}, within {in_length(shape.radius)}"
+        case Cylinder():
+            size = f"radius {in_length(shape.radius)} and length {in_length(shape.length)}"
+            return f"in a cylinder of {size} along {axis} at {through}"
+        case Plane():
+            return f"below the plane through {through} with normal {axis}"

@@ -1,0 +1,315 @@
+"""What callers state of a start and a goal, in any of its forms, and what it means for a group of a robot."""
+
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias, cast
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from trajopt.problem.requirements import (
+    FramePlacement,
+    GoalSet,
+    JointPositions,
+    Requirement,
+    frame_placement,
+    joint_positions,
+)
+from trajopt.problem.requirements.goal_set import GoalLike
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.robot import Robot
+from trajopt.scene.group_tools import tool_of
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, floats, mapping, number, one_of, sequence
+from trajopt.values.errors import ModelError, ProblemError, ShapeError, StateNotFound, listed, shown
+from trajopt.values.likely_units import stated_angle
+from trajopt.values.placement import Placement, as_placement
+
+StartLike: TypeAlias = str | Mapping[str, float] | ArrayLike
+"""Name of a state, joint -> position [rad | m], or positions of all joints."""
+
+
+def stated_start(robot: Robot, group: str, start: StartLike, *, degrees: bool) -> Floats:
+    """Return the positions of all joints at a start.
+
+    Args:
+        robot: The robot.
+        group: The planning group: where several groups have a state of the same name, its own comes first.
+        start: Where it starts.
+        degrees: Whether positions of joints that turn are in degrees.
+
+    Raises:
+        ProblemError: If it is in none of its forms.
+        ShapeError: If there is not one finite number for each joint; it names those that are missing.
+        NameNotFound: If a name is unknown.
+        MimicContradiction: If a mimic joint is not where it follows.
+    """
+    if isinstance(start, str):
+        positions = _in_state(robot, group, start)
+    elif isinstance(start, Mapping):
+        positions = robot.positions(start, degrees=degrees)
+    elif isinstance(start, list | tuple | np.ndarray):
+        given = floats("start, of all joints of the robot", cast("ArrayLike", start), (None,))
+        if len(given) != len(robot.joint_names):
+            raise ShapeError("start", _missing(robot, group, len(given)))
+        turns = np.array([joint_unit(robot.model, joint) == "rad" for joint in robot.joint_names])
+        positions = np.where(turns & one_of("degrees", degrees, bool), np.deg2rad(given), given)
+    else:
+        forms = "the name of a state, joint -> position, or positions of all joints"
+        raise ProblemError(f"start must be {forms}, is {shown(start)}")
+    return robot.followed(positions, checked=robot.mimics)
+
+
+def _in_state(robot: Robot, group: str, name: str) -> Floats:
+    """Return positions of all joints in a state: the group's own, and those of its name of other groups."""
+    others = {
+        joint: at
+        for (_, state), found in reversed(tuple(robot.states.items()))
+        if state == name
+        for joint, at in found.items()
+    }
+    own = robot.states.get((group, name), dict[str, float]())
+    together = {joint: at for joint, at in {**others, **own}.items() if joint not in robot.mimics}
+    return robot.positions(together if others else name)
+
+
+def stated_rates(
+    robot: Robot, name: str, rates: Mapping[str, float], *, degrees: bool
+) -> Mapping[str, float]:
+    """Return velocities or accelerations by joint, given in degrees or radians where joints turn.
+
+    Raises:
+        ProblemError: If they are no mapping.
+        ShapeError: If one that is given in degrees is no number.
+    """
+    given = mapping(name, rates)
+    if not one_of("degrees", degrees, bool):
+        return given
+    turning = {joint for joint in robot.joint_names if joint_unit(robot.model, joint) == "rad"}
+    return {
+        joint: stated_angle(f"{name} of {joint}", rate, degrees=joint in turning)
+        for joint, rate in given.items()
+    }
+
+
+def _missing(robot: Robot, group: str, count: int) -> str:
+    """Say which joints have no number, as far as the count of the numbers tells."""
+    joints, own = robot.joint_names, robot.group(group).joints
+    words = f"has {count} numbers, and the robot has {len(joints)} joints"
+    driven = tuple(joint for joint in joints if joint not in robot.mimics)
+    for named, whose in ((own, f"those of group {group}"), (driven, "those that follow no other")):
+        if len(named) == count:
+            absent = [joint for joint in joints if joint not in named]
+            lack = " and ".join(absent) if len(absent) == 2 else listed(absent)
+            are = "is" if len(absent) == 1 else "are"
+            return f"{words}: if they are {whose}, {lack} {are} missing; give all, or joint -> position"
+    return f"{words}: {listed(joints)}; give one for each, or joint -> position"
+
+
+def only_group(robot: Robot) -> str:
+    """Return the robot's group where it has one only.
+
+    Raises:
+        ProblemError: If it has several.
+    """
+    if len(robot.groups) != 1:
+        raise ProblemError(f"group: choose one of {listed(tuple(robot.groups))}")
+    return next(iter(robot.groups))
+
+
+def stated_goal(
+    scene: Scene, group: str, goal: GoalLike | Sequence[GoalLike] | GoalSet, *, degrees: bool
+) -> tuple[Requirement, ...] | dict[str, tuple[Requirement, ...]]:
+    """Return what is required at the end: requirements that hold together, or for each goal of a set its own.
+
+    Args:
+        scene: The scene.
+        group: The planning group.
+        goal: One thing or several, or any one goal of a set.
+        degrees: Whether positions of joints that turn are in degrees, where they are given by joint.
+
+    Raises:
+        ProblemError: If it is in none of its forms, or it is a placement, and the group has no single tool.
+        ShapeError: If a number cannot be used.
+        NameNotFound: If a state or a joint is unknown.
+    """
+    if isinstance(goal, GoalSet):
+        each = goal.alternatives.items()
+        return {
+            name: _required(scene, group, f"goal {shown(name)}", of, degrees=degrees) for name, of in each
+        }
+    return _required(scene, group, "goal", goal, degrees=degrees)
+
+
+def stated_waypoints(
+    scene: Scene,
+    group: str,
+    waypoints: Sequence[GoalLike | Sequence[GoalLike]] | Mapping[str, GoalLike | Sequence[GoalLike]],
+    *,
+    degrees: bool,
+) -> dict[str, tuple[Requirement, ...]]:
+    """Return what is required at each waypoint, by its name or its number from 1; as `stated_goal`."""
+    named = waypoints
+    if not isinstance(named, Mapping):
+        named = {str(number): item for number, item in enumerate(sequence("waypoints", named), start=1)}
+    return {
+        name: _required(scene, group, f"waypoint {shown(name)}", item, degrees=degrees)
+        for name, item in named.items()
+    }
+
+
+def _required(
+    scene: Scene, group: str, name: str, wanted: GoalLike | Sequence[GoalLike], *, degrees: bool
+) -> tuple[Requirement, ...]:
+    """Return what is wanted at one moment as requirements that hold together."""
+    items = cast("Sequence[GoalLike]", wanted) if isinstance(wanted, list | tuple) else ()
+    if wanted is not items or not (len(items) == 0 or any(map(_is_one, items))):
+        items = (cast("GoalLike", wanted),)  # a placement in one of its forms is a list or a tuple too
+    return tuple(_requirement(scene, group, name, item, degrees=degrees) for item in items)
+
+
+def _is_one(item: object) -> bool:
+    """Say whether something is a thing to require by itself, and no row or number of a placement."""
+    matrix = cast("NDArray[np.float64]", item).shape == (4, 4) if isinstance(item, np.ndarray) else False
+    return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3)
+
+
+def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees: bool) -> Requirement:
+    if isinstance(item, Requirement):
+        return item
+    if isinstance(item, str):
+        return joint_positions(_state(scene.robot, group, item))
+    if isinstance(item, Mapping):
+        return joint_positions(_in_radians(scene.robot, name, item, degrees=degrees))
+    try:
+        where = as_placement(name, item)
+    except ModelError as error:
+        forms = "a requirement or several, the name of a state, joint -> position, or a placement"
+        hint = _of_numbers_alone(scene.robot, group, item)
+        raise ProblemError(f"{name} must be {forms}, is {shown(item)}{hint}") from error
+    return frame_placement(tool_of(scene, group), where)
+
+
+def _of_numbers_alone(robot: Robot, group: str, item: object) -> str:
+    """Say how numbers without names are given, as far as their count tells what they are."""
+    try:
+        count = len(floats("goal", cast("ArrayLike", item), (None,)))
+    except ShapeError:
+        return ""
+    for joints, whose in (
+        (robot.group(group).joints, f"robot.group({group!r}).joints"),
+        (robot.joint_names, "robot.joint_names"),
+    ):
+        if count == len(joints):
+            return f" ({count} numbers alone; as positions of joints: dict(zip({whose}, numbers)))"
+    return " (a place alone; placement((x, y, z)) is unturned)" if count == 3 else ""
+
+
+def _in_radians(
+    robot: Robot, name: str, positions: Mapping[str, float], *, degrees: bool
+) -> dict[str, float]:
+    """Return joint positions by name in the units of the joints."""
+    _ = robot.index(mapping(name, positions))
+    return {
+        joint: stated_angle(
+            f"position of {joint}",
+            value,
+            degrees=one_of("degrees", degrees, bool) and joint_unit(robot.model, joint) == "rad",
+        )
+        for joint, value in positions.items()
+    }
+
+
+def _state(robot: Robot, group: str, name: str) -> Mapping[str, float]:
+    """Return where a named state has the joints of a group: a state of its own, or one that has them all."""
+    joints = robot.group(group).joints
+    if (group, name) in robot.states:
+        found = robot.state(name, group=group)
+        return {joint: found[joint] for joint in joints if joint in found}
+    for owner, state in robot.states:
+        found = robot.states[owner, state]
+        if state == name and set(joints) <= found.keys():
+            return {joint: found[joint] for joint in joints}
+    known = {
+        state
+        for owner, state in robot.states
+        if owner == group or set(joints) <= robot.states[owner, state].keys()
+    }
+    raise StateNotFound(f"state of group {shown(group)}", name, known, left_out=robot.left_out.get(name, ""))
+
+
+def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
+    """Check that each waypoint is a requirement or several, and that there are knots for all.
+
+    Raises:
+        ProblemError: If not.
+    """
+    for name, wanted in waypoints.items():
+        if not wanted or not all(isinstance(item, Requirement) for item in wanted):
+            raise ProblemError(f"waypoint {shown(name)} is no requirement or several: {shown(wanted)}")
+    least = len(waypoints) + 2
+    if knots < least:
+        raise ProblemError(f"{len(waypoints)} waypoints need at least {least} knots, not {knots}")
+
+
+def stated_dwell(dwell: float) -> float:
+    """Return how long to stay at the goal [s].
+
+    Raises:
+        ProblemError: If it is negative.
+    """
+    if number("dwell", dwell) < 0.0:
+        raise ProblemError(f"dwell must not be negative, is {dwell:g} s")
+    return float(dwell)
+
+
+def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
+    """Check the frames and joints that a goal names: it may be a placement relative to what moves by itself.
+
+    Args:
+        scene: The scene.
+        item: The goal.
+        in_motion: Whether the robot is in motion at the start.
+
+    Raises:
+        NameNotFound: If there is none of that name.
+        ProblemError: If another goal than a placement moves, or one does and the start is in motion.
+    """
+    moving = _moving(scene, item)
+    if not moving:
+        check_names(scene, item)
+        return
+    if not isinstance(item, FramePlacement):
+        raise ProblemError(f"{moving}: of what moves only frame_placement(...) can be a goal, not {item}")
+    if in_motion:
+        raise ProblemError(f"{moving}: a goal that moves is met from a start at rest only")
+
+
+def check_names(scene: Scene, item: Requirement) -> None:
+    """Check the frames and joints that a requirement names.
+
+    Raises:
+        NameNotFound: If there is none of that name.
+        ProblemError: If the position of a joint that slides is in degrees, or a frame moves by itself.
+    """
+    scene.robot.index(item.joints)
+    if moving := _moving(scene, item):
+        raise ProblemError(f"{moving}: requirements other than goals take frames that time does not move")
+    if isinstance(item, JointPositions) and item.in_degrees:
+        for joint in item.joints:
+            if joint_unit(scene.robot.model, joint) == "m":
+                raise ProblemError(
+                    f"position of {joint} is in degrees, and the joint slides: give it in metres, "
+                    "in joint_positions(...) of its own"
+                )
+
+
+def _moving(scene: Scene, item: Requirement) -> str:
+    """Say which frame of a requirement moves by itself; empty if none does."""
+    for frame in item.frames:
+        scene.holder(frame)
+        carrier = scene.carrier(frame)
+        if carrier is not None:
+            moves = "moves by itself" if carrier == frame else f"is carried by {shown(carrier)}, which moves"
+            return f"{shown(frame)} {moves}"
+    return ""

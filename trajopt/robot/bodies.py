@@ -1,0 +1,136 @@
+"""Collision bodies: a convex shape (or an exact mesh, if asked for) fixed to a frame."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
+from trajopt.robot.meshes.cover_progress import CoverProgress
+from trajopt.robot.meshes.mesh_cover import MeshPolicy, cover_file, cover_mesh
+from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.placement import IDENTITY, Placement
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Shape, scaled
+
+ORIGIN = readonly(np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False)
+class CollisionBody(Value):
+    """One shape fixed to a frame.
+
+    Attributes:
+        name: Link or object it belongs to, with a number where there are several.
+        owner: The link or scene object it is part of.
+        frame: Link it moves with, or "world".
+        placement: Of the shape in that frame.
+        shape: The shape.
+        centre: Point about which it is scaled, in its own frame, shape (3,) [m]: of a mesh, and of what
+            covers one, the mean of the mesh's vertices.
+        scale: Factor on its size.
+    """
+
+    name: str
+    owner: str
+    frame: str
+    placement: Placement
+    shape: Shape
+    centre: Floats = field(default_factory=lambda: ORIGIN)
+    scale: float = 1.0
+
+    def scaled(self, scale: float) -> "CollisionBody":
+        """Return it at another scale, as MoveIt scales links: relative to its first size.
+
+        Raises:
+            SizeError: If it would become larger than any shape may be.
+        """
+        return replace(self, shape=scaled(self.shape, scale / self.scale, self.centre), scale=scale)
+
+
+@dataclass(frozen=True, eq=False)
+class RobotBodies:
+    """The collision bodies of a robot's links.
+
+    Attributes:
+        bodies: The bodies, in the order of the links' shapes.
+        mesh_notes: What the mesh of each link became.
+        notes: Of those that stand out of the mesh farther than asked, the same.
+    """
+
+    bodies: tuple[CollisionBody, ...]
+    mesh_notes: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def robot_bodies(collisions: Sequence[LinkGeometry], policy: MeshPolicy) -> RobotBodies:
+    """Make the collision bodies of a robot's links.
+
+    Raises:
+        MeshFileError: If a mesh is missing, empty or unreadable.
+    """
+    bodies: list[CollisionBody] = []
+    counts: Counter[str] = Counter()
+    links_by_note: dict[str, list[str]] = {}
+    coarse: dict[str, None] = {}
+    progress = CoverProgress(sum(isinstance(item.geometry, MeshReference | Mesh) for item in collisions))
+    for element in collisions:
+        shapes: tuple[Shape, ...]
+        centre = ORIGIN
+        if isinstance(element.geometry, MeshReference | Mesh):
+            cover = (
+                cover_mesh(element.geometry, policy)
+                if isinstance(element.geometry, Mesh)
+                else cover_file(element.geometry.path, element.geometry.scale, policy)
+            )
+            progress.step(element.link)
+            shapes, centre = cover.shapes, cover.centre
+            links_by_note.setdefault(cover.note, []).append(element.link)
+            coarse.update({cover.note: None} if cover.coarse else {})
+        else:
+            shapes = (element.geometry,)
+        for shape in shapes:
+            name = f"{element.link}/{counts[element.link]}"
+            counts[element.link] += 1
+            bodies.append(CollisionBody(name, element.link, element.link, element.placement, shape, centre))
+    said = {note: f"{', '.join(links)}: {note}" for note, links in links_by_note.items()}
+    return RobotBodies(
+        tuple(bodies), tuple(said.values()), tuple(f"collision mesh of {said[note]}" for note in coarse)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A frame that moves with a joint.
+
+    Attributes:
+        joint: Joint of the reduced model that carries it; 0 is the world.
+        placement: Of the frame in that joint's frame.
+    """
+
+    joint: int
+    placement: Placement
+
+
+WORLD_ANCHOR = Anchor(0, IDENTITY)
+"""The world itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class FixedBody:
+    """A collision body, by the joint that carries it.
+
+    Attributes:
+        name: The body's name.
+        owner: The link or object it is part of.
+        joint: Joint of the reduced model that carries it; 0 is the world.
+        placement: Of the shape in that joint's frame.
+        shape: The shape.
+    """
+
+    name: str
+    owner: str
+    joint: int
+    placement: Placement
+    shape: Shape

@@ -1,0 +1,265 @@
+"""Limits of joints, and MoveIt's `joint_limits.yaml` that states them."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from trajopt.values.arrays import Floats, Ints, Value, readonly
+from trajopt.values.documents.files import number_of
+from trajopt.values.errors import FileFormatError, JointNotFound, ModelError, shown
+from trajopt.values.printed import in_unit
+
+DEFAULT_ACCELERATION_TIME = 0.5
+"""A joint without an acceleration limit reaches its velocity limit in this time [s]."""
+_COLUMNS: Mapping[str, tuple[str, ...]] = {
+    "has_velocity_limits": ("max_velocity",),
+    "has_acceleration_limits": ("max_acceleration",),
+    "has_jerk_limits": ("max_jerk",),
+    "has_effort_limits": ("max_effort",),
+    "has_position_limits": ("min_position", "max_position"),
+}
+_LIMITS = frozenset(key for keys in _COLUMNS.values() for key in keys)
+_LARGEST = 1e300  # beyond it sums of limits overflow
+DEFAULT_VELOCITY = 1.0
+"""Velocity limit [rad/s | m/s] of a joint whose description states none."""
+
+
+class LimitKind(Enum):
+    """Which quantity of a joint's motion is limited."""
+
+    LOWER = "lower"
+    UPPER = "upper"
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+    JERK = "jerk"
+
+
+PER_SECOND = {LimitKind.VELOCITY: "/s", LimitKind.ACCELERATION: "/s^2", LimitKind.JERK: "/s^3"}
+"""What follows the unit of a position in that of a rate."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointLimits(Value):
+    """Limits of some joints, one entry per joint, in the order of `joint_names`.
+
+    Attributes:
+        joint_names: Names of the joints.
+        lower: Lower position limits, shape (n,) [rad | m]; -inf for continuous joints.
+        upper: Upper position limits, shape (n,) [rad | m].
+        velocity: Largest speeds, shape (n,) [rad/s | m/s].
+        acceleration: Largest accelerations, shape (n,) [rad/s^2 | m/s^2].
+        jerk: Largest jerks, shape (n,) [rad/s^3 | m/s^3]; inf where unknown.
+        effort: Largest torques or forces, shape (n,) [Nm | N]; inf where unknown.
+        defaulted: Sentences that name every limit which no file stated and trajopt chose.
+        binding: The mimic joint that a limit comes from, by joint and kind, where its own is tighter.
+    """
+
+    joint_names: tuple[str, ...]
+    lower: Floats
+    upper: Floats
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    effort: Floats
+    defaulted: tuple[str, ...] = ()
+    binding: Mapping[tuple[str, LimitKind], str] = field(default_factory=dict[tuple[str, LimitKind], str])
+
+    def because(self, joint: str, *kinds: LimitKind) -> str:
+        """Say in brackets which mimic joint binds a joint, where the limit of one does; empty where none."""
+        found = dict.fromkeys(self.binding[joint, kind] for kind in kinds if (joint, kind) in self.binding)
+        return "".join(f" (the limit of {mimic}, which follows {joint})" for mimic in found)
+
+    def take(self, index: Ints) -> "JointLimits":
+        """Return the limits of the joints with these indices, in this order."""
+        names = tuple(self.joint_names[int(i)] for i in index)
+        kept = tuple(note for note in self.defaulted if note.split(" ", 1)[0] in names)
+        return JointLimits(
+            names,
+            *(
+                readonly(array[index])
+                for array in (
+                    self.lower,
+                    self.upper,
+                    self.velocity,
+                    self.acceleration,
+                    self.jerk,
+                    self.effort,
+                )
+            ),
+            defaulted=kept,
+        )
+
+    def scaled(self, *, velocity: float, acceleration: float) -> "JointLimits":
+        """Return these limits with velocity and acceleration multiplied by factors in (0, 1]."""
+        return replace(
+            self,
+            velocity=readonly(self.velocity * velocity),
+            acceleration=readonly(self.acceleration * acceleration),
+        )
+
+
+def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator) -> Floats:
+    """Draw positions evenly within limits; joints without any within half a turn of zero.
+
+    Args:
+        limits: Of n joints.
+        count: How many to draw.
+        rng: Draws them.
+
+    Returns:
+        Shape (count, n) [rad | m].
+    """
+    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    return rng.uniform(lower, upper, (count, len(lower)))
+
+
+def with_stated(
+    limits: JointLimits,
+    stated: Mapping[str, Mapping[str, Any]],
+    *,
+    units: Mapping[str, str],
+    mimics: Collection[str] = (),
+) -> JointLimits:
+    """Apply the entries of a `joint_limits.yaml`, and defaults where no limit is stated.
+
+    A mimic joint without stated limits has none: the joint that it follows has its own.
+
+    Args:
+        limits: What the robot description says; acceleration may hold nan for "not stated".
+        stated: Joint name -> `max_velocity`, `max_acceleration`, `max_jerk`, `min_position`,
+            `max_position`, `max_effort`, each with its `has_..._limits` flag.
+        units: "rad" or "m" of each joint.
+        mimics: Names of mimic joints.
+
+    Raises:
+        JointNotFound: If an entry names no movable joint.
+        ModelError: If a joint is left no position.
+    """
+    columns: dict[str, tuple[tuple[str, Floats], ...]] = {
+        "has_velocity_limits": (("max_velocity", np.array(limits.velocity)),),
+        "has_acceleration_limits": (("max_acceleration", np.array(limits.acceleration)),),
+        "has_jerk_limits": (("max_jerk", np.array(limits.jerk)),),
+        "has_effort_limits": (("max_effort", np.array(limits.effort)),),
+        "has_position_limits": (
+            ("min_position", np.array(limits.lower)),
+            ("max_position", np.array(limits.upper)),
+        ),
+    }
+    for name, entry in stated.items():
+        if name not in limits.joint_names:
+            raise JointNotFound("joint", name, limits.joint_names)
+        place = limits.joint_names.index(name)
+        for flag, keys in columns.items():
+            for key, array in keys:
+                if entry.get(flag, key in entry) and key in entry:
+                    array[place] = float(entry[key])
+    (_, velocity), (_, acceleration) = (
+        columns["has_velocity_limits"][0],
+        columns["has_acceleration_limits"][0],
+    )
+    defaulted = _default(units, limits.joint_names, velocity, acceleration, mimics=mimics)
+    (_, lower), (_, upper) = columns["has_position_limits"]
+    for name, low, high in zip(limits.joint_names, lower, upper, strict=True):
+        if low > high:
+            reason = f"its position limits {low:g} and {high:g} leave it no position"
+            raise ModelError(f"joint {shown(name)}: {reason}")
+    return JointLimits(
+        limits.joint_names,
+        readonly(lower),
+        readonly(upper),
+        readonly(velocity),
+        readonly(acceleration),
+        readonly(columns["has_jerk_limits"][0][1]),
+        readonly(columns["has_effort_limits"][0][1]),
+        tuple(defaulted),
+    )
+
+
+def not_stated(name: str, kind: LimitKind, limit: float, unit: str) -> str:
+    """Name a limit that was chosen: "elbow acceleration 229.2 deg/s^2 (no limit stated)".
+
+    Args:
+        name: The joint.
+        kind: Velocity, acceleration or jerk.
+        limit: What was chosen.
+        unit: "rad" or "m".
+    """
+    return f"{name} {kind.value} {in_unit(limit, unit + PER_SECOND[kind])} (no limit stated)"
+
+
+def _default(
+    units: Mapping[str, str],
+    names: tuple[str, ...],
+    velocity: Floats,
+    acceleration: Floats,
+    *,
+    mimics: Collection[str],
+) -> list[str]:
+    """Set a default limit where none is stated, and say so; for mimic joints set none."""
+    said: list[str] = []
+    for place, name in enumerate(names):
+        if name in mimics:
+            for array in (velocity, acceleration):
+                array[place] = array[place] if array[place] > 0.0 else np.inf
+            continue
+        if not (np.isfinite(velocity[place]) and velocity[place] > 0.0):
+            velocity[place] = DEFAULT_VELOCITY
+            said.append(not_stated(name, LimitKind.VELOCITY, float(velocity[place]), units[name]))
+        if not (np.isfinite(acceleration[place]) and acceleration[place] > 0.0):
+            acceleration[place] = velocity[place] / DEFAULT_ACCELERATION_TIME
+            said.append(not_stated(name, LimitKind.ACCELERATION, float(acceleration[place]), units[name]))
+    return said
+
+
+def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
+    """Read the `joint_limits` mapping of MoveIt's `joint_limits.yaml`.
+
+    Raises:
+        FileFormatError: If the file is missing, is no YAML, or has no such mapping.
+    """
+    from trajopt.values.documents.yaml_files import read_yaml
+
+    documents = read_yaml(path)
+    document = documents[0] if len(documents) == 1 else None
+    entries = (
+        cast("dict[object, object]", document).get("joint_limits") if isinstance(document, dict) else None
+    )
+    if not isinstance(entries, dict):
+        raise FileFormatError(str(path), "has no mapping `joint_limits`")
+    return {
+        str(joint): _checked(str(path), f"joint_limits.{joint}", entry)
+        for joint, entry in cast("dict[object, object]", entries).items()
+    }
+
+
+def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]:
+    """Return one joint's entry after checking it: flags, and numbers that can be limits."""
+    if not isinstance(entry, dict):
+        raise FileFormatError(path, f"{place}: must be a mapping, is {shown(entry)}")
+    found: dict[str, float | bool] = {}
+    for key, value in cast("dict[object, object]", entry).items():
+        if key in _COLUMNS:
+            if not isinstance(value, bool):
+                raise FileFormatError(path, f"{place}.{key}: must be true or false, is {shown(value)}")
+            found[str(key)] = value
+        elif key in _LIMITS:
+            number = number_of(value)
+            if number is None or not abs(number) < _LARGEST:
+                raise FileFormatError(path, f"{place}.{key}: must be a finite number, is {shown(value)}")
+            if key not in _COLUMNS["has_position_limits"] and number < 0.0:
+                raise FileFormatError(path, f"{place}.{key}: must not be negative, is {number:g}")
+            found[str(key)] = number
+    lower, upper = found.get("min_position", -_LARGEST), found.get("max_position", _LARGEST)
+    if found.get("has_position_limits", True) and lower > upper:
+        raise FileFormatError(path, f"{place}: min_position {lower:g} is above max_position {upper:g}")
+    return found
+
+
+EXCESS = 1e-6
+"""Numerical excess over a limit or a tolerance that is accepted: relative to limits of velocity and
+acceleration, absolute for positions and requirements [rad | m]."""

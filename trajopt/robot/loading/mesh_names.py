@@ -1,0 +1,174 @@
+"""Which file the name of a mesh in a description means: ROS packages are found where ROS looks for them."""
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from pathlib import Path
+
+from trajopt.robot.loading.xml_file import read_xml
+from trajopt.values.documents.files import is_file
+from trajopt.values.errors import FileFormatError, MeshFileError, listed, shown
+
+PACKAGE_FILE = "package.xml"
+"""The file in the folder of a ROS package that states the package's name."""
+PACKAGE_PATHS = "ROS_PACKAGE_PATH"
+"""Environment variable: folders in which ROS 1 looks for packages."""
+PREFIXES = "AMENT_PREFIX_PATH"
+"""Environment variable: prefixes below whose `share` ROS 2 has its packages installed."""
+_LONGEST_NAME = 4096  # characters of a file's name
+_SCHEMES = ("package://", "model://")
+
+
+@dataclass(frozen=True)
+class MeshNames:
+    """What the names of meshes mean in one description.
+
+    Attributes:
+        file: The description.
+        package_dirs: Folders of packages, or that hold packages, that somebody named.
+    """
+
+    file: Path
+    package_dirs: tuple[Path, ...] = ()
+
+    def find(self, filename: str) -> Path:
+        """Find the file that a mesh name means.
+
+        Tried in this order: the name as an absolute path (with or without `file://`); below each package
+        directory; below the description's folder and its parents, where packages usually stand; in the
+        packages of that name: by the `package.xml` above the description and beside that package, below the
+        package directories, in `ROS_PACKAGE_PATH` and in `AMENT_PREFIX_PATH`.
+
+        A name that climbs (`../meshes/link.stl`), and an absolute one, must lead to a file in a package
+        directory, in the description's folder, in its package (the nearest folder above that holds a
+        `package.xml`, else the folder above), or in the package that it names. Any other name leads below one
+        of the folders tried.
+
+        Raises:
+            MeshFileError: If it is nowhere, or outside; it says where it was looked for.
+        """
+        if len(filename) > _LONGEST_NAME or "\0" in filename:
+            raise MeshFileError(shown(filename), f"is no name of a file ({self.file.name})")
+        name = filename.removeprefix("file://")
+        scheme = next((scheme for scheme in _SCHEMES if name.startswith(scheme)), "")
+        # Some write three slashes, no package: the name is meant below a folder all the same.
+        relative = name.removeprefix(scheme).lstrip("/") if scheme else name
+        package, _, inner = relative.partition("/")
+        named = package if scheme and inner else ""
+        climbs = name.startswith("/") or ".." in Path(relative).parts
+        outside = False
+        for root, file in self._tried(relative, inner, named, scheme):
+            found = Path(os.path.normpath(file))
+            if is_file(found):
+                below = not climbs and root != Path(root.anchor) and found.is_relative_to(root)
+                if below or self._owns(found, named):
+                    return found.resolve()
+                outside = True
+        if outside:
+            where = (
+                f"lies outside of what belongs to {self.file.name}; name its folder as a package directory"
+            )
+            raise MeshFileError(filename, where)
+        raise MeshFileError(filename, self._nowhere(self._tried(relative, inner, named, scheme), scheme))
+
+    def _tried(self, relative: str, inner: str, named: str, scheme: str) -> Iterator[tuple[Path, Path]]:
+        """Yield the folders in which a name is looked for, each with the file that it would mean there."""
+        yield from ((root, root / relative) for root in self._roots)
+        if scheme:
+            # A package directory may be the package itself: its name is dropped then.
+            yield from ((root, root / inner) for root in (*self._dirs, self._above[0]))
+            yield from ((root, root / inner) for root in self._packages(named))
+
+    @cached_property
+    def _above(self) -> tuple[Path, ...]:
+        return tuple(Path(os.path.abspath(self.file)).parents)
+
+    @cached_property
+    def _dirs(self) -> tuple[Path, ...]:
+        return tuple(Path(os.path.abspath(folder)) for folder in self.package_dirs)
+
+    @cached_property
+    def _roots(self) -> tuple[Path, ...]:
+        """Folders below which a name is tried as it is."""
+        return tuple(dict.fromkeys((*self._dirs, *self._above, *self.file.parent.resolve().parents)))
+
+    @cached_property
+    def _package(self) -> Path:
+        """The folder of the package that the description is in."""
+        parent = self._above[min(1, len(self._above) - 1)]
+        return next((folder for folder in self._above if is_file(folder / PACKAGE_FILE)), parent)
+
+    @cached_property
+    def _mine(self) -> frozenset[Path]:
+        """Folders of which everything belongs to the description."""
+        near = {folder for folder in (self._above[0], self._package) if folder != Path(folder.anchor)}
+        mine = {*self._dirs, *near}
+        return frozenset(mine | {folder.resolve() for folder in mine})
+
+    def _owns(self, file: Path, named: str) -> bool:
+        """Say whether a file is in a folder that belongs to the description, or in a package of a name."""
+        return any(file.is_relative_to(folder) for folder in chain(self._mine, self._packages(named)))
+
+    @cached_property
+    def _by_name(self) -> dict[str, tuple[Path, ...]]:
+        return {}
+
+    def _packages(self, name: str) -> tuple[Path, ...]:
+        """Return the folders of the packages of a name, nearest first; none without a name."""
+        if name not in self._by_name:
+            self._by_name[name] = tuple(dict.fromkeys(self._named(name) if name else ()))
+        return self._by_name[name]
+
+    def _named(self, name: str) -> Iterator[Path]:
+        beside = () if self._package == Path(self._package.anchor) else (self._package.parent,)
+        paths = _folders(PACKAGE_PATHS)
+        yield from (folder for folder in self._above if _states(folder, name))
+        for root in (*self._dirs, *beside, *paths):
+            yield from (folder for folder in (root, *_inside(root)) if _states(folder, name))
+        for folder in (
+            *(root / name for root in paths),
+            *(root / "share" / name for root in _folders(PREFIXES)),
+        ):
+            if folder.is_dir():
+                yield folder
+
+    def _nowhere(self, tried: Iterable[tuple[Path, Path]], scheme: str) -> str:
+        """Say where a mesh was looked for."""
+        roots = list(dict.fromkeys(str(root) for root, _ in tried))
+        said = f"not found for {self.file.name}; looked below {listed(roots)}"
+        if scheme:
+            unset = [name for name in (PACKAGE_PATHS, PREFIXES) if not _folders(name)]
+            named = [name for name in (PACKAGE_PATHS, PREFIXES) if _folders(name)]
+            said += f", in packages that a {PACKAGE_FILE} near it names so"
+            said += "".join(f", in {name}" for name in named)
+            said += f" ({' and '.join(unset)} {'are' if len(unset) > 1 else 'is'} not set)" if unset else ""
+        return f"{said}; name its package directory"
+
+
+def _folders(variable: str) -> tuple[Path, ...]:
+    """Return the folders that an environment variable lists."""
+    return tuple(Path(each) for each in os.environ.get(variable, "").split(os.pathsep) if each)
+
+
+def _inside(folder: Path) -> list[Path]:
+    """Return the packages in a folder by their names; none of a folder that cannot be read."""
+    try:
+        with os.scandir(folder) as entries:
+            found = [Path(entry.path) for entry in entries if is_file(Path(entry.path) / PACKAGE_FILE)]
+    except OSError:
+        return []
+    return sorted(found)
+
+
+def _states(folder: Path, name: str) -> bool:
+    """Say whether a folder is a package of that name; what is no package file says no name."""
+    file = folder / PACKAGE_FILE
+    if not is_file(file):
+        return False
+    try:
+        root = read_xml(file, "package file", root="package")
+    except FileFormatError:
+        return False
+    return (root.findtext("name") or "").strip() == name

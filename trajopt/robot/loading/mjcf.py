@@ -1,0 +1,309 @@
+"""MJCF: MuJoCo's own files, read by MuJoCo and written as a URDF, so that all that follows is the same."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from trajopt.robot.loading.groups import ALL_JOINTS
+from trajopt.robot.loading.mjcf_shapes import (
+    collides,
+    geom_placement,
+    geom_shape,
+    rotation_of,
+    untouching,
+)
+from trajopt.robot.loading.srdf import Srdf
+from trajopt.robot.loading.urdf import LinkGeometry, Mimic, Urdf
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import FileFormatError, UnsupportedJoint, listed, shown
+from trajopt.values.rotations import as_rpy
+
+FREE, BALL, SLIDE, HINGE = range(4)  # numbers of MuJoCo's mjtJoint
+_JOINT_EQUALITY = 2  # of mjtEq
+_JOINT_TRANSMISSIONS, _TENDON_TRANSMISSION, _WRAPPED_JOINT = (0, 1), 3, 1  # of mjtTrn and mjtWrap
+_WORLD = "world"
+LONGEST_SLIDE = 100.0
+"""Half the range of a slide that states none [m]: no arm, gantry or base goes farther in one motion."""
+_EXACT = 1e-12  # anchors this near the body's origin are in it [m]
+_EARTH = (0.0, 0.0, -9.81)
+
+
+def read_mjcf(path: Path) -> tuple[Urdf, Srdf]:
+    """Read a MuJoCo model as a description: bodies are links, named key frames are states.
+
+    What is fixed to the world is part of the robot: each geom of the world is a link of its own.
+
+    Args:
+        path: The file.
+
+    Returns:
+        What a URDF and an SRDF would say of it.
+
+    Raises:
+        FileFormatError: If MuJoCo cannot read it, or nothing in it moves.
+        UnsupportedJoint: If it has a ball joint.
+        ModelError: If a geom is of a type that no link can have.
+    """
+    from trajopt.robot.loading.mujoco_library import mujoco  # slow to import
+
+    engine: Any = mujoco
+    warnings: list[str] = []
+    before = engine.get_mju_user_warning()
+    engine.set_mju_user_warning(warnings.append)  # which else go into a file in the working directory
+    try:
+        model: Any = engine.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        reason = " ".join(str(error).split())  # it comes in several lines
+        raise FileFormatError(str(path), f"MuJoCo cannot read it: {reason}") from error
+    finally:
+        engine.set_mju_user_warning(before)
+    said = [f"MuJoCo warns: {' '.join(warning.split())}" for warning in dict.fromkeys(warnings)]
+    return _Reading(path, model, notes=said).read()
+
+
+@dataclass
+class _Reading:
+    """What is written of a model so far."""
+
+    path: Path
+    model: Any
+    root: ElementTree.Element = field(default_factory=lambda: ElementTree.Element("robot"))
+    collisions: list[LinkGeometry] = field(default_factory=list[LinkGeometry])
+    visuals: list[LinkGeometry] = field(default_factory=list[LinkGeometry])
+    notes: list[str] = field(default_factory=list[str])
+
+    def read(self) -> tuple[Urdf, Srdf]:
+        """Return both descriptions."""
+        model = self.model
+        if not any(int(kind) in (SLIDE, HINGE) for kind in model.jnt_type):
+            raise FileFormatError(str(self.path), "has no hinge and no slide, so nothing in it moves")
+        name = bytes(model.names).split(b"\0", 1)[0].decode() or self.path.stem
+        self.root.set("name", name)
+        self._link(_WORLD)
+        for body in range(1, model.nbody):
+            self._body(body)
+        owners = self._geoms()
+        mimics = self._mimics()
+        passive = self._passive(mimics)
+        self._say_what_is_left_out()
+        xml = ElementTree.tostring(self.root, encoding="unicode")
+        srdf = Srdf(
+            states=self._states(), disabled_pairs=untouching(model, owners), passive_joints=frozenset(passive)
+        )
+        shapes = (tuple(self.collisions), tuple(self.visuals))
+        return Urdf(self.path, xml, name, *shapes, mimics, tuple(self.notes)), srdf
+
+    def _body(self, body: int) -> None:
+        """Write a body and the joints that it hangs on, each with a link between it and the next."""
+        model, name, over = self.model, self._name("body", body), int(self.model.body_parentid[body])
+        above = self._name("body", over) if over else _WORLD
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        turn, shift = rotation_of(model.body_quat[body]), np.array(model.body_pos[body], dtype=float)
+        for joint in range(first, first + count):
+            kind, label = int(model.jnt_type[joint]), self._name("joint", joint)
+            if kind == BALL:
+                raise UnsupportedJoint(label, "ball")
+            if kind == FREE:
+                self.notes.append(f"joint {shown(label)} is free: {name} is fixed where it stands")
+                continue
+            axis, anchor = (np.array(each[joint], dtype=float) for each in (model.jnt_axis, model.jnt_pos))
+            zero = float(model.qpos0[int(model.jnt_qposadr[joint])])
+            if kind == SLIDE:
+                shift, anchor = shift - turn @ axis * zero, np.zeros(3)
+            else:
+                shift, turn = shift + turn @ anchor, turn @ _about(axis, -zero)
+            direct = joint == first + count - 1 and bool(np.abs(anchor).max() < _EXACT)
+            below = name if direct else f"{name}/{label}"
+            if not direct:
+                self._link(below)
+            self._joint(joint, label, (above, below), (shift, turn))
+            above, turn, shift = below, np.eye(3), -anchor
+        self._link(name, body)
+        if above != name:
+            self._fixed(name, above, (shift, turn))
+
+    def _link(self, name: str, body: int | None = None) -> None:
+        link = ElementTree.SubElement(self.root, "link", name=name)
+        if body is None or not float(self.model.body_mass[body]) > 0.0:
+            return
+        model, inertial = self.model, ElementTree.SubElement(link, "inertial")
+        _origin(inertial, np.array(model.body_ipos[body], dtype=float), rotation_of(model.body_iquat[body]))
+        ElementTree.SubElement(inertial, "mass", value=_written(model.body_mass[body]))
+        moments = dict(zip(("ixx", "iyy", "izz"), map(_written, model.body_inertia[body]), strict=True))
+        ElementTree.SubElement(inertial, "inertia", ixy="0", ixz="0", iyz="0", **moments)
+
+    def _joint(self, joint: int, name: str, links: tuple[str, str], where: tuple[Floats, Floats]) -> None:
+        """Write a hinge or slide between two links."""
+        model, limited = self.model, bool(self.model.jnt_limited[joint])
+        slides = int(model.jnt_type[joint]) == SLIDE
+        kind = "prismatic" if slides else "revolute" if limited else "continuous"
+        element = _joint(self.root, name, kind, links, where)
+        ElementTree.SubElement(element, "axis", xyz=" ".join(map(_written, model.jnt_axis[joint])))
+        limit = ElementTree.SubElement(element, "limit", velocity="0", effort=_written(self._effort(joint)))
+        if limited:
+            lower, upper = (float(end) for end in model.jnt_range[joint])
+        elif slides:
+            lower, upper = -LONGEST_SLIDE, LONGEST_SLIDE
+            self.notes.append(f"slide {shown(name)} has no range: [{lower:g}, {upper:g}] m is taken")
+        else:
+            return
+        limit.set("lower", _written(lower))
+        limit.set("upper", _written(upper))
+
+    def _fixed(self, link: str, above: str, where: tuple[Floats, Floats]) -> None:
+        _joint(self.root, f"{link}/fixed", "fixed", (above, link), where)
+
+    def _effort(self, joint: int) -> float:
+        """Return the largest torque of the actuators of a joint; 0 where it is not stated."""
+        model, stated = self.model, 0.0
+        for actuator in range(int(model.nu)):
+            driven = int(model.actuator_trntype[actuator]) in _JOINT_TRANSMISSIONS
+            if not driven or int(model.actuator_trnid[actuator][0]) != joint:
+                continue
+            if model.actuator_forcelimited[actuator]:
+                force = float(np.abs(model.actuator_forcerange[actuator]).max())
+            elif model.actuator_ctrllimited[actuator] and _is_motor(model, actuator):
+                force = float(np.abs(model.actuator_ctrlrange[actuator]).max())
+                force *= abs(float(model.actuator_gainprm[actuator][0]))
+            else:
+                return 0.0
+            stated += force * abs(float(model.actuator_gear[actuator][0]))
+        if model.jnt_actfrclimited[joint]:
+            most = float(np.abs(model.jnt_actfrcrange[joint]).max())
+            return min(stated, most) if stated else most
+        return stated
+
+    def _geoms(self) -> Mapping[int, str]:
+        """Write all geoms; return the link of each that collides."""
+        model, owners = self.model, dict[int, str]()
+        seen: dict[str, list[LinkGeometry]] = {}
+        for geom in range(int(model.ngeom)):
+            body, name = int(model.geom_bodyid[geom]), self._name("geom", geom)
+            link = self._name("body", body) if body else f"{_WORLD}/{name}"
+            if not body:
+                self._link(link)
+                self._fixed(link, _WORLD, (np.zeros(3), np.eye(3)))
+            red, green, blue, alpha = (float(part) for part in model.geom_rgba[geom])
+            shape = geom_shape(model, geom, name)
+            item = LinkGeometry(link, geom_placement(model, geom), shape, (red, green, blue, alpha))
+            if collides(model, geom):
+                owners[geom] = link
+                self.collisions.append(item)
+            else:
+                seen.setdefault(link, []).append(item)
+        plain = [item for item in self.collisions if item.link not in seen]
+        self.visuals = [*(item for items in seen.values() for item in items), *plain]
+        return owners
+
+    def _mimics(self) -> dict[str, Mimic]:
+        """Return the joints that an equality constraint makes follow another by a factor and an offset."""
+        model, found, others = self.model, dict[str, Mimic](), list[str]()
+        for place in range(int(model.neq)):
+            kind, name = int(model.eq_type[place]), self._name("equality", place)
+            one, other = int(model.eq_obj1id[place]), int(model.eq_obj2id[place])
+            offset, factor, *curved = (float(value) for value in model.eq_data[place][:5])
+            if not model.eq_active0[place]:
+                continue
+            if kind != _JOINT_EQUALITY or other < 0 or any(curved):
+                others.append(name)
+                continue
+            at = [float(model.qpos0[int(model.jnt_qposadr[joint])]) for joint in (one, other)]
+            leader, follower = self._name("joint", other), self._name("joint", one)
+            found[follower] = Mimic(leader, factor, at[0] + offset - factor * at[1])
+        if others:
+            self.notes.append(f"equality constraints are not kept, loops among them: {listed(others)}")
+        return found
+
+    def _passive(self, mimics: Mapping[str, Mimic]) -> list[str]:
+        """Return the joints that no actuator moves, where there are actuators."""
+        model, driven = self.model, set[int]()
+        for actuator in range(int(model.nu)):
+            kind, place = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator][0])
+            if kind in _JOINT_TRANSMISSIONS:
+                driven.add(place)
+            elif kind == _TENDON_TRANSMISSION:
+                first, count = int(model.tendon_adr[place]), int(model.tendon_num[place])
+                wrapped = range(first, first + count)
+                joints = (each for each in wrapped if int(model.wrap_type[each]) == _WRAPPED_JOINT)
+                driven.update(int(model.wrap_objid[each]) for each in joints)
+        names = [
+            self._name("joint", joint)
+            for joint, kind in enumerate(model.jnt_type)
+            if int(kind) in (SLIDE, HINGE) and joint not in driven
+        ]
+        passive = [name for name in names if name not in mimics] if int(model.nu) else []
+        if passive:
+            self.notes.append(f"no actuator moves these joints, and no group does: {listed(passive)}")
+        return passive
+
+    def _states(self) -> Mapping[tuple[str, str], Mapping[str, float]]:
+        """Return the named key frames as states of all joints."""
+        model = self.model
+        movable = [joint for joint, kind in enumerate(model.jnt_type) if int(kind) in (SLIDE, HINGE)]
+        return {
+            (ALL_JOINTS, name): {
+                self._name("joint", joint): float(model.key_qpos[key][int(model.jnt_qposadr[joint])])
+                for joint in movable
+            }
+            for key in range(int(model.nkey))
+            if (name := str(model.key(key).name))
+        }
+
+    def _say_what_is_left_out(self) -> None:
+        model = self.model
+        forces = {
+            "damping": model.dof_damping,
+            "friction": model.dof_frictionloss,
+            "rotor inertia": model.dof_armature,
+            "springs": model.jnt_stiffness,
+        }
+        present = [name for name, values in forces.items() if np.any(values)]
+        if present:
+            self.notes.append(f"{listed(present)} of joints do not count in torques")
+        if np.any(model.body_gravcomp):
+            self.notes.append("bodies whose weight MuJoCo compensates count in torques with all of it")
+        gravity = np.array(model.opt.gravity)
+        if np.abs(gravity - _EARTH).max() > _EXACT:
+            self.notes.append(f"gravity is taken as {_EARTH} m/s^2, where the file has {gravity.tolist()}")
+
+    def _name(self, kind: str, place: int) -> str:
+        """Return the name of a thing; its kind and place where it has none."""
+        return str(getattr(self.model, kind)(place).name) or f"{kind}_{place}"
+
+
+def _is_motor(model: Any, actuator: int) -> bool:
+    """Say whether an actuator's force is its control times a gain."""
+    return not int(model.actuator_gaintype[actuator]) and not int(model.actuator_biastype[actuator])
+
+
+def _about(axis: Floats, angle: float) -> Floats:
+    """Return the rotation about an axis, quaternion-exact: shape (3, 3)."""
+    half = 0.5 * angle
+    return rotation_of(np.array((np.cos(half), *(np.sin(half) * axis / np.linalg.norm(axis)))))
+
+
+def _written(value: float) -> str:
+    return repr(float(value))
+
+
+def _origin(element: ElementTree.Element, shift: Floats, turn: Floats) -> None:
+    xyz, rpy = (" ".join(map(_written, each)) for each in (shift, as_rpy(turn)))
+    ElementTree.SubElement(element, "origin", xyz=xyz, rpy=rpy)
+
+
+def _joint(
+    root: ElementTree.Element,
+    name: str,
+    kind: str,
+    links: tuple[str, str],
+    where: tuple[Floats, Floats],
+) -> ElementTree.Element:
+    element = ElementTree.SubElement(root, "joint", name=name, type=kind)
+    for tag, link in zip(("parent", "child"), links, strict=True):
+        ElementTree.SubElement(element, tag, link=link)
+    _origin(element, *where)
+    return element

@@ -1,0 +1,248 @@
+"""What trajopt reads from Pinocchio's model: names, limits, adjacent links, plain data for pickles."""
+
+from collections.abc import Collection, Mapping
+from typing import cast
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.robot.limits import JointLimits
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.placement import Placement
+
+_JOINTS = (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+_NO_NAME = "\x01"  # XML holds no such character, so no name does
+
+
+def link_names(model: pin.Model) -> tuple[str, ...]:
+    """Return the names of all links, root first."""
+    return tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+
+
+def joint_frame_names(model: pin.Model) -> tuple[str, ...]:
+    """Return the names of all joints, those that cannot move included, in the tree's order."""
+    return tuple(frame.name for frame in list(model.frames)[1:] if frame.type in _JOINTS)
+
+
+def fixed_joint_names(model: pin.Model) -> frozenset[str]:
+    """Return the names of the joints that cannot move."""
+    return frozenset(joint_frame_names(model)) - frozenset(model.names[1:])
+
+
+def link_frame(model: pin.Model, link: str) -> int:
+    """Return the place of a link among the model's frames."""
+    return int(model.getFrameId(link, pin.FrameType.BODY))
+
+
+def joint_above(model: pin.Model, link: str) -> str:
+    """Return the name of the joint that a link hangs on ("universe" for the root)."""
+    return str(model.frames[model.frames[link_frame(model, link)].parentFrame].name)
+
+
+def link_joint(model: pin.Model, link: str) -> int:
+    """Return the number of the joint that moves a link; 0 where none does."""
+    return int(model.frames[link_frame(model, link)].parentJoint)
+
+
+def link_above(model: pin.Model, link: str) -> str:
+    """Return the name of the link that a link hangs on, by a joint that may be fixed."""
+    joint = model.frames[model.frames[link_frame(model, link)].parentFrame]
+    return str(model.frames[joint.parentFrame].name)
+
+
+def distinct_links(model: pin.Model) -> pin.Model:
+    """Return the model, or a copy whose links have names that no joint has where some do."""
+    names = [frame.name for frame in model.frames]
+    if len(set(names)) == len(names):
+        return model
+    renamed = model.copy()
+    for frame in renamed.frames:
+        if frame.type == pin.FrameType.BODY:
+            frame.name = _NO_NAME + frame.name
+    return renamed
+
+
+def named_again(model: pin.Model) -> pin.Model:
+    """Give links the names back that `distinct_links` took; return the model."""
+    for frame in model.frames:
+        frame.name = frame.name.removeprefix(_NO_NAME)
+    return model
+
+
+def described_limits(model: pin.Model) -> JointLimits:
+    """Read what the URDF states: position, velocity, effort; acceleration is nan, jerk inf."""
+    count = model.njoints - 1
+    lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
+    for place, joint in enumerate(list(model.joints)[1:]):
+        if joint.nq == 1:
+            lower[place] = model.lowerPositionLimit[joint.idx_q]
+            upper[place] = model.upperPositionLimit[joint.idx_q]
+    effort = np.array(model.effortLimit)
+    effort[effort <= 0.0] = np.inf
+    return JointLimits(
+        tuple(model.names[1:]),
+        lower,
+        upper,
+        np.array(model.velocityLimit),
+        np.full(count, np.nan),
+        np.full(count, np.inf),
+        effort,
+    )
+
+
+def links_of_the_world(model: pin.Model, shaped: Collection[str]) -> frozenset[str]:
+    """Return the links that stand in the world beside the robot: tables and floors of its description.
+
+    They carry no joint, and nothing with a shape lies between them and the root, which has none itself.
+
+    Args:
+        model: The model.
+        shaped: The links with a shape.
+    """
+    frames, carriers = model.frames, set[int]()
+    for frame in frames:
+        if frame.type == pin.FrameType.JOINT:
+            carriers.update(_links_above(model, int(frame.parentFrame)))
+    found: set[str] = set()
+    for place, frame in enumerate(frames):
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == 0 and place not in carriers:
+            above = _links_above(model, int(frame.parentFrame))
+            if above and not any(frames[each].name in shaped for each in above):
+                found.add(str(frame.name))
+    return frozenset(found)
+
+
+def _links_above(model: pin.Model, place: int) -> list[int]:
+    """Return the places of the links from a frame to the root, itself if it is one."""
+    found: list[int] = []
+    while place > 0:
+        if model.frames[place].type == pin.FrameType.BODY:
+            found.append(place)
+        place = int(model.frames[place].parentFrame)
+    return found
+
+
+def adjacent_links(model: pin.Model, links: tuple[str, ...]) -> frozenset[frozenset[str]]:
+    """Pair the links joined by one joint, or fixed to each other: contact there is construction."""
+    by_joint: dict[int, list[str]] = {}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            by_joint.setdefault(int(frame.parentJoint), []).append(frame.name)
+    parent_link = {
+        frame.name: model.frames[frame.parentFrame].name
+        for frame in model.frames
+        if frame.type in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+    }
+    pairs: set[frozenset[str]] = set()
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            joint_frame = model.frames[frame.parentFrame].name
+            parent = parent_link.get(joint_frame)
+            if parent in links:
+                pairs.add(frozenset((frame.name, parent)))
+    for names in by_joint.values():
+        pairs.update(frozenset((a, b)) for a in names for b in names if a < b)
+    return frozenset(pairs)
+
+
+ModelData = tuple[str, Mapping[str, Floats]]
+"""The text of Pinocchio's own archive, and the vectors with infinities, which it cannot read back."""
+
+
+def model_data(model: pin.Model) -> ModelData:
+    """Return all that a model states."""
+    finite, infinite = model.copy(), dict[str, Floats]()
+    for name in dir(model):
+        value: object = getattr(model, name)
+        if isinstance(value, np.ndarray):
+            vector = cast("Floats", value)
+            if not np.isfinite(vector).all():
+                infinite[name] = vector.copy()
+                setattr(finite, name, np.zeros_like(vector))
+    return finite.saveToString(), infinite
+
+
+def model_of(data: ModelData) -> pin.Model:
+    """Return the model that was stated."""
+    text, infinite = data
+    model = pin.Model()
+    model.loadFromString(text)
+    for name, vector in infinite.items():
+        setattr(model, name, vector)
+    return model
+
+
+def root_placement(model: pin.Model) -> Placement:
+    """Return the placement of the root link in the world."""
+    at = model.frames[link_frame(model, link_names(model)[0])].placement
+    return Placement(readonly(at.rotation.copy()), readonly(at.translation.copy()))
+
+
+def placed_model(model: pin.Model, where: Placement) -> pin.Model:
+    """Return a copy of a model that is displaced as a whole.
+
+    Args:
+        model: The model.
+        where: The displacement, in the world.
+    """
+    moved, change = model.copy(), pin.SE3(where.rotation, where.translation)
+    for joint in range(1, moved.njoints):
+        if moved.parents[joint] == 0:
+            moved.jointPlacements[joint] = change * moved.jointPlacements[joint]
+    for frame in list(moved.frames)[1:]:
+        if frame.parentJoint == 0:
+            frame.placement = change * frame.placement
+    return moved
+
+
+def configuration(model: pin.Model, positions: Floats) -> Floats:
+    """Return pinocchio's configuration of one-degree-of-freedom joint positions, (nv,) -> (nq,)."""
+    if model.nq == model.nv:
+        return positions
+    q = np.empty(model.nq)
+    for joint, position in zip(list(model.joints)[1:], positions, strict=True):
+        if joint.nq == 1:
+            q[joint.idx_q] = position
+        else:
+            q[joint.idx_q : joint.idx_q + 2] = np.cos(position), np.sin(position)
+    return q
+
+
+_PER_SECOND = ("", "/s", "/s^2", "/s^3")
+
+
+def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
+    """Return the unit of a joint's position or a derivative of it: of an angle or of a length.
+
+    Args:
+        model: The robot's model.
+        joint: Name of one of its movable joints.
+        order: 0 position, 1 velocity, 2 acceleration, 3 jerk.
+    """
+    kind = str(model.joints[model.getJointId(joint)].shortname())
+    return ("m" if kind.startswith("JointModelP") else "rad") + _PER_SECOND[order]
+
+
+def joint_units(model: pin.Model) -> dict[str, str]:
+    """Return the unit of each movable joint's position, "rad" or "m", by its name."""
+    return {name: joint_unit(model, name) for name in list(model.names)[1:]}
+
+
+def effort_unit(model: pin.Model, joint: str) -> str:
+    """Return the unit of what drives a movable joint: Nm, or N where it slides."""
+    return "Nm" if joint_unit(model, joint) == "rad" else "N"
+
+
+def link_placement(model: pin.Model, link: str, positions: Floats) -> Placement:
+    """Return the placement of a link in the world.
+
+    Args:
+        model: The robot's model.
+        link: Name of one of its links.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+    """
+    data = model.createData()
+    frame = link_frame(model, link)
+    pin.framesForwardKinematics(model, data, configuration(model, positions))
+    found = data.oMf[frame]
+    return Placement(readonly(found.rotation.copy()), readonly(found.translation.copy()))

@@ -1,0 +1,171 @@
+"""SRDF: MoveIt's semantic description (groups, named states, end effectors, disabled pairs)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree
+
+from trajopt.robot.loading.xml_file import numbers, read_xml
+from trajopt.values.errors import FileFormatError, shown
+
+PLANAR, FLOATING = 3, 7
+"""How many numbers MoveIt states of joints of several degrees of freedom."""
+
+
+@dataclass(frozen=True)
+class GroupElement:
+    """A `<group>` as written, before it is resolved against the kinematic tree.
+
+    Attributes:
+        name: The group's name.
+        chains: (base link, tip link) pairs.
+        joints: Joints listed by name.
+        links: Links listed by name; each brings its parent joint.
+        subgroups: Groups included by name.
+    """
+
+    name: str
+    chains: tuple[tuple[str, str], ...]
+    joints: tuple[str, ...]
+    links: tuple[str, ...]
+    subgroups: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class EndEffector:
+    """An `<end_effector>`: the group that moves it, and the link it is fixed to."""
+
+    name: str
+    group: str
+    parent_link: str
+    parent_group: str | None
+
+
+@dataclass(frozen=True)
+class VirtualJoint:
+    """A `<virtual_joint>`: how the robot hangs on the world.
+
+    Attributes:
+        name: The joint's name.
+        kind: "fixed", "planar" or "floating".
+        frame: What the file calls the world.
+        child: The robot's link.
+    """
+
+    name: str
+    kind: str
+    frame: str
+    child: str
+
+
+@dataclass(frozen=True)
+class Srdf:
+    """What an SRDF file says.
+
+    Attributes:
+        groups: Group elements by name, in the file's order.
+        states: Joint positions [rad | m] by (group, state) and joint, of joints with one number.
+        several: The same of joints with several numbers: planar and floating ones.
+        virtual_joints: Joints between the world and the robot.
+        end_effectors: By name.
+        disabled_pairs: Link pairs never checked for collision.
+        passive_joints: Joints nobody drives.
+        left_out: Why a named state is left out, by its name.
+    """
+
+    groups: Mapping[str, GroupElement] = field(default_factory=dict[str, GroupElement])
+    states: Mapping[tuple[str, str], Mapping[str, float]] = field(
+        default_factory=dict[tuple[str, str], Mapping[str, float]]
+    )
+    several: Mapping[tuple[str, str], Mapping[str, tuple[float, ...]]] = field(
+        default_factory=dict[tuple[str, str], Mapping[str, tuple[float, ...]]]
+    )
+    virtual_joints: tuple[VirtualJoint, ...] = ()
+    end_effectors: Mapping[str, EndEffector] = field(default_factory=dict[str, EndEffector])
+    disabled_pairs: frozenset[frozenset[str]] = frozenset()
+    passive_joints: frozenset[str] = frozenset()
+    left_out: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+def read_srdf(path: Path) -> Srdf:
+    """Read an SRDF file.
+
+    Raises:
+        FileFormatError: If it is missing, no XML, or an element lacks what it must carry.
+    """
+    root = read_xml(path, "SRDF")
+    groups = [_read_group(path, group) for group in root.findall("group")]
+    effectors = [_read_end_effector(path, item) for item in root.findall("end_effector")]
+    positions: dict[tuple[str, str], Mapping[str, tuple[float, ...]]] = {}
+    left_out: dict[str, str] = {}
+    for state in root.findall("group_state"):
+        name, group = _need(path, state, "name"), state.get("group")
+        found = _read_state(path, state)
+        if group:
+            positions[group, name] = found
+        else:
+            left_out[name] = "it names no group"
+    return Srdf(
+        groups={group.name: group for group in groups},
+        states={
+            key: {joint: at[0] for joint, at in found.items() if len(at) == 1}
+            for key, found in positions.items()
+        },
+        several={
+            key: {joint: at for joint, at in found.items() if len(at) > 1} for key, found in positions.items()
+        },
+        virtual_joints=tuple(_read_virtual_joint(path, item) for item in root.findall("virtual_joint")),
+        end_effectors={effector.name: effector for effector in effectors},
+        disabled_pairs=frozenset(
+            frozenset((_need(path, item, "link1"), _need(path, item, "link2")))
+            for item in root.findall("disable_collisions")
+        ),
+        passive_joints=frozenset(_names(path, root, "passive_joint")),
+        left_out=left_out,
+    )
+
+
+def _need(path: Path, element: ElementTree.Element, key: str) -> str:
+    value = element.get(key)
+    if value is None:
+        raise FileFormatError(str(path), f"<{element.tag}> has no attribute {key!r}")
+    return value
+
+
+def _names(path: Path, parent: ElementTree.Element, tag: str) -> tuple[str, ...]:
+    return tuple(_need(path, item, "name") for item in parent.findall(tag))
+
+
+def _read_group(path: Path, group: ElementTree.Element) -> GroupElement:
+    return GroupElement(
+        name=_need(path, group, "name"),
+        chains=tuple(
+            (_need(path, chain, "base_link"), _need(path, chain, "tip_link"))
+            for chain in group.findall("chain")
+        ),
+        joints=_names(path, group, "joint"),
+        links=_names(path, group, "link"),
+        subgroups=_names(path, group, "group"),
+    )
+
+
+def _read_state(path: Path, state: ElementTree.Element) -> Mapping[str, tuple[float, ...]]:
+    """Return the numbers that a named state has of each joint."""
+    found: dict[str, tuple[float, ...]] = {}
+    for joint in state.findall("joint"):
+        name = _need(path, joint, "name")
+        _need(path, joint, "value")
+        found[name] = tuple(numbers(path, joint, "value", ""))
+        if not found[name]:
+            raise FileFormatError(str(path), f"state {shown(state.get('name'))}: {shown(name)} has no number")
+    return found
+
+
+def _read_virtual_joint(path: Path, item: ElementTree.Element) -> VirtualJoint:
+    name, kind, child = (_need(path, item, key) for key in ("name", "type", "child_link"))
+    return VirtualJoint(name, kind, item.get("parent_frame", ""), child)
+
+
+def _read_end_effector(path: Path, item: ElementTree.Element) -> EndEffector:
+    name, group, link = (_need(path, item, key) for key in ("name", "group", "parent_link"))
+    return EndEffector(name, group, link, item.get("parent_group"))

@@ -1,0 +1,85 @@
+"""XML files of a robot's description, read with bounds: every complaint names the file."""
+
+from math import isfinite
+from pathlib import Path
+from xml.etree import ElementTree
+
+from trajopt.values.documents.files import DEEPEST, read_bytes
+from trajopt.values.errors import FileFormatError, shown
+
+_BLOCK = 65536  # bytes handed to the parser at once
+
+
+class _Bounded(ElementTree.TreeBuilder):
+    """Builds no tree that is deeper than what walks through it by recursion can bear."""
+
+    depth = 0
+
+    def start(self, tag: str, attrs: dict[str, str]) -> ElementTree.Element:  # pyright: ignore
+        """Open an element."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise ValueError(f"is nested more than {DEEPEST} levels deep")
+        return super().start(tag, attrs)  # pyright: ignore
+
+    def end(self, tag: str) -> ElementTree.Element:
+        """Close an element."""
+        self.depth -= 1
+        return super().end(tag)
+
+
+def read_xml(path: Path, kind: str, *, root: str = "robot") -> ElementTree.Element:
+    """Return the root of an XML file.
+
+    Args:
+        path: The file.
+        kind: What it is, for errors: "URDF" or "SRDF".
+        root: The root's tag.
+
+    Raises:
+        FileFormatError: If it cannot be read, is no XML, is nested too deep, or has another root.
+    """
+    return parse_xml(read_bytes(path), path, kind, root=root)
+
+
+def parse_xml(data: bytes, path: Path, kind: str, *, root: str = "robot") -> ElementTree.Element:
+    """Return the root of the text of an XML file; as `read_xml`."""
+    parser = ElementTree.XMLParser(target=_Bounded())
+    try:
+        for start in range(0, len(data), _BLOCK):
+            parser.feed(data[start : start + _BLOCK])
+        found: ElementTree.Element = parser.close()
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise FileFormatError(str(path), f"is no readable {kind}: {error}") from error
+    if found.tag != root:
+        reason = f"is no readable {kind}: its root is <{found.tag[:80]}>, not <{root}>"
+        raise FileFormatError(str(path), reason)
+    return found
+
+
+def numbers(
+    path: Path, element: ElementTree.Element, key: str, default: str, *, count: int | None = None
+) -> list[float]:
+    """Return the finite numbers of an attribute.
+
+    Args:
+        path: The file, for errors.
+        element: Whose attribute.
+        key: The attribute.
+        default: Its text where it is not there.
+        count: How many there must be; any number when None.
+
+    Raises:
+        FileFormatError: If they are others, or not finite.
+    """
+    text = element.get(key, default)
+    where = f"<{element.tag} {key}={shown(text)}>"
+    try:
+        found = [float(word) for word in text.split()]
+    except ValueError as error:
+        raise FileFormatError(str(path), f"{where} is no list of numbers") from error
+    if not all(isfinite(value) for value in found):
+        raise FileFormatError(str(path), f"{where} holds a number that is not finite")
+    if count is not None and len(found) != count:
+        raise FileFormatError(str(path), f"{where} needs {count} numbers, has {len(found)}")
+    return found

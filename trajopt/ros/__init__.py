@@ -1,0 +1,1 @@
+"""Faces for users of ROS: rosbridge and MoveIt's commander."""

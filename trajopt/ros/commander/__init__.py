@@ -1,0 +1,34 @@
+"""For people who come from MoveIt: `moveit_commander`, its messages, and a world for them to act in.
+
+A script keeps its text but for its imports (`from trajopt.ros import commander as moveit_commander`,
+`from trajopt.ros.commander import rospy`, `from trajopt.ros.commander.geometry_msgs.msg import Pose`,
+...) and one line,
+`with commander.World("panda"):`, which says whose names it uses. `docs/from-moveit.md` has every call
+side by side with what it becomes.
+"""
+
+from collections.abc import Sequence
+
+from trajopt.ros.commander import conversions as conversions
+from trajopt.ros.commander import geometry_msgs as geometry_msgs
+from trajopt.ros.commander import moveit_msgs as moveit_msgs
+from trajopt.ros.commander import rospy as rospy
+from trajopt.ros.commander import sensor_msgs as sensor_msgs
+from trajopt.ros.commander import shape_msgs as shape_msgs
+from trajopt.ros.commander import std_msgs as std_msgs
+from trajopt.ros.commander import tf as tf
+from trajopt.ros.commander import trajectory_msgs as trajectory_msgs
+from trajopt.ros.commander.move_group import MoveGroupCommander as MoveGroupCommander
+from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface as PlanningSceneInterface
+from trajopt.ros.commander.robot import RobotCommander as RobotCommander
+from trajopt.ros.commander.world import World as World
+from trajopt.server.move_group.exception import MoveItCommanderException as MoveItCommanderException
+from trajopt.server.move_group.outcome import Outcome as Outcome
+
+
+def roscpp_initialize(args: Sequence[str]) -> None:
+    """Do nothing: there is no middleware to start."""
+
+
+def roscpp_shutdown() -> None:
+    """Do nothing: there is no middleware to end."""

@@ -1,0 +1,242 @@
+"""Where a group is sent: joint values, poses, named and remembered states."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from trajopt.files.messages import document_of, is_message
+from trajopt.files.moveit.robot_state import checked_joint_positions
+from trajopt.optimise.kinematics import goal_configurations
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import frame_placement
+from trajopt.robot.loading.mimic_limits import followed_limits
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.ros.commander.conversions import framed_placement
+from trajopt.ros.commander.group_base import GroupBase
+from trajopt.ros.commander.targets import Part, PoseTarget
+from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.values.arrays import floats
+from trajopt.values.errors import JointNotFound, StateNotFound, shown
+from trajopt.values.likely_units import meant_in_joint
+from trajopt.values.placement import placement
+from trajopt.values.printed import in_joint_position, in_range
+
+SMALLER = {
+    "rad": "degrees meant? Angles are in radians",
+    "m": "millimetres meant? Lengths are in metres",
+}
+"""What a position far outside a joint's limits was likely given in, by the joint's unit."""
+
+
+class GroupTargets(GroupBase):
+    """Where a group is sent."""
+
+    def get_joint_value_target(self) -> list[float]:
+        """Return the joint values that the group was sent to last [rad | m]."""
+        return list(self._targets.joints.values())
+
+    def set_joint_value_target(self, arg1: Any, arg2: Any = None, arg3: Any = None) -> None:
+        """Send the group to joint values.
+
+        Args:
+            arg1: Positions of all joints in their order, joint -> position, a JointState or a
+                RobotState; or the name of a joint; or a Pose or PoseStamped, of which the nearest
+                configuration that is free of collisions is taken [rad | m].
+            arg2: Of a joint: its position. Of a pose: the link it is about, the end effector if None.
+            arg3: Of a pose: the link, as `arg2`.
+
+        Raises:
+            MoveItCommanderException: If a joint is unknown or would be out of its limits, or no
+                configuration reaches the pose.
+        """
+        if isinstance(arg1, str):
+            self._set_joints({arg1: float(floats(f"position of {arg1}", arg2, ()))})
+        elif is_message(arg1, "header", "pose") or is_message(arg1, "position", "orientation"):
+            self._set_joints(self._reaching(arg1, arg2, arg3))
+        elif arg2 is not None or arg3 is not None:
+            raise MoveItCommanderException("set_joint_value_target: values for a joint's name or a pose only")
+        elif isinstance(arg1, Mapping):
+            self._set_joints({str(joint): float(value) for joint, value in arg1.items()})  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        elif is_message(arg1, "joint_state"):
+            self._set_joints(self._of_group(arg1))
+        elif is_message(arg1, "name", "position"):
+            self._set_joints(self._of_group({"joint_state": arg1}))
+        else:
+            self._set_joints(self._by_place("joint values", arg1))
+
+    def set_rpy_target(self, rpy: Sequence[float], end_effector_link: str = "") -> None:
+        """Send the end effector to an orientation, [roll, pitch, yaw] [rad], at any position."""
+        self._aim(end_effector_link, Part.ORIENTATION, [placement(rpy=rpy)])
+
+    def set_orientation_target(self, q: Sequence[float], end_effector_link: str = "") -> None:
+        """Send the end effector to an orientation, [qx, qy, qz, qw], at any position."""
+        self._aim(end_effector_link, Part.ORIENTATION, [placement(quaternion=q)])
+
+    def set_position_target(self, xyz: Sequence[float], end_effector_link: str = "") -> None:
+        """Send the end effector to a position [m], at any orientation."""
+        self._aim(end_effector_link, Part.POSITION, [placement(xyz)])
+
+    def set_pose_target(self, pose: Any, end_effector_link: str = "") -> None:
+        """Send the end effector to a pose.
+
+        Args:
+            pose: A PoseStamped, or in the pose reference frame a Pose, [x, y, z, roll, pitch, yaw] or
+                [x, y, z, qx, qy, qz, qw] [m, rad].
+            end_effector_link: Another link in its place.
+        """
+        self.set_pose_targets([pose], end_effector_link)
+
+    def set_pose_targets(self, poses: Sequence[Any], end_effector_link: str = "") -> None:
+        """Send the end effector to any one of several poses, whichever comes easiest."""
+        self._aim(end_effector_link, Part.POSE, poses)
+
+    def shift_pose_target(self, axis: int, value: float, end_effector_link: str = "") -> None:
+        """Send the end effector from where it is along or about an axis of the planning frame.
+
+        Args:
+            axis: 0 to 5: x, y, z [m], roll, pitch, yaw [rad].
+            value: How far.
+            end_effector_link: Another link in its place.
+
+        Raises:
+            MoveItCommanderException: If there is no such axis.
+        """
+        if axis not in range(6):
+            raise MoveItCommanderException(f"axis must be 0 to 5 (x, y, z, roll, pitch, yaw), is {axis}")
+        here = self._world.scene.placement_of(self._link(end_effector_link), self._world.positions)
+        shifted = [*here.translation.tolist(), *here.rpy]
+        shifted[axis] += value
+        turned = placement(rpy=shifted[3:]) if axis > 2 else here
+        where = placement(shifted[:3], rotation=turned.rotation)
+        self._aim(end_effector_link, Part.POSE, [where], self._planning_frame)
+
+    def clear_pose_target(self, end_effector_link: str) -> None:
+        """Forget the poses that a link was sent to."""
+        link = self._link(end_effector_link)
+        poses = {key: value for key, value in self._targets.poses.items() if key != link}
+        self._targets = replace(self._targets, poses=poses)
+
+    def clear_pose_targets(self) -> None:
+        """Forget the poses that links were sent to; the joint values count then."""
+        self._targets = replace(self._targets, poses={})
+
+    def set_random_target(self) -> None:
+        """Send the group to random joint values within the limits."""
+        limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
+        lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+        self._set_joints(self._by_place("random values", self._world.rng.uniform(lower, upper).tolist()))
+
+    def get_named_targets(self) -> list[str]:
+        """Return the names of joint values: of the robot's description, and remembered ones."""
+        described = [state for owner, state in self._world.robot.states if owner == self._group.name]
+        return list(dict.fromkeys((*described, *self._remembered)))
+
+    def set_named_target(self, name: str) -> None:
+        """Send the group to remembered joint values, or to a state of the robot's description."""
+        self._set_joints(self.get_named_target_values(name))
+
+    def get_named_target_values(self, target: str) -> dict[str, float]:
+        """Return the joint values of a name, joint -> position [rad | m]."""
+        if target in self._remembered:
+            return self._by_place(target, self._remembered[target])
+        if target not in self.get_named_targets():
+            raise StateNotFound(f"state of group {shown(self._group.name)}", target, self.get_named_targets())
+        values = self._world.robot.state(target, group=self._group.name)
+        return {joint: value for joint, value in values.items() if joint in self._group.joints}
+
+    def remember_joint_values(self, name: str, values: Sequence[float] | None = None) -> None:
+        """Remember joint values by a name; those of now if there are none given [rad | m]."""
+        here = list(self._current().values())
+        self._remembered[name] = here if values is None else list(self._by_place(name, values).values())
+
+    def get_remembered_joint_values(self) -> dict[str, list[float]]:
+        """Return the joint values that are remembered, by name [rad | m]."""
+        return {name: list(values) for name, values in self._remembered.items()}
+
+    def forget_joint_values(self, name: str) -> None:
+        """Forget remembered joint values."""
+        if name not in self._remembered:
+            raise StateNotFound("remembered state", name, self._remembered)
+        del self._remembered[name]
+
+    def _take(self, goal: Any) -> None:
+        """Set what `plan` and `go` are given: a name, a pose or joint values; nothing changes for None."""
+        if isinstance(goal, str):
+            self.set_named_target(goal)
+        elif is_message(goal, "header", "pose") or is_message(goal, "position", "orientation"):
+            self.set_pose_target(goal)
+        elif goal is not None:
+            self.set_joint_value_target(goal)
+
+    def _aim(self, link: str, part: Part, poses: Sequence[Any], frame: str = "") -> None:
+        known = self._link(link)
+        placed = [framed_placement(pose, frame or self._reference) for pose in poses]
+        if not placed:
+            raise MoveItCommanderException("set_pose_targets: give at least one pose")
+        targets = tuple(PoseTarget(part, where, self._named(name)) for where, name in placed)
+        # A joint target that was set before counts no more; poses of other links do, together with these.
+        self._targets = replace(self._targets, poses={**self._targets.poses, known: targets})
+
+    def _named(self, frame: str) -> str:
+        self._frame(frame)
+        return frame
+
+    def _set_joints(self, values: Mapping[str, float]) -> None:
+        """Change joint values that the group is sent to.
+
+        Raises:
+            JointNotFound: If a joint is not in the group.
+            MoveItCommanderException: If a position is out of its limits.
+        """
+        limits = self._world.robot.limits
+        for joint, value in values.items():
+            if joint not in self._group.joints:
+                raise JointNotFound(f"joint of group {shown(self._group.name)}", joint, self._group.joints)
+            place = int(self._world.robot.index([joint])[0])
+            lower, upper = float(limits.lower[place]), float(limits.upper[place])
+            if not lower <= float(floats(f"position of {joint}", value, ())) <= upper:
+                unit = joint_unit(self._world.robot.model, joint)
+                where, span = in_joint_position(float(value), unit), in_range(lower, upper, unit)
+                meant = meant_in_joint(joint, float(value), lower, upper, unit)
+                hint = f"; were {SMALLER[unit]}" if meant else ""
+                raise MoveItCommanderException(
+                    f"joint {shown(joint)} cannot go to {where}: its limits are {span}{hint}"
+                )
+        self._targets = replace(self._targets, joints={**self._targets.joints, **values}, poses={})
+
+    def _by_place(self, name: str, values: Any) -> dict[str, float]:
+        checked = floats(name, values, (len(self._group.joints),))
+        return dict(zip(self._group.joints, checked.tolist(), strict=True))
+
+    def _of_group(self, state: Any) -> dict[str, float]:
+        """Return what a state message says of the group's joints."""
+        named = checked_joint_positions(document_of(state, "joint state"), self._world.robot)
+        return {joint: value for joint, value in named.items() if joint in self._group.joints}
+
+    def _reaching(self, pose: Any, *more: Any) -> dict[str, float]:
+        """Return the nearest joint values that bring a link to a pose, free of collisions."""
+        if True in more:
+            raise MoveItCommanderException("there are no approximate solutions; widen the goal tolerances")
+        link = self._link(next((each for each in more if isinstance(each, str)), ""))
+        where, frame = framed_placement(pose, self._reference)
+        settings, positions = self._settings, self._world.positions
+        target = PoseTarget(Part.POSE, where, self._named(frame))
+        problem = Problem(
+            scene=self._world.scene,
+            group=self._group.name,
+            start=positions,
+            goal=frame_placement(
+                link,
+                self._placed(target, positions),
+                position_tolerance=settings.position_tolerance,
+                rotation_tolerance=settings.orientation_tolerance,
+            ),
+        )
+        found = goal_configurations(problem)
+        if not found:
+            raise MoveItCommanderException(
+                f"no configuration free of collisions brings {shown(link)} to {where}"
+            )
+        return self._by_place("joint values", found[0])

@@ -1,0 +1,275 @@
+"""PlanningSceneInterface: edits the scene of a world, in MoveIt's words."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from trajopt.files.messages import document_of, is_message
+from trajopt.files.moveit.attached_object import apply_attached
+from trajopt.files.moveit.pose import pose_of
+from trajopt.files.moveit.scene_edits import edit_object, edit_scene
+from trajopt.files.moveit.scene_messages import attached_messages, mesh_message, world_messages
+from trajopt.files.moveit.state_message import scene_message
+from trajopt.ros.commander.conversions import framed_placement
+from trajopt.ros.commander.geometry_msgs.msg import Pose
+from trajopt.ros.commander.moveit_msgs.msg import (
+    AttachedCollisionObject,
+    CollisionObject,
+    PlanningScene,
+)
+from trajopt.ros.commander.planning import reading_in
+from trajopt.ros.commander.shape_msgs.msg import Plane, SolidPrimitive
+from trajopt.ros.commander.std_msgs.msg import Header
+from trajopt.ros.commander.world import World, world_or_current
+from trajopt.scene.scene import Scene
+from trajopt.server.move_group.exception import speaks_moveit
+from trajopt.values.documents.document import Node
+from trajopt.values.shapes.mesh_file import load_mesh
+
+T = TypeVar("T")
+Three = Sequence[float]
+
+
+@speaks_moveit
+class PlanningSceneInterface:
+    """Edits the scene of a world; the very next plan sees the edit."""
+
+    def __init__(self, ns: str = "", synchronous: bool = True, *, world: World | None = None) -> None:
+        """Choose a world.
+
+        Args:
+            ns: As in MoveIt; there are no namespaces.
+            synchronous: As in MoveIt; edits are synchronous either way.
+            world: The world; the one of the block around when None.
+        """
+        self._world = world_or_current(world)
+
+    def add_object(self, collision_object: Any) -> None:
+        """Do what a CollisionObject says: add, remove, append or move."""
+        self._apply(document_of(collision_object, "collision object"), edit_object)
+
+    def add_sphere(self, name: str, pose: Any, radius: float = 1) -> None:
+        """Add a sphere [m] at a PoseStamped, in place of any object of its name."""
+        self.add_object(self.make_sphere(name, pose, radius))
+
+    def add_cylinder(self, name: str, pose: Any, height: float, radius: float) -> None:
+        """Add a cylinder along z [m] at a PoseStamped, in place of any object of its name."""
+        self.add_object(self.make_cylinder(name, pose, height, radius))
+
+    def add_cone(self, name: str, pose: Any, height: float, radius: float) -> None:
+        """Add a cone along z [m] at a PoseStamped, in place of any object of its name."""
+        self.add_object(self.make_cone(name, pose, height, radius))
+
+    def add_mesh(self, name: str, pose: Any, filename: str, size: Three = (1, 1, 1)) -> None:
+        """Add the mesh of a file, scaled, at a PoseStamped, in place of any object of its name."""
+        self.add_object(self.make_mesh(name, pose, filename, size))
+
+    def add_box(self, name: str, pose: Any, size: Three = (1, 1, 1)) -> None:
+        """Add a box [m] at a PoseStamped, in place of any object of its name."""
+        self.add_object(self.make_box(name, pose, size))
+
+    def add_plane(self, name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> None:
+        """Add everything below the plane normal * x + offset = 0, seen from a PoseStamped."""
+        self.add_object(self.make_plane(name, pose, normal, offset))
+
+    def attach_object(
+        self, object: Any, link: str | None = None, touch_links: Sequence[str] | None = None
+    ) -> None:
+        """Let a link carry an object.
+
+        Args:
+            object: Name of an object of the scene, a CollisionObject, or an AttachedCollisionObject.
+            link: The link; the message's when None.
+            touch_links: Links that may touch it; the link alone when None.
+        """
+        if isinstance(object, str):
+            self._world.scene.object(object)
+            object = CollisionObject(id=object)
+        attached = is_message(object, "link_name", "object")
+        message = object if attached else AttachedCollisionObject(object=object)
+        carrier = message.link_name if link is None else link
+        touched = [carrier] if touch_links is None else list(touch_links)
+        whole = AttachedCollisionObject(carrier, message.object, touched)
+        self._apply(document_of(whole, "attached object"), apply_attached)
+
+    def attach_mesh(
+        self,
+        link: str,
+        name: str,
+        pose: Any = None,
+        filename: str = "",
+        size: Three = (1, 1, 1),
+        touch_links: Sequence[str] | None = None,
+    ) -> None:
+        """Let a link carry the mesh of a file at a PoseStamped, or the object of that name without pose."""
+        made = self.make_mesh(name, pose, filename, size) if pose is not None and filename else name
+        self.attach_object(made, link, touch_links)
+
+    def attach_box(
+        self,
+        link: str,
+        name: str,
+        pose: Any = None,
+        size: Three = (1, 1, 1),
+        touch_links: Sequence[str] | None = None,
+    ) -> None:
+        """Let a link carry a box at a PoseStamped, or the object of that name without pose."""
+        self.attach_object(name if pose is None else self.make_box(name, pose, size), link, touch_links)
+
+    def attach_sphere(
+        self,
+        link: str,
+        name: str,
+        pose: Any = None,
+        radius: float = 1,
+        touch_links: Sequence[str] | None = None,
+    ) -> None:
+        """Let a link carry a sphere at a PoseStamped, or the object of that name without pose."""
+        self.attach_object(name if pose is None else self.make_sphere(name, pose, radius), link, touch_links)
+
+    def attach_cylinder(
+        self,
+        link: str,
+        name: str,
+        pose: Any = None,
+        height: float = 1,
+        radius: float = 1,
+        touch_links: Sequence[str] | None = None,
+    ) -> None:
+        """Let a link carry a cylinder at a PoseStamped, or the object of that name without pose."""
+        made = name if pose is None else self.make_cylinder(name, pose, height, radius)
+        self.attach_object(made, link, touch_links)
+
+    def clear(self) -> None:
+        """Remove all objects, those that are carried too."""
+        self._world.edit(_emptied)
+
+    def remove_world_object(self, name: str | None = None) -> None:
+        """Remove an object from the world, or all that nothing carries."""
+        if name is not None:
+            self._world.scene.object(name)
+        self.add_object(CollisionObject(id=name or "", operation=CollisionObject.REMOVE))
+
+    def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
+        """Leave what a link carries in the world: one object, all of the link, or all of the robot."""
+        if name is not None:
+            self._world.scene.object(name)
+        removed = CollisionObject(id=name or "", operation=CollisionObject.REMOVE)
+        message = AttachedCollisionObject(link or "", removed)
+        self._apply(document_of(message, "attached object"), apply_attached)
+
+    def get_known_object_names(self, with_type: bool = False) -> list[str]:
+        """Return the names of the objects in the world; none with a type, for objects have none here."""
+        return [] if with_type else list(world_messages(self._world.scene, ""))
+
+    def get_known_object_names_in_roi(
+        self,
+        minx: float,
+        miny: float,
+        minz: float,
+        maxx: float,
+        maxy: float,
+        maxz: float,
+        with_type: bool = False,
+    ) -> list[str]:
+        """Return the names of the objects whose shapes all have their origin in a box in the world [m]."""
+        lower, upper = np.array((minx, miny, minz)), np.array((maxx, maxy, maxz))
+        scene = self._world.scene
+        found: list[str] = []
+        for name in self.get_known_object_names(with_type):
+            outer = scene.holder(name).placement
+            origins = np.array([(outer * inner).translation for _, inner in scene.object(name).parts])
+            if ((origins >= lower) & (origins <= upper)).all():
+                found.append(name)
+        return found
+
+    def get_object_poses(self, object_ids: Sequence[str]) -> dict[str, Pose]:
+        """Return the poses of objects by name, in the planning frame, of those of them that are there."""
+        objects = self.get_objects()
+        return {name: objects[name].pose for name in object_ids if name in objects}
+
+    def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, CollisionObject]:
+        """Return objects of the world by name, those of them that are there; all if none is named."""
+        return _chosen(world_messages(self._world.scene, self._world.robot.links[0]), object_ids)
+
+    def get_attached_objects(self, object_ids: Sequence[str] = ()) -> dict[str, AttachedCollisionObject]:
+        """Return what the robot carries by name, those that it does carry; all if none is named."""
+        return _chosen(attached_messages(self._world.scene), object_ids)
+
+    def get_planning_scene(self, components: int) -> PlanningScene:
+        """Return the scene, as much of it as a sum of constants of PlanningSceneComponents asks for."""
+        return scene_message(self._world.scene, self._world.positions, components)
+
+    def apply_planning_scene(self, planning_scene_message: Any) -> bool:
+        """Replace the scene by that of a PlanningScene, or change it where that is a difference.
+
+        Where the robot is, its executor says: positions in the message change nothing.
+        """
+        self._apply(document_of(planning_scene_message, "planning scene"), edit_scene)
+        return True
+
+    @staticmethod
+    def make_box(name: str, pose: Any, size: Three) -> CollisionObject:
+        """Return the message that adds a box [m]."""
+        return _primitive(name, pose, SolidPrimitive.BOX, size)
+
+    @staticmethod
+    def make_sphere(name: str, pose: Any, radius: float) -> CollisionObject:
+        """Return the message that adds a sphere [m]."""
+        return _primitive(name, pose, SolidPrimitive.SPHERE, [radius])
+
+    @staticmethod
+    def make_cylinder(name: str, pose: Any, height: float, radius: float) -> CollisionObject:
+        """Return the message that adds a cylinder [m]."""
+        return _primitive(name, pose, SolidPrimitive.CYLINDER, [height, radius])
+
+    @staticmethod
+    def make_cone(name: str, pose: Any, height: float, radius: float) -> CollisionObject:
+        """Return the message that adds a cone [m]."""
+        return _primitive(name, pose, SolidPrimitive.CONE, [height, radius])
+
+    @staticmethod
+    def make_mesh(name: str, pose: Any, filename: str, scale: Three = (1, 1, 1)) -> CollisionObject:
+        """Return the message that adds the mesh of a file."""
+        x, y, z = (float(factor) for factor in scale)
+        message = _placed(name, pose)
+        message.meshes = [mesh_message(load_mesh(Path(filename), (x, y, z)))]
+        return message
+
+    @staticmethod
+    def make_plane(name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> CollisionObject:
+        """Return the message that adds everything below a plane."""
+        message = _placed(name, pose)
+        message.planes = [Plane([*map(float, normal), float(offset)])]
+        return message
+
+    def _apply(self, document: Node, change: Callable[[Node, Scene, Any], Scene]) -> None:
+        positions = self._world.positions
+        self._world.edit(lambda scene: change(document, scene, reading_in(scene, positions)))
+
+
+def _placed(name: str, pose: Any) -> CollisionObject:
+    where, frame = framed_placement(pose, "")
+    return CollisionObject(header=Header(frame_id=frame), pose=pose_of(where), id=name)
+
+
+def _primitive(name: str, pose: Any, kind: int, dimensions: Three) -> CollisionObject:
+    message = _placed(name, pose)
+    message.primitives = [SolidPrimitive(kind, [float(size) for size in dimensions])]
+    return message
+
+
+def _chosen(objects: Mapping[str, T], names: Sequence[str]) -> dict[str, T]:
+    return {name: message for name, message in objects.items() if name in names or not names}
+
+
+def _emptied(scene: Scene) -> Scene:
+    """Return the scene without objects, and without anything said of them."""
+    scene = replace(scene, tools=scene.tools_on_links)
+    while scene.objects:
+        frames = {item.frame for item in scene.objects.values()}
+        scene = scene.remove(next(name for name in scene.objects if name not in frames))
+    return scene

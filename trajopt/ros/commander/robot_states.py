@@ -1,0 +1,74 @@
+"""Robot state messages: where the joints are, and what the robot carries."""
+
+from collections.abc import Mapping
+from typing import cast
+
+import numpy as np
+
+from trajopt.files.messages import document_of
+from trajopt.files.messages.sensor_msgs import JointState
+from trajopt.files.moveit.robot_state import checked_joint_positions, layered_positions
+from trajopt.robot.loading.groups import Group
+from trajopt.robot.loading.pinocchio_model import joint_above, joint_frame_names
+from trajopt.robot.robot import Robot
+from trajopt.ros.commander.moveit_msgs.msg import RobotState
+from trajopt.ros.commander.world import World
+from trajopt.values.arrays import Floats
+
+
+def within_bounds(message: object, robot: Robot) -> RobotState:
+    """Return a state's joints moved inside their limits, continuous ones between -pi and pi.
+
+    Raises:
+        FileFormatError: If the message is malformed.
+        JointNotFound: If it names an unknown joint.
+    """
+    named = checked_joint_positions(document_of(message, "robot state"), robot)
+    index = robot.index(named)
+    lower, upper = robot.limits.lower[index], robot.limits.upper[index]
+    values = np.array(list(named.values()))
+    turned = np.remainder(values + np.pi, 2.0 * np.pi) - np.pi
+    values = np.where(np.isinf(lower) & np.isinf(upper), turned, np.clip(values, lower, upper))
+    return RobotState(joint_state=JointState(name=list(named), position=values.tolist()))
+
+
+def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
+    """Return the names of all joints, fixed and mimicking ones included: of a group, or of the robot."""
+    named = list(joint_frame_names(robot.model))
+    if group is None:
+        return named
+    above = {joint_above(robot.model, link) for link in _moved(group)}
+    return [name for name in named if name in above or name in group.joints]
+
+
+def link_names(robot: Robot, group: Group | None = None) -> list[str]:
+    """Return the names of the links: of a group, with what its joints move, or of the robot."""
+    if group is None:
+        return list(robot.links)
+    below = {link: joint_above(robot.model, link) for link in robot.links}
+    return [link for link in robot.links if link in _moved(group) or below[link] in group.joints]
+
+
+def _moved(group: Group) -> tuple[str, ...]:
+    """Return the links that a group lists; the first of a chain is what it is mounted on."""
+    return group.links if group.tip is None else group.links[1:]
+
+
+def state_positions(state: object, world: World) -> Floats:
+    """Return positions of all joints in a state: those it leaves out are where they are now.
+
+    Args:
+        state: A RobotState, joint -> position [rad | m], or None for now.
+        world: The world.
+
+    Raises:
+        FileFormatError: If the state is malformed.
+        JointNotFound: If it names an unknown joint.
+    """
+    robot = world.robot
+    now = world.named_positions
+    if state is None:
+        return layered_positions(robot, now)
+    if isinstance(state, Mapping):
+        return layered_positions(robot, now, cast("Mapping[str, float]", state))
+    return layered_positions(robot, now, checked_joint_positions(document_of(state, "robot state"), robot))

@@ -1,0 +1,188 @@
+"""Scripts as they stand: while one runs, the names of ROS and MoveIt mean the stand-ins."""
+
+import runpy
+import sys
+import traceback
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from difflib import get_close_matches
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import TextIO
+
+from trajopt.ros.commander.unchanged import UnchangedMoveGroup, UnchangedRobot, UnchangedScene
+from trajopt.ros.commander.world import World
+from trajopt.server.move_group.exception import MoveItCommanderException, NoStandIn
+from trajopt.values.errors import FileFormatError, TrajoptError, shown
+
+HERE = "trajopt.ros.commander"
+
+PACKAGES = {
+    "moveit_commander": ("conversions", "exception", "move_group", "planning_scene_interface", "robot"),
+    "rospy": (),
+    "tf": ("transformations",),
+    **{
+        f"{package}_msgs": ("msg",)
+        for package in ("geometry", "moveit", "sensor", "shape", "std", "trajectory", "visualization")
+    },
+}
+"""What is stood in for: packages of ROS and MoveIt, and their modules."""
+
+UNCHANGED = {
+    "MoveGroupCommander": UnchangedMoveGroup,
+    "PlanningSceneInterface": UnchangedScene,
+    "RobotCommander": UnchangedRobot,
+}
+"""Classes that scripts as they stand get under MoveIt's names."""
+
+REASONS = {
+    **dict.fromkeys(
+        ("rospy.Subscriber", "rospy.wait_for_message"),
+        "there is nobody in a simulated world to receive messages from; ask the commanders",
+    ),
+    **dict.fromkeys(
+        ("rospy.Service", "rospy.ServiceProxy", "rospy.wait_for_service"),
+        "there are no services in a simulated world; the commanders' methods do what MoveIt's services do",
+    ),
+    "rospy.Timer": "scripts run in one thread here; call the function in a loop with rospy.Rate",
+    **dict.fromkeys(
+        ("tf.TransformListener", "tf.TransformBroadcaster"),
+        "frames are not broadcast here; RobotCommander.get_link(name).pose() says where a link is",
+    ),
+}
+"""Why a name is not stood in for, and what does instead."""
+
+
+class StandIn(ModuleType):
+    """A module under its name in ROS, with what the stand-in of it has."""
+
+    def __init__(self, name: str, source: ModuleType) -> None:
+        """Take the public names of the stand-in, but not what it imports from elsewhere."""
+        super().__init__(name, source.__doc__)
+        self.__path__ = []
+        for key, value in vars(source).items():
+            foreign = isinstance(value, ModuleType) and not value.__name__.startswith(HERE)
+            if not key.startswith("_") and not foreign:
+                setattr(self, key, value)
+
+    def __getattr__(self, name: str) -> object:
+        """Refuse a name that the stand-in does not have.
+
+        Raises:
+            NoStandIn: Always, but for names of the language itself.
+        """
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise NoStandIn(missing(self, name))
+
+
+def missing(module: ModuleType, name: str) -> str:
+    """Return a sentence on a name that a module does not have, and why, or what it may have meant."""
+    whole = f"{module.__name__}.{name}"
+    if whole in REASONS:
+        return f"{whole} has no stand-in: {REASONS[whole]}"
+    there = sorted(key for key in vars(module) if not key.startswith("_"))
+    near = get_close_matches(name, there, n=1)
+    return (
+        f"{whole} has no stand-in"
+        + (f" (did you mean {shown(near[0])}?)" if near else "")
+        + (f"; there are: {', '.join(there)}")
+    )
+
+
+def stand_ins() -> dict[str, ModuleType]:
+    """Return what is stood in for, by the name that scripts import it under."""
+    packages = dict(PACKAGES)
+    if find_spec("six") is None:  # Old scripts import it; the real one is as good where it is installed.
+        packages["six"] = ("moves",)
+    found: dict[str, ModuleType] = {}
+    for package, modules in packages.items():
+        source = HERE if package == "moveit_commander" else f"{HERE}.{package}"
+        found[package] = StandIn(package, import_module(source))
+        for module in modules:
+            inner = StandIn(f"{package}.{module}", import_module(f"{source}.{module}"))
+            found[inner.__name__] = inner
+            setattr(found[package], module, inner)
+    for module in (found[name] for name in found if name.startswith("moveit_commander")):
+        for key, kind in UNCHANGED.items():
+            if key in vars(module):
+                setattr(module, key, kind)
+    # Many scripts end with moveit_commander.os._exit(0), which must not end whatever runs them.
+    found["moveit_commander"].__dict__["os"] = SimpleNamespace(_exit=sys.exit)
+    return found
+
+
+@contextmanager
+def _stood_in(folder: Path) -> Generator[None]:
+    """Let scripts of a folder import the stand-ins; afterwards nothing of that is left."""
+    ours = stand_ins()
+    before, path = dict(sys.modules), list(sys.path)
+    sys.modules.update(ours)
+    sys.path.insert(0, str(folder))
+    try:
+        yield
+    finally:
+        sys.path[:] = path
+        for name, module in list(sys.modules.items()):
+            file = getattr(module, "__file__", None)
+            its_own = name not in before and file is not None and Path(file).is_relative_to(folder)
+            if name in ours or its_own:
+                del sys.modules[name]
+        sys.modules.update({name: before[name] for name in ours if name in before})
+
+
+@contextmanager
+def _called(words: Sequence[str], stdin: TextIO | None) -> Generator[None]:
+    """Let a script have its arguments and its standard input."""
+    before = sys.argv, sys.stdin
+    sys.argv, sys.stdin = list(words), stdin or sys.stdin
+    try:
+        yield
+    finally:
+        sys.argv, sys.stdin = before
+
+
+def run_script(
+    path: Path, arguments: Sequence[str] = (), *, world: World, stdin: TextIO | None = None
+) -> None:
+    """Run a script that imports `moveit_commander`, `rospy` and ROS's messages, as it stands.
+
+    Args:
+        path: The script.
+        arguments: Its arguments, without its name.
+        world: What its commanders are about.
+        stdin: Its standard input; that of this process when None.
+
+    Raises:
+        FileFormatError: If there is no such file.
+        MoveItCommanderException: If it asks for what cannot be or cannot be stood in for; the message has
+            the script's line.
+    """
+    if not path.is_file():
+        raise FileFormatError(str(path), "is no file")
+    whole = path.resolve()
+    with _stood_in(whole.parent), _called([str(path), *arguments], stdin), world:
+        try:
+            runpy.run_path(str(whole), run_name="__main__")
+        except TrajoptError as error:
+            raise MoveItCommanderException(f"{_line(error, whole)}: {error}") from error
+        except ImportError as error:
+            raise MoveItCommanderException(f"{_line(error, whole)}: {_not_imported(error)}") from error
+
+
+def _line(error: BaseException, path: Path) -> str:
+    """Return where in a script an error came up."""
+    frames = traceback.extract_tb(error.__traceback__)
+    numbers = [frame.lineno for frame in frames if frame.filename == str(path)]
+    return f"{path.name}, line {numbers[-1]}" if numbers else path.name
+
+
+def _not_imported(error: ImportError) -> str:
+    module = sys.modules.get(error.name or "")
+    name: str | None = getattr(error, "name_from", None)  # Python 3.12 and later.
+    if isinstance(module, StandIn) and name is not None:
+        return missing(module, name)
+    told = str(error).removesuffix(" (unknown location)")
+    return f"{told}; stood in for are {', '.join(PACKAGES)}"

@@ -1,0 +1,182 @@
+"""A world that a server answers: it plans there, and its simulated robot is driven there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from threading import Event, Thread
+from typing import Any, ParamSpec, TypeVar, cast
+
+from trajopt.driving import Executor
+from trajopt.driving.soonest_stop import StopTaken
+from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.server.client import Client, ServerError
+from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.execution import Execution
+from trajopt.server.move_group.settings import Settings
+from trajopt.values.arrays import Floats
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ModelError, TrajoptError, shown
+
+P = ParamSpec("P")
+R = TypeVar("R")
+SILENCE = 600.0
+"""A server that says nothing for so long is given up [s]: longer than it takes over any request."""
+
+
+@dataclass(eq=False)
+class _Motion:
+    """A motion on its way, and what the server said at its end.
+
+    Attributes:
+        begun: Set once the robot moves, or never will.
+        thread: Waits for the end.
+        answer: Of the server.
+        error: Why there is none.
+    """
+
+    begun: Event = field(default_factory=Event)
+    thread: Thread | None = None
+    answer: dict[str, Any] = field(default_factory=dict[str, Any])
+    error: str = ""
+
+
+class Served:
+    """Answers a world by a session of a server.
+
+    The scene is kept here as well: whatever a world can tell of it needs no request. What the server says of
+    a motion is not believed; it is judged here once more.
+
+    Attributes:
+        robot: The robot, as the server knows it.
+        scene: What is around it.
+        positions: Where all joints are, as far as the server has told [rad | m].
+    """
+
+    def __init__(self, url: str, robot: str, *, token: str) -> None:
+        """Begin a session.
+
+        Args:
+            url: Address of the server.
+            robot: Name of the robot; the server's first one where it is empty.
+            token: What it lets in with.
+
+        Raises:
+            ServerError: If the server refuses, or cannot be reached.
+            FileFormatError: If it is a server of another version, whose robot cannot be read.
+        """
+        self._client = Client(url, token=token, timeout=SILENCE)
+        try:
+            self._session = self._client.session(robot)
+            whole = self._session.ask("robot")
+            self.robot: Robot = value_of_message(Node(whole, url), {}, Robot)
+            self.scene = Scene(self.robot)
+            self.positions: Floats = self.robot.positions(self._session.read()["positions"])
+        except TrajoptError:
+            self._client.close()
+            raise
+        self._motion: _Motion | None = None
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way."""
+        motion = self._motion
+        return motion is not None and motion.thread is not None and motion.thread.is_alive()
+
+    @property
+    def executor(self) -> Executor:
+        """Raise an exception: what drives the joints is the server's.
+
+        Raises:
+            MoveItCommanderException: Always.
+        """
+        raise MoveItCommanderException("the server drives the robot; there is no executor in this process")
+
+    @property
+    def _known(self) -> dict[str, object]:
+        """What need not be sent, by the name that the server uses."""
+        return {"robot": self.robot, "scene": self.scene}
+
+    def stand(self, positions: Floats) -> None:
+        """Put the simulated robot somewhere, shape (number of joints,) [rad | m]."""
+        self._session.edit([{"stand": positions.tolist()}])
+        self.positions = positions
+
+    def take(self, scene: Scene) -> None:
+        """Tell the server what is around the robot from now on.
+
+        Raises:
+            ModelError: If it is of another robot, or of the server's with links of another size.
+        """
+        if scene.robot is not self.robot:
+            name = shown(self.robot.name)
+            raise ModelError(f"the scene is of another robot than the server's {name}, which keeps its size")
+        self._session.ask("hold", {"scene": message_of(scene, {"robot": self.robot})})
+        self.scene = scene
+
+    def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Have the server call a function of `trajopt.server.move_group.functions`; return its result."""
+        names = cast(Any, function).__code__.co_varnames
+        stated = {**dict(zip(names, args, strict=False)), **kwargs}
+        settings = cast(Settings, stated.pop("settings"))
+        document = {
+            "function": cast(Any, function).__name__,
+            "arguments": message_of(stated, self._known),
+            "settings": message_of(vars(settings), {}),
+        }
+        answer = self._session.ask("call", document)
+        return cast(R, value_of_message(Node(answer, "answer"), self._known, object))
+
+    def begin(self, execution: Execution, *, paced: bool) -> str:
+        """Have the server drive a motion; return once it has begun, or why it has not."""
+        motion = _Motion()
+        document = {
+            "scene": message_of(execution.reduced.scene, self._known),
+            "group": execution.reduced.group,
+            "trajectory": message_of(execution.trajectory, {}),
+            "speed": 1.0 if paced else 0.0,
+        }
+
+        def heard(told: dict[str, Any]) -> None:
+            self.positions = self.robot.positions(told["positions"])
+            motion.begun.set()
+
+        def drive() -> None:
+            try:
+                motion.answer = self._session.ask("drive", document, listener=heard)
+                self.positions = self.robot.positions(motion.answer["positions"])
+            except ServerError as error:
+                motion.error = error.reason
+            finally:
+                motion.begun.set()
+
+        motion.thread = Thread(target=drive, name="drive", daemon=True)
+        motion.thread.start()
+        motion.begun.wait()
+        self._motion = motion
+        return motion.error or str(motion.answer.get("refused", ""))
+
+    def wait(self) -> str:
+        """Return when the robot has come to rest; say what went wrong on the way."""
+        motion = self._motion
+        if motion is None or motion.thread is None:
+            return ""
+        motion.thread.join()
+        return motion.error or str(motion.answer.get("remark", ""))
+
+    def stop(self) -> StopTaken | None:
+        """Bring the robot to rest as soon as is proven; None where nothing moves."""
+        motion = self._motion
+        if motion is None or motion.thread is None or not motion.thread.is_alive():
+            return None
+        self._session.stop()
+        motion.thread.join()
+        taken = motion.answer.get("stop")
+        return None if taken is None else StopTaken(**taken)
+
+    def close(self) -> None:
+        """End the session, and the connection."""
+        try:
+            self._session.close()
+        finally:
+            self._client.close()

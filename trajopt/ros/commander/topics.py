@@ -1,0 +1,101 @@
+"""Publisher: what a script publishes goes to the log; a scene or an object changes the world."""
+
+import logging
+from typing import Any
+
+from trajopt.files.messages import field_names, is_message
+from trajopt.ros.commander.moveit_msgs.msg import (
+    AttachedCollisionObject,
+    CollisionObject,
+    DisplayTrajectory,
+    PlanningScene,
+)
+from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
+from trajopt.ros.commander.world import world_or_current
+from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.values.errors import shown
+
+_LOG = logging.getLogger("trajopt.ros.commander")
+
+
+class Publisher:
+    """Takes messages of one kind.
+
+    `CollisionObject`, `AttachedCollisionObject` and `PlanningScene` change the world's scene, as a
+    `move_group` node that listens to them would. Everything else is logged.
+    """
+
+    def __init__(self, name: str, data_class: type, *_: object, **__: object) -> None:
+        """Choose a topic.
+
+        Args:
+            name: Name of the topic.
+            data_class: Kind of its messages; what follows (`queue_size`, `latch`) is as in ROS and without
+                effect.
+        """
+        self.name = name
+        self.data_class = data_class
+        self._world = world_or_current(None)
+
+    def get_num_connections(self) -> int:
+        """Return that one listens: the log."""
+        return 1
+
+    def unregister(self) -> None:
+        """Do nothing: there is no one to tell."""
+
+    def publish(self, *args: Any, **fields: Any) -> None:
+        """Log a message, or change the scene by it.
+
+        Args:
+            args: The message, or its fields in order.
+            fields: Its fields by name.
+
+        Raises:
+            MoveItCommanderException: If it is of another kind, or asks for what cannot be.
+        """
+        whole = len(args) == 1 and not fields and _is_message(args[0], self.data_class)
+        alone = args[0] if whole else None
+        kind = self.data_class.__name__
+        if alone is not None and type(alone).__name__ != kind:
+            raise MoveItCommanderException(
+                f"topic {shown(self.name)} takes {kind}, not {type(alone).__name__}"
+            )
+        message = self.data_class(*args, **fields) if alone is None else alone
+        scene = PlanningSceneInterface(world=self._world)
+        match message:
+            case CollisionObject():
+                scene.add_object(message)
+            case AttachedCollisionObject():
+                self._attach(scene, message)
+            case PlanningScene():
+                scene.apply_planning_scene(message)
+            case _:
+                pass
+        _LOG.info("%s: %s", self.name, _told(message))
+
+    @staticmethod
+    def _attach(scene: PlanningSceneInterface, message: AttachedCollisionObject) -> None:
+        if message.object.operation == CollisionObject.REMOVE:
+            scene.remove_attached_object(message.link_name or None, message.object.id or None)
+        else:
+            scene.attach_object(message, message.link_name, message.touch_links)
+
+
+def _is_message(value: object, kind: type) -> bool:
+    """Say whether a value is a message, or the first field of one: some have no fields at all."""
+    return isinstance(value, kind) or bool(field_names(value))
+
+
+def _told(message: object) -> str:
+    """Return what the log says of a message."""
+    if not isinstance(message, DisplayTrajectory) or not all(
+        is_message(each, "joint_trajectory") for each in message.trajectory
+    ):
+        return shown(message)
+    told: list[str] = []
+    for each in message.trajectory:
+        motion = each.joint_trajectory
+        seconds = motion.points[-1].time_from_start.to_sec() if motion.points else 0.0
+        told.append(f"{len(motion.points)} points of {len(motion.joint_names)} joints, {seconds:.2f} s")
+    return f"DisplayTrajectory: {'; '.join(told) or 'no trajectory'}"

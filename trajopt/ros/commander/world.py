@@ -1,0 +1,284 @@
+"""World: the robot, the scene and what moves it, that the names of a script belong to."""
+
+import logging
+import time
+from collections.abc import Callable, Mapping
+from contextvars import ContextVar, Token
+from threading import RLock
+from types import TracebackType
+from typing import ParamSpec, TypeVar
+
+import numpy as np
+
+from trajopt.driving import Executor
+from trajopt.robot.load import load
+from trajopt.robot.loading.groups import Group
+from trajopt.robot.robot import Robot
+from trajopt.ros.commander.backend import Backend
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
+from trajopt.ros.commander.node import Node
+from trajopt.scene.initial_positions import initial_positions
+from trajopt.scene.scene import Scene
+from trajopt.server.move_group.exception import MoveItCommanderException, as_moveit
+from trajopt.server.move_group.execution import Execution, not_executed
+from trajopt.server.move_group.in_process import InProcess
+from trajopt.server.move_group.outcome import Outcome
+from trajopt.values.arrays import Floats, one_of
+from trajopt.values.errors import MissingExtra, ModelError, shown
+
+P = ParamSpec("P")
+R = TypeVar("R")
+_LOG = logging.getLogger("trajopt.ros.commander")
+_CURRENT: ContextVar["World"] = ContextVar("world")
+
+
+class World:
+    """A robot among objects, and what moves it.
+
+    `with World("panda"):` around a script says what `MoveGroupCommander("panda_arm")` and the others in
+    it are about; `world=` says the same to one of them.
+
+    Attributes:
+        robot: The robot.
+        rng: Draws random targets.
+        node: What a script has set that is neither robot nor scene.
+    """
+
+    @as_moveit
+    def __init__(
+        self,
+        robot: str | Robot = "",
+        *,
+        url: str = "",
+        token: str = "",
+        scene: Scene | None = None,
+        start: str | Mapping[str, float] | None = None,
+        executor: Executor | None = None,
+        wait: Callable[[float], object] = time.sleep,
+        seed: int = 0,
+    ) -> None:
+        """Put a robot into a scene.
+
+        Args:
+            robot: A robot, or the name of an installed one; with `url` the name of one that the server has,
+                its first one where it is empty.
+            url: Address of a `trajopt serve`, such as "http://127.0.0.1:8080", which then plans and moves its
+                simulated robot; this process does where it is empty.
+            token: What the server lets in with.
+            scene: What is around it; nothing when None.
+            start: Where the simulated robot stands: a named state or joint -> position [rad | m]; every
+                group in its first named state when None.
+            executor: What moves the robot; when None a simulated one, whose time stands while the robot does,
+                and passes at once where a script waits for a motion.
+            wait: Lets so many seconds of the executor's clock pass, for one that is given.
+            seed: Draws random targets: the same ones every time.
+
+        Raises:
+            MoveItCommanderException: If the robot is unknown, the scene is another robot's, the executor,
+                which knows where its robot stands, comes with a start, or the server does not answer.
+        """
+        if executor is not None and start is not None:
+            raise ModelError("give a start or an executor: an executor knows where its robot stands")
+        if url:
+            self._backend = _served(url, token, robot, scene, executor)
+        else:
+            self._backend = _here(robot, scene, executor, wait)
+        if start is not None:
+            self._backend.stand(self._backend.robot.positions(start))
+        self.robot, self._scene = self._backend.robot, self._backend.scene
+        self.rng = np.random.default_rng(seed)
+        self.node = Node()
+        self._outcome: Outcome | None = None
+        self._execution: Execution | None = None
+        self._lock = RLock()
+        self._entered: list[Token[World]] = []
+
+    @property
+    def scene(self) -> Scene:
+        """What is around the robot now: a value, which an edit replaces."""
+        with self._lock:
+            return self._scene
+
+    def edit(self, change: Callable[[Scene], Scene]) -> None:
+        """Replace the scene by what a function makes of it; the next plan sees it.
+
+        If the function raises, nothing is changed.
+
+        Raises:
+            ModelError: If it makes a scene of another robot.
+        """
+        with self._lock:
+            scene = change(self._scene)
+            if scene.robot.joint_names != self.robot.joint_names:  # its links may have another size
+                raise ModelError(f"the scene is of another robot than this world's {shown(self.robot.name)}")
+            if scene is not self._scene:
+                self._backend.take(scene)
+            self._scene = scene
+
+    def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call a function of `trajopt.server.move_group.functions`, here or in a server."""
+        return self._backend.ask(function, *args, **kwargs)
+
+    def group(self, name: str) -> Group:
+        """Return a group by its name, which may have the robot's name in front or leave it out.
+
+        MoveIt's own Panda has called its hand `hand` and `panda_hand`, and scripts are of either time.
+
+        Raises:
+            GroupNotFound: If there is no such group.
+        """
+        groups, prefix = self.robot.groups, f"{self.robot.name}_"
+        alike = (one_of("group", name, str), f"{prefix}{name}", name.removeprefix(prefix))
+        return self.robot.group(next((each for each in alike if each in groups), name))
+
+    @property
+    def executor(self) -> Executor:
+        """What moves the robot.
+
+        Raises:
+            MoveItCommanderException: If a server moves it.
+        """
+        return self._backend.executor
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way."""
+        return self._backend.moving
+
+    @property
+    def positions(self) -> Floats:
+        """Where all joints are now, shape (number of joints,) [rad | m]."""
+        return self._backend.positions
+
+    @property
+    def named_positions(self) -> dict[str, float]:
+        """Where all joints are now, by name [rad | m]."""
+        return dict(zip(self.robot.joint_names, self.positions.tolist(), strict=True))
+
+    def execute(self, execution: Execution, *, wait: bool) -> Outcome:
+        """Execute a trajectory.
+
+        Args:
+            execution: The trajectory, and what moves the robot.
+            wait: Whether to return when the motion has ended, or when it has begun.
+        """
+        if self.moving:
+            reason = "another motion is under way; stop() it, or wait"
+            self._outcome = not_executed(reason)
+            _LOG.info("execution: %s", reason)
+            return self._outcome
+        refusal = execution.refusal(self.positions) or self._begun(execution, paced=not wait)
+        if refusal is not None:
+            self.report(refusal)
+            return refusal
+        self._execution = execution
+        if not wait:
+            code = MoveItErrorCodes(MoveItErrorCodes.SUCCESS, "the motion is under way", "execution")
+            self._outcome = Outcome(code)
+            return self._outcome
+        remark = self._backend.wait()
+        outcome = execution.measured(self.positions, remark)
+        self.report(outcome)
+        return outcome
+
+    def _begun(self, execution: Execution, *, paced: bool) -> Outcome | None:
+        """Begin to drive a motion; return why not, if it cannot be."""
+        refused = self._backend.begin(execution, paced=paced)
+        return not_executed(refused) if refused else None
+
+    def stop(self) -> None:
+        """Bring the robot to rest as soon as is proven to be clear of everything, and return when it is."""
+        execution = self._execution
+        if execution is None:
+            return
+        taken, remark = self._backend.stop(), self._backend.wait()
+        self._outcome = execution.measured(self.positions, remark, stop=taken)
+        self._execution = None
+
+    def report(self, outcome: Outcome) -> None:
+        """Keep how an attempt to move ended, and log it: scripts may not ask."""
+        self._execution, self._outcome = None, outcome
+        _LOG.info("%s: %s", outcome.error_code.source, outcome.error_code.message)
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the last attempt to move ended; None before the first."""
+        execution = self._execution
+        if execution is not None and not self.moving:
+            remark = self._backend.wait()
+            self._outcome, self._execution = execution.measured(self.positions, remark), None
+        return self._outcome
+
+    def __enter__(self) -> "World":
+        """Let the names in the block belong to this world."""
+        self._entered.append(_CURRENT.set(self))
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Do what is left for the end, stop a motion, and give the names back to the world around, if any."""
+        try:
+            self.node.end()
+        finally:
+            self.stop()
+            _CURRENT.reset(self._entered.pop())
+            if not self._entered:
+                self._backend.close()
+
+
+def _here(
+    robot: str | Robot, scene: Scene | None, executor: Executor | None, wait: Callable[[float], object]
+) -> Backend:
+    """Return what answers a world in this process.
+
+    Raises:
+        ModelError: If the scene is another robot's.
+    """
+    if robot == "":
+        raise ModelError("which robot? Give one, the name of an installed one, or the url= of a server")
+    loaded = load(robot) if isinstance(robot, str) else robot
+    around = Scene(loaded) if scene is None else scene
+    if around.robot is not loaded:
+        raise ModelError(f"the scene is one of {shown(around.robot.name)}, not of {shown(loaded.name)}")
+    return InProcess(around, initial_positions(loaded), executor, wait)
+
+
+def _served(
+    url: str, token: str, robot: str | Robot, scene: Scene | None, executor: Executor | None
+) -> Backend:
+    """Return what has a server answer a world.
+
+    Raises:
+        ModelError: If something is given that the server has.
+        MissingExtra: If the client's packages are not installed.
+    """
+    if not isinstance(robot, str) or scene is not None or executor is not None:
+        raise ModelError("a server has its own robot: with url= give its name, no scene and no executor")
+    try:
+        from trajopt.ros.commander.served import Served
+    except ModuleNotFoundError as error:
+        raise MissingExtra(str(error.name), "server") from error
+    return Served(url, robot, token=token)
+
+
+def current_world() -> World | None:
+    """Return the world of the block around; None outside of one."""
+    return _CURRENT.get(None)
+
+
+def world_or_current(world: World | None) -> World:
+    """Return the world that is given, or else the one of the block around.
+
+    Raises:
+        MoveItCommanderException: If there is neither.
+    """
+    found = world or current_world()
+    if found is None:
+        raise MoveItCommanderException(
+            'which robot? Put the script into a block `with World("panda"):`, or give `world=`'
+        )
+    return found

@@ -1,0 +1,180 @@
+"""Execution: `/execute_trajectory` and `/joint_trajectory_action`, by the simulated robot of the session."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from trajopt.driving import SimulatedExecutor
+from trajopt.files.messages import encode
+from trajopt.files.messages.builtin_interfaces import Duration
+from trajopt.files.messages.control_msgs import (
+    FollowJointTrajectoryFeedback,
+    FollowJointTrajectoryGoal,
+    FollowJointTrajectoryResult,
+)
+from trajopt.files.messages.moveit_msgs import (
+    ExecuteTrajectoryFeedback,
+    ExecuteTrajectoryGoal,
+    ExecuteTrajectoryResult,
+    MoveItErrorCodes,
+    RobotTrajectory,
+)
+from trajopt.files.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from trajopt.robot.bases import PLANAR
+from trajopt.robot.loading.groups import Group
+from trajopt.robot.robot import Robot
+from trajopt.ros.commander.trajectories import trajectory_of
+from trajopt.ros.rosbridge.answers.codes import code_of_error, failed
+from trajopt.ros.rosbridge.answers.service_call import read_call
+from trajopt.ros.rosbridge.answers.tolerances import tolerances_of
+from trajopt.scene.reduced import reduce_model
+from trajopt.server.move_group.driving import Drive
+from trajopt.server.move_group.execution import Execution
+from trajopt.server.operation import Answer
+from trajopt.server.operations.along_trajectory import drive_along
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+from trajopt.values.arrays import Floats
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import JointNotFound, ProblemError, TrajoptError
+from trajopt.values.trajectory import Trajectory
+
+STATES = ("MONITOR", "IDLE")
+"""What MoveIt says of an execution that is under way, and of one that is over."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is seen of a robot on its way.
+
+    Attributes:
+        joints: Names of the joints.
+        desired: Where they should be, and how fast.
+        actual: Where they are, and how fast.
+    """
+
+    joints: tuple[str, ...]
+    desired: JointTrajectoryPoint
+    actual: JointTrajectoryPoint
+
+
+def execute_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Drive the session's robot along a trajectory, at the pace of the world; a cancelled one stops."""
+    request = read_call(ExecuteTrajectoryGoal, arguments, watch)
+
+    def tell(_: Seen) -> object:
+        return encode(ExecuteTrajectoryFeedback(STATES[0]), request.generation)
+
+    try:
+        code, state = driven(request.message.trajectory, state, watch, tell)
+    except TrajoptError as error:
+        code = replace(code_of_error(error), val=MoveItErrorCodes.INVALID_MOTION_PLAN)
+    return request.answer(ExecuteTrajectoryResult(code), state)
+
+
+def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Drive the session's robot along a trajectory as a controller does, telling where it is."""
+    request = read_call(FollowJointTrajectoryGoal, arguments, watch)
+    goal, result, off = request.message, FollowJointTrajectoryResult, list[str]()
+    whole = RobotTrajectory(goal.trajectory, goal.multi_dof_trajectory)
+    try:
+        on_the_way, at_the_end = tolerances_of(goal)
+
+        def tell(seen: Seen) -> object:
+            broken = on_the_way.broken(seen.joints, seen.desired, seen.actual)
+            if broken and not off:
+                off.append(broken)
+                watch.cancel.set()
+            return encode(_feedback(seen), request.generation)
+
+        code, state = driven(whole, state, watch, tell)
+    except JointNotFound as error:
+        return request.answer(result(result.INVALID_JOINTS, str(error)))
+    except TrajoptError as error:
+        return request.answer(result(result.INVALID_GOAL, str(error)))
+    if off:
+        return request.answer(result(result.PATH_TOLERANCE_VIOLATED, f"{off[0]}; {code.message}"), state)
+    if code.val == MoveItErrorCodes.SUCCESS:
+        names = goal.trajectory.joint_names
+        here = JointTrajectoryPoint([state.named_positions[name] for name in names], [0.0] * len(names))
+        missed = at_the_end.broken(names, goal.trajectory.points[-1], here)
+        if missed:
+            return request.answer(result(result.GOAL_TOLERANCE_VIOLATED, missed), state)
+    if code.val in (MoveItErrorCodes.SUCCESS, MoveItErrorCodes.PREEMPTED):
+        return request.answer(result(result.SUCCESSFUL, code.message), state)
+    return request.answer(result(result.PATH_TOLERANCE_VIOLATED, code.message), state)
+
+
+def _feedback(seen: Seen) -> FollowJointTrajectoryFeedback:
+    pairs = zip(seen.desired.positions, seen.actual.positions, strict=True)
+    off = JointTrajectoryPoint([wanted - is_at for wanted, is_at in pairs])
+    return FollowJointTrajectoryFeedback(
+        joint_names=list(seen.joints), desired=seen.desired, actual=seen.actual, error=off
+    )
+
+
+def driven(
+    message: RobotTrajectory, state: SessionState, watch: Watch, tell: Callable[[Seen], object]
+) -> tuple[MoveItErrorCodes, SessionState]:
+    """Drive the robot of a session along a trajectory.
+
+    Args:
+        message: The trajectory.
+        state: What the session holds.
+        watch: Of the request; where it is cancelled, the robot stops as soon as is proven.
+        tell: Makes a document of what is seen on the way.
+
+    Returns:
+        How it ended, and what the session holds then.
+
+    Raises:
+        TrajoptError: If the trajectory is malformed, or of joints that are no group.
+    """
+    robot = state.scene.robot
+    group = _group_of(message.joint_trajectory, message.multi_dof_joint_trajectory.joint_names, robot)
+    trajectory = trajectory_of(message, "trajectory", group, state.named_positions)
+    if trajectory is None:
+        return failed(MoveItErrorCodes.INVALID_MOTION_PLAN, "the trajectory has no points"), state
+    reduced = reduce_model(state.scene, group.name, state.positions)
+    execution = Execution(reduced, trajectory, group.tip or "")
+    refusal = execution.refusal(state.positions)
+    if refusal is not None:
+        return refusal.error_code, state
+
+    def look(arm: SimulatedExecutor, drive: Drive, now: float) -> None:
+        watch.tell({"feedback": tell(_seen(arm, trajectory, now))}, drive.positions.tolist())
+
+    ended = drive_along(execution, state.positions, watch, look)
+    if ended.reason:
+        return failed(MoveItErrorCodes.CONTROL_FAILED, ended.reason), state
+    outcome = execution.measured(ended.positions, ended.remark, stop=ended.stop)
+    watch.tell({}, ended.positions.tolist())
+    return outcome.error_code, replace(state, positions=ended.positions)
+
+
+def _seen(arm: SimulatedExecutor, trajectory: Trajectory, now: float) -> Seen:
+    """Return where a robot is on its way, and where it should be."""
+    columns, is_at = [arm.joint_names.index(name) for name in trajectory.joint_names], arm.state()
+    moment = min(now, trajectory.duration)
+    desired = _point(trajectory(moment), trajectory(moment, 1), now)
+    actual = _point(is_at.positions[columns], is_at.velocities[columns], now)
+    return Seen(trajectory.joint_names, desired, actual)
+
+
+def _point(positions: Floats, velocities: Floats, moment: float) -> JointTrajectoryPoint:
+    return JointTrajectoryPoint(
+        positions.tolist(), velocities.tolist(), time_from_start=Duration.from_sec(moment)
+    )
+
+
+def _group_of(trajectory: JointTrajectory, planar: list[str], robot: Robot) -> Group:
+    """Return the group that a trajectory moves: it has just these joints.
+
+    Raises:
+        ProblemError: If there is none.
+    """
+    moved = {*trajectory.joint_names, *(f"{name}{suffix}" for name in planar for suffix in PLANAR)}
+    for group in robot.groups.values():
+        if moved == set(group.joints):
+            return group
+    there = "; ".join(f"{group.name}: {', '.join(group.joints)}" for group in robot.groups.values())
+    raise ProblemError(f"no group has just the joints {', '.join(sorted(moved))}; there are {there}")

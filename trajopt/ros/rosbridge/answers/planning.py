@@ -1,0 +1,184 @@
+"""Motions: `/plan_kinematic_path` and `/compute_cartesian_path`."""
+
+import time
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+
+import numpy as np
+
+from trajopt.files.messages import decode, document_of
+from trajopt.files.messages.moveit_msgs import (
+    GetCartesianPathRequest,
+    GetCartesianPathResponse,
+    GetMotionPlanRequest,
+    GetMotionPlanResponse,
+    MotionPlanRequest,
+    MotionPlanResponse,
+    MoveItErrorCodes,
+    PlanningScene,
+)
+from trajopt.files.moveit.constraints import read_constraints
+from trajopt.files.moveit.frames import placement_in_world, read_frame, world_names
+from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
+from trajopt.files.moveit.planning_scene import SceneFile
+from trajopt.files.moveit.pose import read_placement
+from trajopt.files.moveit.scene_edits import edit_scene, without_collisions
+from trajopt.files.moveit.state_message import state_message
+from trajopt.files.moveit.trajectory_message import trajectory_message
+from trajopt.optimise.methods import METHODS, method_named
+from trajopt.planning.budget import Budget
+from trajopt.planning.plan import plan
+from trajopt.planning.result import Result, Status
+from trajopt.problem.tool_speed import tool_speed
+from trajopt.ros.rosbridge.answers.codes import SOURCE, code_of_error, success, with_notes
+from trajopt.ros.rosbridge.answers.service_call import positions_in, read_call, reading_in, stated_in
+from trajopt.server.move_group.functions import followed_through
+from trajopt.server.move_group.outcome import CODES
+from trajopt.server.move_group.settings import Settings
+from trajopt.server.operation import Answer
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import FrameNotFound, GroupNotFound, TrajoptError, shown
+
+ANSWERING = 0.5
+"""Time that is left for the answer when planning ends [s]: it must be there in the time of the request."""
+
+HEEDED = ("planner_id", "pipeline_id", "num_planning_attempts")
+"""Fields that files have to no effect, and requests do not."""
+SHORTEST = 1e-3
+"""Planning time of the first attempt at least [s]."""
+
+
+def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Plan a motion to a goal, and have it judged; of several attempts the motion of least duration."""
+    request = read_call(GetMotionPlanRequest, arguments, watch)
+    message = request.message.motion_plan_request
+    response = MotionPlanResponse(group_name=message.group_name)
+    try:
+        state = _different(state, arguments["difference"])
+        around = SceneFile(Path(), state.scene, state.named_positions, world_names(state.scene.robot), ())
+        read = request_of(document_of(message, "motion_plan_request"), around)
+        result, spent = _planned(read, message, watch)
+    except TrajoptError as error:
+        response.error_code = code_of_error(error)
+        return request.answer(GetMotionPlanResponse(response))
+    response.group_name, response.planning_time = read.group, spent
+    response.trajectory_start = state_message(read.scene, read.start)
+    code = MoveItErrorCodes(CODES[result.status], result.reason, SOURCE)
+    response.error_code = with_notes(code, _remarks(read, message))
+    if result.verified:
+        response.trajectory = trajectory_message(result.trajectory, state.scene.robot.links[0])
+    return request.answer(GetMotionPlanResponse(response))
+
+
+def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
+    """Return what of a request was taken differently, or left out, for the client."""
+    remarks = [note for note in read.notes if not note.startswith(HEEDED)]
+    if message.planner_id and message.planner_id not in METHODS:
+        remarks.append(f"planner {shown(message.planner_id)} is not here: trajopt has chosen")
+    return remarks
+
+
+def _different(state: SessionState, document: Node) -> SessionState:
+    """Return what the session holds with what is different for one request alone.
+
+    Raises:
+        FileFormatError: If it is a whole scene, and no difference, or malformed.
+    """
+    if document.missing:
+        return state
+    message = decode(PlanningScene, document, name="planning_scene_diff")
+    if message == PlanningScene():
+        return state
+    if not message.is_diff:
+        raise document.error("planning_scene_diff: is no difference (is_diff)")
+    positions = positions_in(message.robot_state, state, "planning_scene_diff.robot_state")
+    node = document_of(message, "planning_scene_diff")
+    return replace(
+        state, scene=edit_scene(node, state.scene, reading_in(state.scene, positions)), positions=positions
+    )
+
+
+def _planned(read: RequestFile, message: MotionPlanRequest, watch: Watch) -> tuple[Result, float]:
+    """Plan as often as is asked, within the time that is asked; return the best, and the CPU time of all [s].
+
+    A planner that is not here, such as one of OMPL's, leaves the choice to trajopt.
+    """
+    problem = replace(read.problem(), name=read.group)
+    method = method_named(message.planner_id) if message.planner_id in METHODS else None
+    until = time.monotonic() + min(read.allowed_planning_time or inf, watch.seconds_left - ANSWERING)
+    results: list[Result] = []
+    for attempt in range(max(message.num_planning_attempts, 1)):
+        left = until - time.monotonic()
+        if results and (left <= 0.0 or watch.cancel.is_set()):
+            break
+        results.append(
+            plan(
+                problem,
+                method=method,
+                rng=np.random.default_rng(attempt),
+                budget=Budget(seconds=max(left, SHORTEST)),
+                cancel=watch.cancel,
+                progress=watch.progress if watch.heard else None,
+                on_incumbent=watch.incumbent if watch.heard else None,
+            )
+        )
+    spent = sum(seconds for each in results for seconds in each.cpu_seconds.values())
+    return min(results, key=_duration), spent
+
+
+def _duration(result: Result) -> float:
+    if result.status is not Status.SOLVED or result.trajectory is None:
+        return inf
+    return result.trajectory.duration
+
+
+def compute_cartesian_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Follow straight lines with a link as far as they go; the answer is success however far that is."""
+    request = read_call(GetCartesianPathRequest, arguments, watch)
+    try:
+        response = _followed(request.message, state, watch)
+    except TrajoptError as error:
+        response = GetCartesianPathResponse(error_code=code_of_error(error))
+    return request.answer(response)
+
+
+def _followed(
+    request: GetCartesianPathRequest, state: SessionState, watch: Watch
+) -> GetCartesianPathResponse:
+    robot = state.scene.robot
+    if request.group_name not in robot.groups:
+        raise GroupNotFound("group", request.group_name, robot.groups)
+    link = request.link_name or robot.group(request.group_name).tip or ""
+    stated = stated_in(request.start_state, state, "start_state")
+    document, start, reading = document_of(request, "args"), stated.positions, stated.reading
+    constraints, scene = read_constraints(document["path_constraints"], stated.scene, reading)
+    known = (*scene.frame_names, *scene.objects)
+    if link not in known:
+        raise FrameNotFound("link", link, known)
+    response = GetCartesianPathResponse(state_message(stated.scene, start))
+    frame = placement_in_world(read_frame(document["header"], scene, reading), scene, reading)
+    limited = request.cartesian_speed_limited_link or request.cartesian_speed_end_effector_link or link
+    speed = request.max_cartesian_speed
+    followed = followed_through(
+        scene if request.avoid_collisions else without_collisions(scene),
+        [frame * read_placement(each, reading.notes) for each in document["waypoints"].elements()],
+        link=link,
+        group=request.group_name,
+        start=start,
+        settings=Settings(
+            velocity_scaling=request.max_velocity_scaling_factor or 1.0,
+            acceleration_scaling=request.max_acceleration_scaling_factor or 1.0,
+            tool_speed=tool_speed(limited, linear=speed) if speed > 0.0 else None,
+        ),
+        constraints=constraints,
+        budget=Budget(watch.seconds_left - ANSWERING),
+        cancel=watch.cancel,
+    )
+    response.error_code = with_notes(success(followed.reason), reading.notes)
+    if followed.verified:
+        response.solution = trajectory_message(followed.trajectory, robot.links[0])
+        response.fraction = followed.fraction
+    return response

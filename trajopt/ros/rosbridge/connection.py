@@ -1,0 +1,283 @@
+"""A connection: what one client asks, and what it is told."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Iterable
+from contextlib import suppress
+from typing import Protocol
+
+import msgspec
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from trajopt.ros.rosbridge.bridge import Bridge
+from trajopt.ros.rosbridge.fragments import Fragments
+from trajopt.ros.rosbridge.goals import Goal
+from trajopt.ros.rosbridge.services import ACTIONS, same_type
+from trajopt.ros.rosbridge.topics import no_compression
+from trajopt.ros.rosbridge.wire import Incoming, Unusable, named, parsed, pieces, status, written
+from trajopt.values.errors import TrajoptError, listed, shown
+
+_LOG = logging.getLogger("trajopt.server")
+WAITING = 256
+"""Messages that wait for a client that is slow to take them: further ones of topics are left out."""
+FULL = 1013
+"""What a WebSocket is closed with where it may be tried again later."""
+LEVELS = ("error", "warning", "info", "none")
+NOT_HERE = {
+    "advertise_action": "actions are served by the server itself",
+    "unadvertise_action": "actions are served by the server itself",
+    "action_feedback": "actions are served by the server itself",
+    "action_result": "actions are served by the server itself",
+    "png": "messages are not written as pictures here",
+    "auth": "there is nothing to log in to: the port is for this machine, or opened to whoever reaches it",
+}
+"""Operations of the protocol that are not done here, and why not."""
+
+
+class Socket(Protocol):
+    """What carries messages."""
+
+    async def send(self, message: str) -> None:
+        """Send a message."""
+        ...
+
+
+class Connection:
+    """One client.
+
+    Attributes:
+        bridge: What it talks to.
+    """
+
+    def __init__(self, bridge: Bridge, socket: Socket) -> None:
+        """Take a connected socket."""
+        self.bridge, self._socket = bridge, socket
+        self._out: asyncio.Queue[Iterable[bytes]] = asyncio.Queue(WAITING)
+        self._fragments = Fragments(bridge.largest)
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._goals: dict[str, Goal] = {}
+        self._level = LEVELS[0]
+        self._handlers: dict[str, Callable[[Incoming], Awaitable[None]]] = {
+            "call_service": self._call_service,
+            "service_response": self._service_response,
+            "advertise_service": self._advertise_service,
+            "unadvertise_service": self._unadvertise_service,
+            "subscribe": self._subscribe,
+            "unsubscribe": self._unsubscribe,
+            "advertise": self._advertise,
+            "unadvertise": self._unadvertise,
+            "publish": self._publish,
+            "send_action_goal": self._send_goal,
+            "cancel_action_goal": self._cancel_goal,
+            "fragment": self._fragment,
+            "set_level": self._set_level,
+            "status_level": self._set_level,
+            "status": self._ignore,
+        }
+
+    async def write(self) -> None:
+        """Send what is to be sent, one message after the other, until that fails."""
+        while True:
+            for piece in await self._out.get():
+                await self._socket.send(piece.decode())
+
+    def offer(self, message: bytes, fragment_size: int | None = None) -> None:
+        """Send a message soon, or leave it out where the client is too slow."""
+        with suppress(asyncio.QueueFull):
+            self._out.put_nowait(pieces(message, fragment_size, "publish"))  # all of them, or none
+
+    async def take(self, text: str | bytes) -> None:
+        """Do what a message of the client says; it is told if that cannot be done."""
+        name: str | int | None = None
+        try:
+            incoming = parsed(text)
+            name = incoming.id
+            await self._do(incoming)
+        except Unusable as error:
+            await self._say("error", str(error), name)
+
+    async def leave(self) -> None:
+        """Forget the client: what it drives stops, what it publishes and hears ends."""
+        self.bridge.leave(self)
+        for goal in self._goals.values():
+            goal.cancel()
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    async def call(self, message: bytes) -> None:
+        """Send a message that must arrive."""
+        await self._out.put((message,))
+
+    async def _do(self, incoming: Incoming) -> None:
+        if incoming.op in NOT_HERE:
+            raise Unusable(f"{incoming.op} is not supported: {NOT_HERE[incoming.op]}")
+        handler = self._handlers.get(incoming.op)
+        if handler is None:
+            known = listed(sorted(self._handlers))
+            raise Unusable(f"unknown operation {shown(incoming.op)}; known: {known}")
+        await handler(incoming)
+
+    async def _say(self, level: str, reason: str, name: str | int | None) -> None:
+        if self._level != "none" and LEVELS.index(level) <= LEVELS.index(self._level):
+            await self.call(status(level, reason, name))
+
+    def _begin(self, task: Awaitable[None]) -> None:
+        """Do something beside what the client asks next."""
+        begun = asyncio.ensure_future(task)
+        self._tasks.add(begun)
+        begun.add_done_callback(self._done)
+
+    def _done(self, task: asyncio.Future[None]) -> None:
+        self._tasks.discard(task)  # pyright: ignore[reportArgumentType]
+        if not task.cancelled() and (error := task.exception()) is not None:
+            _LOG.error("a request of rosbridge failed", exc_info=error)
+
+    async def _call_service(self, incoming: Incoming) -> None:
+        service = named(incoming.service, "service")
+        if len(self._tasks) >= self.bridge.options.calls:
+            await self._respond(
+                incoming, service, f"{len(self._tasks)} requests are under way already", ok=False
+            )
+            return
+        self._begin(self._called(incoming, service))
+
+    async def _called(self, incoming: Incoming, service: str) -> None:
+        try:
+            no_compression(incoming.compression)
+            values = await self.bridge.call(service, incoming)
+        except TrajoptError as error:
+            await self._respond(incoming, service, str(error), ok=False)
+        else:
+            await self._respond(incoming, service, msgspec.Raw(values), ok=True)
+
+    async def _respond(self, incoming: Incoming, service: str, values: object, *, ok: bool) -> None:
+        response = {"op": "service_response", "service": service, "values": values, "result": ok}
+        whole = written(response if incoming.id is None else {**response, "id": incoming.id})
+        await self._out.put(pieces(whole, incoming.fragment_size, str(incoming.id)))
+
+    async def _service_response(self, incoming: Incoming) -> None:
+        self.bridge.offered.answered(self, incoming)
+
+    async def _advertise_service(self, incoming: Incoming) -> None:
+        self.bridge.offer_service(self, named(incoming.service, "service"), incoming.type or "")
+
+    async def _unadvertise_service(self, incoming: Incoming) -> None:
+        self.bridge.offered.withdraw(self, named(incoming.service, "service"))
+
+    async def _subscribe(self, incoming: Incoming) -> None:
+        no_compression(incoming.compression)
+        spacing = (incoming.throttle_rate or 0.0) / 1e3
+        if not 0.0 <= spacing < 1e6:
+            raise Unusable("throttle_rate counts milliseconds")
+        self.bridge.topics.subscribe(
+            self,
+            named(incoming.topic, "topic"),
+            incoming.type or "",
+            subscription=incoming.id,
+            spacing=spacing,
+            fragment_size=incoming.fragment_size,
+        )
+        self.bridge.heard(named(incoming.topic, "topic"))
+
+    async def _unsubscribe(self, incoming: Incoming) -> None:
+        self.bridge.topics.unsubscribe(self, named(incoming.topic, "topic"), incoming.id)
+
+    async def _advertise(self, incoming: Incoming) -> None:
+        topic = named(incoming.topic, "topic")
+        if not incoming.type:
+            raise Unusable(f"advertise names no type of {topic}")
+        self.bridge.topics.advertise(self, topic, incoming.type)
+
+    async def _unadvertise(self, incoming: Incoming) -> None:
+        self.bridge.topics.unadvertise(self, named(incoming.topic, "topic"))
+
+    async def _publish(self, incoming: Incoming) -> None:
+        topic = named(incoming.topic, "topic")
+        await self.bridge.topics.publish(self, topic, incoming.msg, latch=bool(incoming.latch))
+        await self.bridge.published(topic, incoming.msg)
+
+    async def _send_goal(self, incoming: Incoming) -> None:
+        action, name = named(incoming.action, "action"), str(incoming.id or "")
+        server = ACTIONS.get(action)
+        if server is None or not same_type(incoming.action_type, server.kind):
+            about = f"no action {action}" if server is None else f"{action} is of the type {server.kind}"
+            await self._result(name, action, 0, f"{about}; there are {listed(sorted(ACTIONS))}", ok=False)
+            return
+        if name in self._goals or len(self._tasks) >= self.bridge.options.calls:
+            await self._result(name, action, 0, f"a goal {shown(name)} is under way, or too many", ok=False)
+            return
+
+        def tell(feedback: object) -> None:
+            self.offer(written({"op": "action_feedback", "id": name, "action": action, "values": feedback}))
+
+        goal = Goal(name, server, incoming.args, self.bridge.generation, tell)
+        self._goals[name] = goal
+        self._begin(self._pursued(goal, action))
+
+    async def _pursued(self, goal: Goal, action: str) -> None:
+        try:
+            ending, result = await goal.run(self.bridge.cell)
+        except TrajoptError as error:
+            number = 5 if goal.cancelled else 0
+            await self._result(goal.name, action, number, str(error), ok=False)
+        else:
+            await self._result(goal.name, action, ending.ros2, result, ok=True)
+        finally:
+            self._goals.pop(goal.name, None)
+
+    async def _result(self, name: str, action: str, number: int, values: object, *, ok: bool) -> None:
+        told = {"op": "action_result", "id": name, "action": action, "values": values}
+        await self.call(written({**told, "status": number, "result": ok}))
+
+    async def _cancel_goal(self, incoming: Incoming) -> None:
+        goal = self._goals.get(str(incoming.id or ""))
+        if goal is None:
+            raise Unusable(f"no goal {shown(incoming.id)} is under way")
+        goal.cancel()
+
+    async def _fragment(self, incoming: Incoming) -> None:
+        whole = self._fragments.add(incoming)
+        if whole is not None:
+            inner = parsed(whole)
+            if inner.op == "fragment":
+                raise Unusable("a fragment of fragments")
+            await self._do(inner)
+
+    async def _set_level(self, incoming: Incoming) -> None:
+        if incoming.level not in LEVELS:
+            raise Unusable(f"no level {shown(incoming.level)}; known: {listed(LEVELS)}")
+        self._level = incoming.level
+
+    async def _ignore(self, incoming: Incoming) -> None:
+        """Hear what a client has to say of itself."""
+
+
+async def converse(bridge: Bridge, socket: ServerConnection) -> None:
+    """Talk to a client until it leaves."""
+    if len(bridge.clients) >= bridge.options.connections:
+        await socket.close(FULL, "there are too many connections")
+        return
+    client = Connection(bridge, socket)
+    bridge.clients.add(client)
+    # Who cannot be told anything any more is not heard either: else what waits to be said waits for ever.
+    both = [asyncio.create_task(each) for each in (_heard(client, socket), client.write())]
+    try:
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        for task in both:
+            if task.done():
+                task.result()
+    except ConnectionClosed:
+        _LOG.info("a client of rosbridge has gone without a word")
+    finally:
+        bridge.clients.discard(client)
+        for task in both:
+            task.cancel()
+        await asyncio.gather(client.leave(), *both, return_exceptions=True)
+
+
+async def _heard(client: Connection, socket: ServerConnection) -> None:
+    """Do what a client says until it has nothing more to say."""
+    async for message in socket:
+        await client.take(message)

@@ -1,0 +1,139 @@
+"""What clients are told of a robot: its URDF and SRDF as they are written, and the files of its meshes."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from trajopt.lab.srdf.groups import ProposedGroup
+from trajopt.lab.srdf.writer import srdf_text
+from trajopt.robot.loading.mesh_names import MeshNames
+from trajopt.robot.loading.xacro_file import expanded
+from trajopt.robot.robot import Robot
+from trajopt.values.arrays import Value
+from trajopt.values.errors import FileFormatError, MeshFileError, ModelError, shown
+
+PACKAGE_NAME = re.compile(r"package://([^\"'<>\s]+)")
+KINDS = (
+    ".stl",
+    ".dae",
+    ".obj",
+    ".ply",
+    ".glb",
+    ".gltf",
+    ".mtl",
+    ".png",
+    ".jpg",
+    ".jpeg",
+    ".tif",
+    ".tiff",
+    ".bmp",
+)
+"""Endings of the files that a robot is drawn with: nothing else of a package is given away."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDescription(Value):
+    """A robot's files.
+
+    Attributes:
+        urdf: The URDF.
+        srdf: The SRDF; empty where there is none.
+        packages: Folders of the packages that its meshes are in, by name.
+    """
+
+    urdf: str
+    srdf: str = ""
+    packages: Mapping[str, Path] = field(default_factory=dict[str, Path])
+
+    @staticmethod
+    def read(urdf: Path, srdf: Path | None = None, package_dirs: Sequence[Path] = ()) -> "RobotDescription":
+        """Read the files.
+
+        Args:
+            urdf: The URDF or xacro file.
+            srdf: The SRDF.
+            package_dirs: Folders of packages, or that hold packages.
+
+        Raises:
+            FileFormatError: If a file is no text.
+        """
+        try:
+            text = expanded(urdf, {}, package_dirs).decode() if urdf.suffix == ".xacro" else urdf.read_text()
+            semantic = "" if srdf is None else srdf.read_text()
+        except (OSError, UnicodeDecodeError) as error:
+            raise FileFormatError(str(urdf), f"cannot be read: {error}") from error
+        return RobotDescription(text, semantic, _packages(text, MeshNames(urdf, tuple(package_dirs))))
+
+    @staticmethod
+    def of(robot: Robot, srdf: Path | None = None, package_dirs: Sequence[Path] = ()) -> "RobotDescription":
+        """Read the files of a robot that is loaded; where it brings no SRDF of its own, one is written of it.
+
+        Args:
+            robot: The robot.
+            srdf: The SRDF that it was loaded with.
+            package_dirs: Folders of packages, or that hold packages.
+
+        Raises:
+            ModelError: If it was not made of a URDF.
+        """
+        if robot.urdf_path.suffix not in (".urdf", ".xacro"):
+            raise ModelError(f"robot {shown(robot.name)} has no URDF that clients of ROS could be told")
+        found = RobotDescription.read(robot.urdf_path, srdf, package_dirs)
+        return found if srdf is not None else replace(found, srdf=_semantics(robot))
+
+    def file(self, name: str) -> Path | None:
+        """Return the file of a mesh or of what is drawn on it; None if there is none, or it is no such file.
+
+        Args:
+            name: Package and path in it, as after `package://`.
+        """
+        package, _, inner = name.partition("/")
+        folder = self.packages.get(package)
+        if folder is None or "\0" in inner or Path(inner).suffix.lower() not in KINDS:
+            return None
+        try:
+            found = (folder / inner).resolve()
+            return found if found.is_relative_to(folder) and found.is_file() else None
+        except (OSError, RuntimeError):  # a name that no file can have, or links in a circle
+            return None
+
+
+def _semantics(robot: Robot) -> str:
+    """Return what a robot is to MoveIt, as an SRDF."""
+    chains = {name: group.links[0] if group.tip else "" for name, group in robot.groups.items()}
+    groups = [
+        ProposedGroup(
+            name=name,
+            base=chains[name],
+            tip=group.tip or "",
+            links=group.links,
+            joints=group.joints,
+            driven=group.joints,
+        )
+        for name, group in robot.groups.items()
+    ]
+    return srdf_text(
+        robot.name,
+        groups,
+        states=robot.states,
+        end_effectors=list(robot.end_effectors.values()),
+        disabled={(min(pair), max(pair)): "Never" for pair in robot.disabled_pairs},
+    )
+
+
+def _packages(text: str, names: MeshNames) -> dict[str, Path]:
+    """Return the folder of each package that meshes of a description are in."""
+    folders: dict[str, Path] = {}
+    for relative in dict.fromkeys(PACKAGE_NAME.findall(text)):
+        package, _, inner = relative.partition("/")
+        if package in folders or not inner or ".." in Path(inner).parts:
+            continue
+        try:
+            found = names.find(f"package://{relative}")
+        except MeshFileError:
+            continue  # the robot was loaded without it
+        folder = found.parents[len(Path(inner).parts) - 1]
+        if found.relative_to(folder) == Path(inner):
+            folders[package] = folder.resolve()
+    return folders

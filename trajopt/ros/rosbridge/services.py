@@ -1,0 +1,73 @@
+"""The services that clients made for ROS call: MoveIt's, done by workers, and their types."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from trajopt.files.messages.names import plain_name
+
+
+@dataclass(frozen=True)
+class Service:
+    """A service of MoveIt.
+
+    Attributes:
+        kind: Its type, as ROS 1 writes it; its messages are named so, with Request and Response behind.
+        operation: What a worker does.
+    """
+
+    kind: str
+    operation: str
+
+
+SERVICES: Mapping[str, Service] = {
+    f"/{name}": Service(f"moveit_msgs/{kind}", f"moveit/{name}")
+    for name, kind in {
+        "compute_fk": "GetPositionFK",
+        "compute_ik": "GetPositionIK",
+        "plan_kinematic_path": "GetMotionPlan",
+        "compute_cartesian_path": "GetCartesianPath",
+        "check_state_validity": "GetStateValidity",
+        "get_planning_scene": "GetPlanningScene",
+        "apply_planning_scene": "ApplyPlanningScene",
+    }.items()
+}
+"""MoveIt's services by name."""
+EDITS: Mapping[str, tuple[str, str]] = {
+    "/planning_scene": ("moveit_msgs/PlanningScene", "moveit/apply_planning_scene"),
+    "/collision_object": ("moveit_msgs/CollisionObject", "moveit/collision_object"),
+    "/attached_collision_object": ("moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"),
+}
+"""Topics that change the scene: the type of each, and what a worker does."""
+CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
+"""The same of a topic on which a camera is told to publish."""
+
+
+@dataclass(frozen=True)
+class ActionServer:
+    """An action that is served.
+
+    Attributes:
+        kind: Its type, as ROS 1 writes it; its messages are named so, with Goal, Result and Feedback behind.
+        operation: What drives the robot; empty where it is planned first.
+    """
+
+    kind: str
+    operation: str
+
+
+_EXECUTE = ActionServer("moveit_msgs/ExecuteTrajectory", "moveit/execute_trajectory")
+_FOLLOW = ActionServer("control_msgs/FollowJointTrajectory", "moveit/follow_joint_trajectory")
+_MOVE = ActionServer("moveit_msgs/MoveGroup", "")
+ACTIONS: Mapping[str, ActionServer] = {
+    "/execute_trajectory": _EXECUTE,
+    "/move_action": _MOVE,
+    "/move_group": _MOVE,
+    "/joint_trajectory_action": _FOLLOW,
+    "/follow_joint_trajectory": _FOLLOW,
+}
+"""The actions by name; `/move_group` is ROS 1's name of `/move_action`."""
+
+
+def same_type(named: str | None, kind: str) -> bool:
+    """Say whether a type that a client names is the one that is meant; ROS 1 adds Action to an action's."""
+    return not named or plain_name(named).removesuffix("Action") == kind

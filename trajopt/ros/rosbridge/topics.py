@@ -1,0 +1,274 @@
+"""Topics: who publishes what, who hears it, and what late comers are told."""
+
+import asyncio
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import msgspec
+
+from trajopt.files.messages import Generation, decode, message_named
+from trajopt.files.messages.names import plain_name
+from trajopt.ros.rosbridge.wire import Unusable, plain, written
+from trajopt.values.errors import FileFormatError, MessageNotFound, listed, shown
+
+TOPICS = 256
+"""Topics of one client at most, those that it publishes and those that it hears."""
+LARGEST_LATCHED = 2**20
+"""A message that is kept for late comers has so many bytes at most."""
+INLINE = 100_000
+"""A message of more bytes is looked at in a thread: others need not wait for it."""
+COMPRESSIONS = (None, "", "none")
+
+
+class Client(Protocol):
+    """A connection, as far as topics know it."""
+
+    def offer(self, message: bytes, fragment_size: int | None = None) -> None:
+        """Send a message soon, or leave it out where the client is too slow."""
+        ...
+
+
+@dataclass(eq=False)
+class Subscription:
+    """A client that hears a topic.
+
+    Attributes:
+        names: The client's names of its subscriptions to the topic.
+        spacing: Least time between two messages [s].
+        fragment_size: Largest piece of a message [bytes].
+        last: When it was told last.
+    """
+
+    names: set[str | int | None] = field(default_factory=set[str | int | None])
+    spacing: float = 0.0
+    fragment_size: int | None = None
+    last: float = -1e9
+
+
+@dataclass(eq=False)
+class Topic:
+    """A topic.
+
+    Attributes:
+        name: Its name.
+        kind: Its type, as ROS 1 writes it; empty while nobody has said.
+        ours: Whether the server publishes it, and clients do not.
+        kept: Whether it is known though no client knows it.
+        latched: The last message, where late comers are told it.
+        clients: Who publishes it.
+        heard: Who hears it.
+    """
+
+    name: str
+    kind: str = ""
+    ours: bool = False
+    kept: bool = False
+    latched: msgspec.Raw | None = None
+    clients: set[Client] = field(default_factory=set[Client])
+    heard: dict[Client, Subscription] = field(default_factory=dict[Client, Subscription])
+
+
+class Topics:
+    """All topics."""
+
+    def __init__(self, generation: Generation) -> None:
+        """Have none yet.
+
+        Args:
+            generation: How messages are written here.
+        """
+        self.generation = generation
+        self._all: dict[str, Topic] = {}
+
+    def names(self) -> list[str]:
+        """Return the names of the topics."""
+        return sorted(self._all)
+
+    def kind(self, name: str) -> str:
+        """Return the type of a topic, as ROS 1 writes it; empty if there is none."""
+        return self._all[name].kind if name in self._all else ""
+
+    def announce(self, name: str, kind: str, latched: object = None) -> None:
+        """Publish a topic from here.
+
+        Args:
+            name: Its name.
+            kind: Its type.
+            latched: A first message, which late comers are told.
+        """
+        topic = self._topic(name, kind)
+        topic.ours = True
+        if latched is not None:
+            topic.latched = msgspec.Raw(msgspec.json.encode(latched))
+
+    def expect(self, name: str, kind: str) -> None:
+        """Know a topic that clients publish, and keep it."""
+        self._topic(name, kind).kept = True
+
+    def heard(self, name: str) -> bool:
+        """Say whether anybody hears a topic."""
+        return name in self._all and bool(self._all[name].heard)
+
+    def advertise(self, client: Client, name: str, kind: str) -> None:
+        """Let a client publish a topic.
+
+        Raises:
+            Unusable: If the topic has another type, is the server's own, or the client has too many.
+        """
+        self._publisher(client, name, kind)
+
+    def unadvertise(self, client: Client, name: str) -> None:
+        """Take note that a client publishes a topic no more."""
+        if name in self._all:
+            self._all[name].clients.discard(client)
+            self._forget(name)
+
+    def subscribe(
+        self,
+        client: Client,
+        name: str,
+        kind: str,
+        *,
+        subscription: str | int | None = None,
+        spacing: float = 0.0,
+        fragment_size: int | None = None,
+    ) -> None:
+        """Let a client hear a topic; it is told the last message of one that keeps it.
+
+        Args:
+            client: The client.
+            name: Name of the topic.
+            kind: Its type; empty for whatever it is.
+            subscription: The client's name of this subscription.
+            spacing: Least time between two messages [s]; of several subscriptions the shortest counts.
+            fragment_size: Largest piece of a message [bytes].
+
+        Raises:
+            Unusable: If the topic has another type, or the client has too many.
+        """
+        self._count(client)
+        topic = self._topic(name, kind)
+        known = topic.heard.get(client)
+        mine = topic.heard.setdefault(client, Subscription(spacing=spacing, fragment_size=fragment_size))
+        mine.names.add(subscription)
+        mine.spacing = spacing if known is None else min(known.spacing, spacing)
+        if topic.latched is not None:
+            client.offer(_published(topic, topic.latched), mine.fragment_size)
+
+    def unsubscribe(self, client: Client, name: str, subscription: str | int | None) -> None:
+        """End a subscription; all of a client to the topic where it names none."""
+        topic = self._all.get(name)
+        if topic is None or client not in topic.heard:
+            return
+        names = topic.heard[client].names
+        names.discard(subscription)
+        if subscription is None or not names:
+            del topic.heard[client]
+            self._forget(name)
+
+    async def publish(self, client: Client, name: str, message: msgspec.Raw, *, latch: bool) -> str:
+        """Pass on what a client publishes; return the topic's type.
+
+        Raises:
+            Unusable: If nobody has said of which type it is, or the message is not of it.
+        """
+        topic = self._publisher(client, name, "")
+        if not topic.kind:
+            raise Unusable(f"nobody has said of which type {name} is: advertise it first")
+        checked = self._check(topic.kind, message)
+        await (asyncio.to_thread(checked) if len(bytes(message)) > INLINE else _at_once(checked))
+        if latch and len(bytes(message)) <= LARGEST_LATCHED:
+            topic.latched = msgspec.Raw(bytes(message))
+        self._pass(topic, message)
+        return topic.kind
+
+    def tell(self, name: str, document: object) -> None:
+        """Publish a message from here, as plain data."""
+        topic = self._all[name]
+        if topic.heard:
+            self._pass(topic, msgspec.Raw(msgspec.json.encode(document)))
+
+    def leave(self, client: Client) -> None:
+        """Forget a client."""
+        for name, topic in list(self._all.items()):
+            topic.clients.discard(client)
+            topic.heard.pop(client, None)
+            self._forget(name)
+
+    def _check(self, kind: str, message: msgspec.Raw) -> Callable[[], None]:
+        """Return what makes sure that a message is of a type; of types that are not here nothing is known."""
+
+        def check() -> None:
+            try:
+                found = message_named(kind)
+            except MessageNotFound:
+                plain(message)
+                return
+            try:
+                decode(found, plain(message), self.generation, name="msg")
+            except FileFormatError as error:
+                raise Unusable(str(error)) from error
+
+        return check
+
+    def _pass(self, topic: Topic, message: msgspec.Raw) -> None:
+        now, text = time.monotonic(), b""
+        for client, mine in topic.heard.items():
+            if now - mine.last >= mine.spacing:
+                mine.last = now
+                text = text or _published(topic, message)
+                client.offer(text, mine.fragment_size)
+
+    def _publisher(self, client: Client, name: str, kind: str) -> Topic:
+        if name in self._all and self._all[name].ours:
+            raise Unusable(f"{name} is published by the server itself")
+        if name not in self._all or client not in self._all[name].clients:
+            self._count(client)
+        topic = self._topic(name, kind)
+        topic.clients.add(client)
+        return topic
+
+    def _topic(self, name: str, kind: str) -> Topic:
+        """Return a topic, new if there is none.
+
+        Raises:
+            Unusable: If it has another type.
+        """
+        wanted = plain_name(kind)
+        topic = self._all.setdefault(name, Topic(name))
+        if wanted and topic.kind and wanted != topic.kind:
+            raise Unusable(f"{name} is of the type {topic.kind}, not {shown(kind)}")
+        topic.kind = topic.kind or wanted
+        return topic
+
+    def _count(self, client: Client) -> None:
+        mine = sum(client in topic.clients or client in topic.heard for topic in self._all.values())
+        if mine >= TOPICS:
+            raise Unusable(f"a client has {TOPICS} topics at most")
+
+    def _forget(self, name: str) -> None:
+        """Forget a topic that only clients knew, when none of them does any more."""
+        topic = self._all[name]
+        if not (topic.ours or topic.kept or topic.clients or topic.heard):
+            del self._all[name]
+
+
+async def _at_once(check: Callable[[], None]) -> None:
+    check()
+
+
+def _published(topic: Topic, message: msgspec.Raw) -> bytes:
+    return written({"op": "publish", "topic": topic.name, "msg": message})
+
+
+def no_compression(compression: str | None) -> None:
+    """Refuse a way of writing messages that is not spoken here.
+
+    Raises:
+        Unusable: If it is one.
+    """
+    if compression not in COMPRESSIONS:
+        known: Iterable[str] = ("none",)
+        raise Unusable(f"compression {shown(compression)} is not spoken here; known: {listed(known)}")

@@ -1,0 +1,213 @@
+"""Depth cameras: what their pixels see along, where they are, and how far off what they measure may be."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Value, above_zero, at_least, floats, number, readonly
+from trajopt.values.errors import ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.lens import STRAIGHT, Lens
+from trajopt.values.placement import IDENTITY, WORLD, Placement
+
+Singles: TypeAlias = NDArray[np.float32]
+"""Coordinates in single precision: depths are known to a tenth of a millimetre at best."""
+MOST_PIXELS = 1 << 26
+"""Pixels of a picture at most: eight times those of the largest sensor in use."""
+BEYOND = 1.05
+"""The slopes of a lens are taken at pixels; between them they differ by far less than this share."""
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Intrinsics(Value):
+    """Which way each pixel of a camera looks.
+
+    In the camera's optical frame x points right, y down and z forward. The middle of the first pixel, on top
+    at the left, has the coordinates (0, 0), as in ROS and OpenCV.
+
+    Attributes:
+        width: Of its pictures [pixels].
+        height: Of its pictures [pixels].
+        fx: Focal length across [pixels].
+        fy: Focal length down [pixels].
+        cx: Where the axis z meets the picture, across [pixels].
+        cy: The same, down [pixels].
+        lens: How its lens bends the rays.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    lens: Lens = STRAIGHT
+
+    def __post_init__(self) -> None:
+        """Check the sizes."""
+        at_least(self, 1, "width", "height")
+        above_zero(self, "fx", "fy")
+        for name in ("fx", "fy", "cx", "cy"):
+            object.__setattr__(self, name, number(f"Intrinsics.{name}", getattr(self, name)))
+        if self.width * self.height > MOST_PIXELS:
+            raise ShapeError("Intrinsics", f"{self.width} x {self.height} pixels are more than {MOST_PIXELS}")
+
+    @cached_property
+    def slopes(self) -> tuple[Singles, Singles]:
+        """Slopes of the pixels' rays, x/z and y/z: what can be broadcast to (height, width) each.
+
+        Not a number where the lens lets no ray to a pixel.
+        """
+        across = (np.arange(self.width) - self.cx) / self.fx
+        down = (np.arange(self.height) - self.cy) / self.fy
+        if self.lens.straight:
+            return _single(across[None, :]), _single(down[:, None])
+        grid = np.stack(np.broadcast_arrays(across[None, :], down[:, None]), axis=-1)
+        straight = self.lens.straightened(grid)
+        return _single(straight[..., 0]), _single(straight[..., 1])
+
+    @cached_property
+    def longest_ray(self) -> float:
+        """Length of a pixel's ray up to a depth of 1, the largest of all."""
+        across, down = self.slopes
+        return float(np.sqrt(1.0 + np.nanmax(across**2 + down**2)))
+
+    @cached_property
+    def stretch(self) -> float:
+        """By how much the lens moves slopes apart, at most, in the picture and a little beyond."""
+        if self.lens.straight:
+            return 1.0
+        across, down = self.slopes
+        return self.lens.stretch(np.stack((across, down), axis=-1).astype(np.float64)) * BEYOND
+
+    @property
+    def pixel(self) -> float:
+        """Diagonal of a pixel at a depth of 1."""
+        return float(np.hypot(1.0 / self.fx, 1.0 / self.fy))
+
+    def pixels_of(self, points: Floats) -> Floats:
+        """Return where points are in the picture, (k, 3) in the optical frame [m] -> (k, 2) [pixels].
+
+        Not a number for points that are not in front of the camera.
+        """
+        depth = np.where(points[:, 2] > 0.0, points[:, 2], np.nan)
+        slopes = self.lens.bent(points[:, :2] / depth[:, None])
+        return slopes * (self.fx, self.fy) + (self.cx, self.cy)
+
+
+@checked
+@dataclass(frozen=True)
+class DepthNoise(Value):
+    """How far off a measured depth is: its standard deviation is a + b z + c z^2 at a depth z.
+
+    Attributes:
+        constant: a, near or far [m].
+        linear: b, as a share of the depth: of cameras that measure time.
+        quadratic: c, of cameras that triangulate [1/m].
+    """
+
+    constant: float = 0.0
+    linear: float = 0.0
+    quadratic: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        at_least(self, 0.0, "constant", "linear", "quadratic")
+
+    def sigma(self, depth: float) -> float:
+        """Return the standard deviation at a depth [m]; it never falls with the depth."""
+        return self.constant + depth * (self.linear + depth * self.quadratic)
+
+    def sigmas(self, depths: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Return the standard deviations at depths of any shape [m]."""
+        return self.constant + depths * (self.linear + depths * self.quadratic)
+
+
+NOISELESS = DepthNoise()
+"""Measures exactly."""
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Camera(Value):
+    """A depth camera, fixed in the world or on a robot.
+
+    Attributes:
+        intrinsics: Which way its pixels look.
+        frame: "world", a link, a tool frame or an object of the scene.
+        placement: Of its optical frame (x right, y down, z forward) in that frame.
+        nearest: Smallest depth that it measures [m].
+        farthest: Largest depth that it measures [m].
+        noise: How far off a depth is.
+    """
+
+    intrinsics: Intrinsics
+    frame: str = WORLD
+    placement: Placement = IDENTITY
+    nearest: float = 0.1
+    farthest: float = 4.0
+    noise: DepthNoise = NOISELESS
+
+    def __post_init__(self) -> None:
+        """Check the range."""
+        above_zero(self, "nearest", "farthest")
+        if not self.nearest < self.farthest < np.inf:
+            raise ShapeError("Camera.farthest", f"must be beyond {self.nearest:g} m, is {self.farthest:g} m")
+
+    @checked
+    def at(self, scene: Scene, positions: Floats | None) -> Placement:
+        """Return where the optical frame is in the world.
+
+        Args:
+            scene: Has the frame that it is fixed on.
+            positions: Of all joints, shape (number of joints,) [rad | m]; None where no joint moves it.
+
+        Raises:
+            FrameNotFound: If the scene has no such frame.
+            ShapeError: If a joint moves the frame, and there is not one finite position for each.
+        """
+        return placed_on(scene, self.frame, positions) * self.placement
+
+
+def placed_on(scene: Scene, frame: str, positions: Floats | None) -> Placement:
+    """Return where a frame is in the world; raises as `Camera.at`."""
+    holder = scene.holder(frame)
+    if holder.link == WORLD:
+        return holder.placement
+    if positions is None:
+        raise ShapeError("positions", f"are needed: {frame} is where the robot's joints have it")
+    return scene.placement_of(frame, positions)
+
+
+def looking_at(eye: Floats, target: Floats) -> Placement:
+    """Return the placement of an optical frame that looks from one point at another, level.
+
+    Args:
+        eye: Where it is, shape (3,) [m].
+        target: In the middle of its picture, shape (3,) [m].
+
+    Raises:
+        ShapeError: If the two are one point.
+    """
+    eye, target = floats("eye", eye, (3,)), floats("target", target, (3,))
+    forward = target - eye
+    length = float(np.linalg.norm(forward))
+    if length < 1e-9:
+        raise ShapeError("target", "is where the camera is")
+    forward = forward / length
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    # Straight up or down every direction is level.
+    right = np.array((0.0, -1.0, 0.0)) if np.linalg.norm(right) < 1e-9 else right / np.linalg.norm(right)
+    axes = np.stack((right, np.cross(forward, right), forward), axis=1)
+    return Placement(readonly(axes.astype(np.float64)), eye)
+
+
+def _single(values: NDArray[np.floating]) -> Singles:
+    single = values.astype(np.float32)
+    single.flags.writeable = False
+    return single

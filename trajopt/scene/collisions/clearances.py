@@ -1,0 +1,112 @@
+"""Required clearance: how far apart things must stay, unlike the margin, which is only aimed at."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from itertools import chain
+
+from trajopt.values.arrays import number
+from trajopt.values.errors import ShapeError
+
+ROOM = 5e-3
+"""The optimiser aims at this much more than is required: samples, tolerances and timing take a part [m]."""
+
+
+class PairKind(Enum):
+    """What two things are that keep apart; each kind may have a clearance and a margin of its own.
+
+    What is carried keeps from the world what is said of the world and what is said of what is carried: the
+    larger of both.
+    """
+
+    WORLD = "world"
+    """The robot, with what it carries, and what stands in the world."""
+    CARRIED = "carried"
+    """What is carried, and the robot's links and whatever else is carried."""
+    ROBOT = "robot"
+    """Two of the robot's links."""
+
+
+class Part(Enum):
+    """What a link or an object is to the robot."""
+
+    LINK = "a link"
+    CARRIED = "carried"
+    WORLD = "part of the world"
+
+
+def kept(every: float, kinds: Mapping[PairKind, float], one: Part, other: Part) -> float:
+    """Return what two things keep apart by their kind [m].
+
+    Args:
+        every: What everything keeps [m].
+        kinds: What kinds of pairs keep, where it differs [m].
+        one: What one is.
+        other: What the other is.
+    """
+    both = {one, other}
+    stated = [PairKind.WORLD] if Part.WORLD in both else []
+    if Part.CARRIED in both:
+        stated.append(PairKind.CARRIED)
+    return max((kinds[kind] for kind in stated or [PairKind.ROBOT] if kind in kinds), default=every)
+
+
+def in_kinds(every: float, kinds: Mapping[PairKind, float]) -> str:
+    """Say what everything keeps and what kinds of pairs keep instead [m]."""
+    apart = ", ".join(f"{kind.value} {1000 * kinds[kind]:g} mm" for kind in PairKind if kind in kinds)
+    return f"{1000 * every:g} mm" + f" ({apart})" * bool(apart)
+
+
+PAIRS_DIFFER = " (single pairs differ)"
+"""Added to a clearance that is not the same for all pairs."""
+
+
+def how_near(first: str, second: str, distance: float, required: float) -> str:
+    """Say that two things are inside each other, or nearer than is required [m]."""
+    if distance <= 0.0:
+        depth = f"{-distance:.4g} m" if distance < -1.0 else f"{-1e3 * distance:.1f} mm"
+        return f"{first} is {depth} inside {second}" if distance <= -5e-5 else f"{first} touches {second}"
+    return f"{first} is {distance * 1000:.1f} mm from {second}, {required * 1000:g} mm are required"
+
+
+@dataclass(frozen=True)
+class Clearances:
+    """The clearance that is required between links and objects; none by default.
+
+    Attributes:
+        everywhere: Between any two [m].
+        pairs: Between single pairs, where it differs [m].
+        links: Between a link, with what it carries, and what stands in the world, where it is more [m].
+        kinds: Between those of a kind, where it differs from everywhere [m].
+    """
+
+    everywhere: float = 0.0
+    pairs: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
+    links: Mapping[str, float] = field(default_factory=dict[str, float])
+    kinds: Mapping[PairKind, float] = field(default_factory=dict[PairKind, float])
+
+    def __post_init__(self) -> None:
+        """Refuse negative clearances."""
+        stated = (self.pairs.values(), self.links.values(), self.kinds.values())
+        for value in (self.everywhere, *chain(*stated)):
+            if number("required clearance", value) < 0.0:
+                raise ShapeError("required clearance", f"is negative: {value:g} m")
+
+    def having(self, value: float, pair: frozenset[str] | None) -> "Clearances":
+        """Return these with another clearance everywhere, whatever the kind, or between two things [m].
+
+        Raises:
+            ShapeError: If it is negative or not finite.
+        """
+        if pair is None:
+            return replace(self, everywhere=value, kinds={})
+        return replace(self, pairs={**self.pairs, pair: value})
+
+    def without(self, name: str) -> "Clearances":
+        """Return these without those of single pairs with a name."""
+        return replace(self, pairs={pair: value for pair, value in self.pairs.items() if name not in pair})
+
+    def __str__(self) -> str:
+        """Say what is required everywhere and of each kind, and whether pairs differ."""
+        differ = PAIRS_DIFFER * bool(self.pairs or self.links)
+        return f"clearance {in_kinds(self.everywhere, self.kinds)} required{differ}"

@@ -1,0 +1,78 @@
+"""How far a robot's bodies can be from where they should be, when its joints are off by a little."""
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.shapes.shapes import Plane, bounding_box
+
+
+def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
+    """Return how far any point of the robot, and of what it carries, can be off in any configuration [m].
+
+    A joint that turns by an angle moves a point by no more than the angle times the point's distance from the
+    joint; that distance is at most the sum of the distances from joint to joint between them. Errors of
+    several joints add up. It bounds as well by how much two bodies can be nearer to each other than they
+    should be: only the joints between them count there.
+
+    Args:
+        reduced: Robot and scene.
+        errors: How far each joint of the group can be off, shape (n,) [rad | m].
+    """
+    return float((reduced.derived(_levers) @ (np.abs(reduced.mimic_matrix) @ errors)).max(initial=0.0))
+
+
+def pair_levers(reduced: ReducedModel) -> Floats:
+    """Return how fast the bodies of each pair can come nearer to each other by each joint, shape (p, n).
+
+    In any configuration, for a unit of speed of a joint of the group [m/rad | m/m].
+
+    Args:
+        reduced: Robot and scene.
+    """
+    return reduced.derived(_pair_levers)
+
+
+def _pair_levers(reduced: ReducedModel) -> Floats:
+    levers, pairs = reduced.derived(_levers), reduced.pairs
+    first, second = levers[pairs.first], levers[pairs.second]
+    # A joint that carries both moves neither as seen from the other.
+    between = np.where((first > 0.0) & (second > 0.0), 0.0, first + second)
+    return readonly(between @ np.abs(reduced.mimic_matrix))
+
+
+def _levers(reduced: ReducedModel) -> Floats:
+    """Return how far each body's points are at most from each joint that carries it, 1 of one that slides.
+
+    In any configuration, shape (bodies, model joints) [m]; 0 of joints that do not carry it.
+    """
+    model = reduced.model
+    slides = [joint_unit(model, name) == "m" for name in model.names]
+    columns = [0, *(int(joint.idx_v) for joint in list(model.joints)[1:])]
+    apart = [float(np.linalg.norm(placement.translation)) for placement in model.jointPlacements]
+    strokes = [0.0, *(_stroke(model, joint) if slides[joint] else 0.0 for joint in range(1, model.njoints))]
+    parents = [int(parent) for parent in model.parents]
+    found = np.zeros((len(reduced.bodies), model.nv))
+    carried = [(number, body) for number, body in enumerate(reduced.bodies) if body.joint > 0]
+    # A half-space has no end: what it meets is no farther from a joint than the farthest of the other bodies.
+    for number, body in sorted(carried, key=lambda item: isinstance(item[1].shape, Plane)):
+        if isinstance(body.shape, Plane):
+            chain = [columns[joint] for joint in list(model.supports[body.joint])[1:]]
+            found[number, chain] = found[:, chain].max(axis=0)
+            continue
+        lower, upper = bounding_box(body.shape)
+        middle, radius = (lower + upper) / 2.0, float(np.linalg.norm(upper - lower)) / 2.0
+        lever, joint = float(np.linalg.norm(body.placement * middle)) + radius, body.joint
+        while joint > 0:
+            found[number, columns[joint]] = 1.0 if slides[joint] else lever
+            lever += apart[joint] + strokes[joint]
+            joint = parents[joint]
+    return readonly(found)
+
+
+def _stroke(model: pin.Model, joint: int) -> float:
+    """Return how far a sliding joint is from its zero at most [m]."""
+    place = model.joints[joint].idx_q
+    return float(max(abs(model.lowerPositionLimit[place]), abs(model.upperPositionLimit[place])))

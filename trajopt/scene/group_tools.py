@@ -1,0 +1,71 @@
+"""The frame that stands for a planning group: its tool, or the link at which it ends."""
+
+from trajopt.robot.loading.pinocchio_model import joint_above, link_above, link_joint
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.errors import ProblemError, listed, shown
+from trajopt.values.placement import WORLD
+
+
+def tool_of(scene: Scene, group: str) -> str:
+    """Return the frame that a placement as a goal of a group means.
+
+    The tool frame fixed to what the group's last joint moves, where the scene or else the robot was given
+    one; else the tip of the group's chain; else the link that the SRDF fixes an end effector of the group to;
+    else the one link at which the group ends.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+        ProblemError: If there is none, or several.
+    """
+    candidates = _tools(scene, group)
+    if len(candidates) == 1:
+        return candidates[0]
+    raise ProblemError(
+        f"group {shown(group)} has no single tool frame that a placement could mean: name it in "
+        f"frame_placement(frame, placement); its ends are {listed(ends_of(scene, group))}"
+    )
+
+
+def ends_of(scene: Scene, group: str) -> tuple[str, ...]:
+    """Return the frames at the ends of a group: its tool, or one for each arm that it has.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+    """
+    candidates = _tools(scene, group)
+    return tuple(dict.fromkeys(candidates)) if candidates else _ends(scene.robot, group)
+
+
+def end_link(robot: Robot, group: str) -> str:
+    """Return the link at which a group ends: the tip of its chain, or else its one last link; or nothing.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+    """
+    ends = _ends(robot, group)
+    return robot.group(group).tip or (ends[0] if len(ends) == 1 and robot.group(group).joints else "")
+
+
+def _ends(robot: Robot, group: str) -> tuple[str, ...]:
+    """Return the last links of a group: of those that it lists, or else of those that its joints move."""
+    own = robot.group(group)
+    links = own.links or tuple(link for link in robot.links if joint_above(robot.model, link) in own.joints)
+    above = {link_above(robot.model, link) for link in links}
+    fixed_to = [item.parent_link for item in robot.end_effectors.values() if item.parent_link in links]
+    return tuple(dict.fromkeys((*fixed_to, *(link for link in links if link not in above))))
+
+
+def _tools(scene: Scene, group: str) -> list[str]:
+    """Return the frames that a placement may mean, the scene's own first; none where nothing says so."""
+    robot, own, ends = scene.robot, scene.robot.group(group), _ends(scene.robot, group)
+    effectors = (item.parent_link for item in robot.end_effectors.values() if item.parent_group == group)
+    tips = [own.tip] if own.tip is not None else list(dict.fromkeys(effectors))
+    if not tips and len(ends) == 1:
+        tips = list(ends)
+    carriers = {link_joint(robot.model, link) for link in tips or ends}
+    on = {name: scene.holder(name).link for name in (*robot.frames, *scene.tools)}
+    carried = [
+        name for name, link in on.items() if link != WORLD and link_joint(robot.model, link) in carriers
+    ]
+    return [name for name in carried if name in scene.tools] or carried or tips

@@ -1,0 +1,137 @@
+"""What moves as planned: a plan, a result that has one, or a reduced model with a trajectory."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, TypeVar, cast, runtime_checkable
+
+import pinocchio as pin
+
+from trajopt.robot.bodies import Anchor, FixedBody
+from trajopt.values.arrays import Floats, unless_none
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.placement import Placement
+from trajopt.values.trajectory import Trajectory
+
+Model = TypeVar("Model")
+Model_co = TypeVar("Model_co", covariant=True)
+
+
+@runtime_checkable
+class MovingRobot(Protocol):
+    """What a reduced model says of its robot; see there."""
+
+    @property
+    def model(self) -> pin.Model:
+        """Pinocchio's model of the free joints and of those that mimic them."""
+        ...
+
+    @property
+    def mimic_matrix(self) -> Floats:
+        """Matrix (model joints, n) that maps the group's positions to the model's."""
+        ...
+
+    @property
+    def mimic_offset(self) -> Floats:
+        """Offsets of mimicking joints, shape (model joints,)."""
+        ...
+
+    @property
+    def bodies(self) -> Sequence[FixedBody]:
+        """Collision bodies."""
+        ...
+
+    @property
+    def anchors(self) -> Mapping[str, Anchor]:
+        """Where each frame of the robot, each object and the world is fixed, by name."""
+        ...
+
+    @property
+    def scene(self) -> "HasObjects":
+        """Where the robot is."""
+        ...
+
+    def attachment(self, name: str) -> tuple[int, Placement]:
+        """Return the joint (0: the world) that carries a frame or object, and where in it."""
+        ...
+
+    def configuration(self, positions: Floats) -> Floats:
+        """Return pinocchio's configuration of the group's positions."""
+        ...
+
+
+class HasObjects(Protocol):
+    """A scene, by its objects."""
+
+    @property
+    def objects(self) -> Mapping[str, object]:
+        """Objects by id."""
+        ...
+
+
+@runtime_checkable
+class HasReduced(Protocol[Model_co]):
+    """A problem, by its reduced model."""
+
+    @property
+    def reduced(self) -> Model_co:
+        """The robot with only the group's joints free."""
+        ...
+
+
+class PlannedMotion(Protocol[Model_co]):
+    """A motion with its problem: a `Plan`."""
+
+    @property
+    def problem(self) -> HasReduced[Model_co]:
+        """The problem that was planned."""
+        ...
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion."""
+        ...
+
+
+class Planned(Protocol[Model_co]):
+    """A plan, or a result that may have one."""
+
+    def require(self) -> PlannedMotion[Model_co]:
+        """Return the plan, or raise the reason why there is none."""
+        ...
+
+
+def model_and_trajectory(
+    caller: str,
+    motion: Planned[Model] | Model,
+    trajectory: Trajectory | None,
+    kind: type[Model],
+    argument: str = "motion",
+) -> tuple[Model, Trajectory]:
+    """Return what moves and how, of a plan or of a reduced model with a trajectory.
+
+    Args:
+        caller: Name of the function that was called, for errors.
+        motion: A plan, a result that has one, or a reduced model.
+        trajectory: The motion of a reduced model; of a plan, None for its own.
+        kind: What a reduced model is an instance of.
+        argument: What the caller calls `motion`, for errors.
+
+    Raises:
+        PlanningFailed: If the result has no plan.
+        ProblemError: If it is neither, or the trajectory is missing.
+    """
+    unless_none("trajectory", trajectory, Trajectory)
+    if isinstance(motion, kind):
+        if trajectory is None:
+            raise ProblemError(f"{caller}: give a plan, or a trajectory with the reduced model")
+        return motion, trajectory
+    require: Callable[[], object] = getattr(motion, "require", lambda: None)
+    plan = require()
+    if not hasattr(plan, "problem"):
+        given, hint = f"{argument} is {shown(motion)}", ""
+        if isinstance(motion, HasReduced):
+            hint = "; plan it, or draw its start: render(problem, 'start.png')"
+        elif hasattr(motion, "objects"):
+            hint = "; to look at a scene: trajopt.viewer.live_view(scene, group=...)"
+        raise ProblemError(f"{caller}: give a plan, or a result that has one; {given}{hint}")
+    plan = cast(PlannedMotion[Model], plan)
+    return plan.problem.reduced, plan.trajectory if trajectory is None else trajectory

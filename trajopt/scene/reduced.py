@@ -1,0 +1,246 @@
+"""The robot with only a group's joints free: what planning, judging and simulating work on.
+
+All other joints stay exactly where the start state has them, even outside their limits. What
+depends only on the robot, or only on one object, is computed once and shared by all scenes with it.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.robot.bodies import Anchor, FixedBody
+from trajopt.robot.limits import JointLimits
+from trajopt.robot.loading.pinocchio_model import ModelData, configuration, model_data, model_of
+from trajopt.scene.collisions.collision_model import CollisionModel, collision_model_of
+from trajopt.scene.collisions.pairs import BodyPairs
+from trajopt.scene.reduced_robot import reduce_robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.cached import cached_per_value
+from trajopt.values.errors import FrameNotFound, ProblemError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+from trajopt.values.printed import in_number
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModel:
+    """A scene's robot with only one group's joints free.
+
+    Attributes:
+        scene: The scene.
+        group: Name of the group.
+        start: Positions of all joints at the start, shape (number of joints,) [rad | m].
+        model: Pinocchio's model of the free joints and of those that mimic them; never changed.
+        joint_names: The group's joints, n of them.
+        limits: Their limits, those of the joints that mimic them kept as well.
+        mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
+        mimic_offset: Offsets of mimicking joints, shape (model joints,).
+        collision_model: Its bodies, and which of them must keep apart.
+    """
+
+    scene: Scene
+    group: str
+    start: Floats
+    model: pin.Model
+    joint_names: tuple[str, ...]
+    limits: JointLimits
+    mimic_matrix: Floats
+    mimic_offset: Floats
+    collision_model: CollisionModel
+
+    def __repr__(self) -> str:
+        """Say the group, how many joints are free, and the scene."""
+        return f"ReducedModel(group {self.group}, {in_number(self.joint_names, 'joint')}, {self.scene})"
+
+    @property
+    def bodies(self) -> tuple[FixedBody, ...]:
+        """Collision bodies of links, then of objects."""
+        return self.collision_model.bodies
+
+    @property
+    def pairs(self) -> BodyPairs:
+        """The pairs of bodies that must keep apart."""
+        return self.collision_model.pairs
+
+    @property
+    def anchors(self) -> Mapping[str, Anchor]:
+        """Where each frame of the robot, each object and the world is fixed, by name."""
+        return self.collision_model.anchors
+
+    def derived(self, build: Callable[["ReducedModel"], T]) -> T:
+        """Return what a function builds of this model, built at the first call.
+
+        All starts with the same joints fixed share it, so it must not depend on where the group starts; nor
+        may it refer to the model or its scene, which would then never be freed.
+        """
+        kept = _kept(self.collision_model)
+        if build not in kept:
+            kept[build] = build(self)
+        return kept[build]
+
+    def derived_of_robot(self, build: Callable[["ReducedModel"], T]) -> T:
+        """Return what a function builds of the robot alone, built at the first call.
+
+        All scenes with the same robot and the same joints fixed share it, so it must not depend on what is in
+        a scene, nor on where the group starts; nor may it refer to the model.
+        """
+        kept = _kept_of_robot(self.model)
+        if build not in kept:
+            kept[build] = build(self)
+        return kept[build]
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        """Be rebuilt from the scene; a model that carries a load is stored."""
+        robot = reduce_robot(self.scene.robot, self.group, self.start)
+        loaded = None if self.model is robot.model else model_data(self.model)
+        return _again, (self.scene, self.group, self.start, loaded)
+
+    @property
+    def moving_joints(self) -> tuple[str, ...]:
+        """Names of the group's joints and of those that mimic them, in the model's order."""
+        return self.derived_of_robot(_moving_joints)
+
+    @cached_property
+    def start_positions(self) -> Floats:
+        """The group's positions at the start, shape (n,) [rad | m]."""
+        return readonly(self.start[self.scene.robot.index(self.joint_names)])
+
+    def configuration(self, positions: Floats) -> Floats:
+        """Return pinocchio's configuration of the group's positions, (n,) -> (nq,)."""
+        return configuration(self.model, self.mimic_matrix @ positions + self.mimic_offset)
+
+    def all_positions(self, positions: Floats) -> Floats:
+        """Return positions of all joints of the robot for the group's positions (n,)."""
+        full = np.array(self.start)
+        moved = self.mimic_matrix @ positions + self.mimic_offset
+        full[self.scene.robot.index(self.moving_joints)] = moved
+        return full
+
+    def owners(self, pair: int) -> tuple[str, str]:
+        """Return the links or objects that the bodies of a pair are part of."""
+        first, second = int(self.pairs.first[pair]), int(self.pairs.second[pair])
+        return self.bodies[first].owner, self.bodies[second].owner
+
+    def attachment(self, name: str) -> tuple[int, Placement]:
+        """Return the joint (0: the world) that carries a frame or object, and where in it.
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+            ProblemError: If it moves by itself, so that where it is depends on the time.
+        """
+        found = self.anchors.get(name)
+        if found is None and self.scene.carrier(name) is not None:
+            raise ProblemError(f"{shown(name)} is moved by time: only `plan` and `judge` know where it is")
+        if found is None:
+            objects = self.scene.objects
+            raise FrameNotFound("frame", name, self.anchors.keys() - objects.keys(), objects=objects)
+        return found.joint, found.placement
+
+
+@cached_per_value
+def _kept(collision_model: CollisionModel) -> dict[Callable[[ReducedModel], Any], Any]:
+    """Return what was derived of reduced models with these bodies, by the function that built it."""
+    del collision_model
+    return {}
+
+
+@cached_per_value
+def _kept_of_robot(model: pin.Model) -> dict[Callable[[ReducedModel], Any], Any]:
+    """Return what was derived of robots with these joints free, by the function that built it."""
+    del model
+    return {}
+
+
+def _moving_joints(reduced: ReducedModel) -> tuple[str, ...]:
+    return tuple(reduced.model.names[1:])
+
+
+def _again(scene: Scene, group: str, start: Floats, loaded: ModelData | None) -> ReducedModel:
+    reduced = reduce_model(scene, group, start)
+    return reduced if loaded is None else replace(reduced, model=model_of(loaded))
+
+
+@checked
+def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
+    """Fix every joint outside the group where it is at the start; mimic joints are where they follow.
+
+    Args:
+        scene: The scene.
+        group: Name of the planning group.
+        start: Positions of all joints, shape (number of joints,) [rad | m].
+
+    Raises:
+        GroupNotFound: If the robot has no such group.
+        MimicOutOfRange: If no position of a joint keeps one that follows it within its limits.
+    """
+    start = scene.robot.followed(start)
+    robot = reduce_robot(scene.robot, group, start)
+    collision_model = collision_model_of(scene, robot)
+    return ReducedModel(
+        scene,
+        group,
+        start,
+        robot.model,
+        robot.joint_names,
+        robot.limits,
+        robot.mimic_matrix,
+        robot.mimic_offset,
+        collision_model,
+    )
+
+
+def tool_frame(reduced: ReducedModel) -> str:
+    """Return the name of the frame that represents the group's motion.
+
+    Tip link and hand move as one, so this is a tool frame fixed to the same joint, if there is one: the
+    last that the scene was given, else the robot's first; else the link there whose origin is farthest from
+    the joint. A group without a tip link counts as ending with what its last joint moves.
+    """
+    tip = reduced.scene.robot.group(reduced.group).tip
+    last = reduced.model.getJointId(reduced.joint_names[-1])
+    return _tool_on(reduced, last if tip is None else reduced.attachment(tip)[0])
+
+
+def tool_frames(reduced: ReducedModel) -> tuple[str, ...]:
+    """Return one frame for each tool that a group moves: `tool_frame`, or one at the end of each branch.
+
+    A group without a tip link may move several arms; each ends where no other joint of the group follows.
+    """
+    if reduced.scene.robot.group(reduced.group).tip is not None:
+        return (tool_frame(reduced),)
+    joints = [reduced.model.getJointId(name) for name in reduced.joint_names]
+    before: set[int] = set()
+    for joint in joints:
+        parent = int(reduced.model.parents[joint])
+        while parent:
+            before.add(parent)
+            parent = int(reduced.model.parents[parent])
+    return tuple(_tool_on(reduced, joint) for joint in joints if joint not in before)
+
+
+def _tool_on(reduced: ReducedModel, carrier: int) -> str:
+    """Return the tool frame, or else the farthest link, that a joint carries."""
+    robot = reduced.scene.robot
+    tip = robot.group(reduced.group).tip
+    for name in (*reversed(tuple(reduced.scene.tools)), *robot.frames):
+        if reduced.attachment(name)[0] == carrier:
+            return name
+    reach: dict[str, float] = {}
+    for name in (*((tip,) if tip is not None else ()), *robot.links):
+        joint, where = reduced.attachment(name)
+        if joint == carrier:
+            # Of equals the first stays: the tip link.
+            reach.setdefault(name, round(float(np.linalg.norm(where.translation)), 9))
+    return max(reach, key=lambda name: reach[name])
+
+
+def tool_point(reduced: ReducedModel, frame: str, positions: Floats) -> Floats:
+    """Return where a frame is for the group's positions (n,), shape (3,) in the world [m]."""
+    return reduced.scene.placement_of(frame, reduced.all_positions(positions)).translation

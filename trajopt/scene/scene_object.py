@@ -1,0 +1,204 @@
+"""An object in the scene: shapes in a frame that is placed somewhere."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.robot.bodies import Anchor, FixedBody
+from trajopt.robot.meshes.mesh_cover import MeshPolicy, cover_mesh
+from trajopt.scene.timing import ALWAYS, Timing
+from trajopt.values.arrays import Value, number
+from trajopt.values.errors import ModelError, ShapeError, shown
+from trajopt.values.likely_units import warn_of_far_object
+from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
+from trajopt.values.printed import in_number, seen_from
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Points, Shape, Voxels
+from trajopt.values.shapes.uniform_inertia import uniform_inertia
+
+Part = tuple[Shape, Placement]
+"""A shape and its placement in the object's frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnchoredObject:
+    """An object where it is fixed.
+
+    Attributes:
+        anchor: The joint that carries it, and where in it.
+        bodies: Its collision bodies there.
+    """
+
+    anchor: Anchor
+    bodies: tuple[FixedBody, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneObject(Value):
+    """An object in the scene.
+
+    Attributes:
+        name: Its id.
+        parts: Shapes with their placements in the object's frame; none makes a mere frame.
+        placement: Of the object's frame in `frame`.
+        frame: "world", a link or tool frame, or another object.
+        touch_links: Links that may touch it.
+        notes: What its meshes became.
+        mass: Its mass [kg]; 0 where it is not known.
+        timing: When it is there, and how it moves; `placement` is where it is at time 0 then.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    placement: Placement
+    frame: str
+    touch_links: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+    mass: float = 0.0
+    timing: Timing = ALWAYS
+
+    def __repr__(self) -> str:
+        """Say what it is made of and where it is."""
+        parts = shown(self.parts[0][0]) if len(self.parts) == 1 else in_number(self.parts, "shape")
+        when = "" if self.timing.always else f"; {self.timing}"
+        return f"SceneObject({shown(self.name)}: {parts} at {self.placement}{seen_from(self.frame)}{when})"
+
+    def __post_init__(self) -> None:
+        """Check the placements."""
+        placements = (self.placement, *(where for _, where in self.parts))
+        for where in {id(where): where for where in placements}.values():  # pieces of a mesh share one
+            as_placement(f"placement of {shown(self.name)}", where)
+
+    def anchored(self, frame: Anchor) -> AnchoredObject:
+        """Return the object fixed to the joint that carries its frame.
+
+        Args:
+            frame: Where `frame` is.
+        """
+        anchor = Anchor(frame.joint, frame.placement * self.placement)
+        bodies = tuple(
+            FixedBody(f"{self.name}/{count}", self.name, anchor.joint, anchor.placement * where, shape)
+            for count, (shape, where) in enumerate(self.parts)
+        )
+        return AnchoredObject(anchor, bodies)
+
+    @cached_property
+    def inertia(self) -> pin.Inertia:
+        """Its mass, spread evenly over its shapes, in its frame; at its origin where these have no volume."""
+        whole = pin.Inertia.Zero()
+        for shape, where in self.parts:
+            whole += pin.SE3(where.rotation, where.translation).act(uniform_inertia(shape))
+        if whole.mass <= 0.0:
+            return pin.Inertia(self.mass, np.zeros(3), np.zeros((3, 3)))
+        return pin.Inertia(self.mass, whole.lever, self.mass / whole.mass * whole.inertia)
+
+    @cached_property
+    def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:
+        """What decides which bodies it must keep apart from: all but where it is in its frame."""
+        return (self.name, self.frame, len(self.parts), self.touch_links)
+
+    def still_at(self, time: float) -> "SceneObject":
+        """Return it where it is at a time of its clock [s], or where it was known last."""
+        motion = self.timing.motion
+        where = self.placement if motion is None else motion.track.at(min(time, motion.until))
+        return replace(self, placement=where, timing=ALWAYS)
+
+    def shifted(self, time: float) -> "SceneObject":
+        """Return it by a clock that shows 0 when this one's shows `time` [s]; see `Timing.shifted`."""
+        if self.timing.always:
+            return self
+        timing = self.timing.shifted(time)
+        where = self.placement if timing.motion is None else timing.motion.track.at(0.0)
+        return replace(self, placement=where, timing=timing)
+
+
+def object_placement(name: str, value: PlacementLike | None) -> Placement:
+    """Return where an object is placed; at the origin when None.
+
+    Raises:
+        ShapeError: If it is no placement.
+
+    Warns:
+        UnitWarning: If it is farther away than any shape may be large.
+    """
+    if value is None:
+        return IDENTITY
+    where = as_placement(label := f"placement of {shown(name)}", value)
+    warn_of_far_object(label, where.translation)
+    return where
+
+
+def covered_parts(
+    name: str, shape: Shape | Sequence[tuple[Shape, PlacementLike]], policy: MeshPolicy
+) -> tuple[tuple[Part, ...], tuple[str, ...]]:
+    """Return what an object is made of, its meshes covered by convex pieces, and notes on these.
+
+    Args:
+        name: The object's id.
+        shape: One shape in its origin, or several with placements in the object's frame.
+        policy: How meshes become convex.
+
+    Raises:
+        ModelError: If it is neither.
+    """
+    parts: list[Part] = []
+    notes: list[str] = []
+    pairs = [(shape, IDENTITY)] if isinstance(shape, Shape) else shape
+    if isinstance(pairs, str) or not isinstance(pairs, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]
+        pairs = [cast("tuple[Shape, PlacementLike]", shape)]
+    for item in pairs:
+        if not _is_part(item):
+            raise ModelError(f"{shown(name)}: give a shape, or pairs (shape, placement), not {shown(item)}")
+        part, where = item[0], as_placement(f"placement in {shown(name)}", item[1])
+        if isinstance(part, Mesh):
+            cover = cover_mesh(part, policy)
+            parts.extend((piece, where) for piece in cover.shapes)
+            notes.append(f"{name}: {cover.note}")
+        else:
+            parts.append((part, where))
+    return tuple(parts), tuple(notes)
+
+
+def _is_part(item: object) -> bool:
+    """Say whether something is a shape with its placement; callers may not check types."""
+    pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
+    return len(pair) == 2 and isinstance(pair[0], Shape)
+
+
+def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
+    """Return what an object is made of that stands for a cloud in the world; nothing for None.
+
+    Raises:
+        ModelError: If it is no cloud.
+    """
+    if not isinstance(cloud, Points | Voxels | None):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ModelError(f"cloud must be Points, Voxels or None, is {shown(cloud)}")
+    return () if cloud is None else ((cloud, IDENTITY),)
+
+
+def replaced_cloud(old: SceneObject, cloud: Points | Voxels | None) -> SceneObject:
+    """Return an object with another cloud in the world in place of its own.
+
+    Raises:
+        ModelError: If it is no cloud, or the object was none.
+    """
+    if not all(isinstance(shape, Points | Voxels) for shape, _ in old.parts):
+        raise ModelError(f"{shown(old.name)} is no cloud, and would be lost: remove it, or take another name")
+    parts = cloud_parts(cloud)
+    return replace(old, parts=parts, placement=IDENTITY, frame=WORLD, notes=(), timing=ALWAYS)
+
+
+def checked_mass(name: str, mass: float) -> float:
+    """Return the mass of an object [kg].
+
+    Raises:
+        ShapeError: If it is negative or not finite.
+    """
+    checked = number(f"mass of {name}", mass)
+    if checked < 0.0:
+        raise ShapeError(f"mass of {name}", f"is negative: {checked:g} kg")
+    return checked

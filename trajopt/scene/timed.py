@@ -1,0 +1,132 @@
+"""Timed model: a reduced model among what changes with time, with joints that time drives."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.collisions.collision_model import collision_model_of
+from trajopt.scene.driven_joints import DrivenJoints, add_driven
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reduced_robot import ReducedRobot, reduce_robot
+from trajopt.scene.scene import Scene
+from trajopt.scene.timing import Timing
+from trajopt.scene.track import Prediction
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.cached import LruCache, cached_in_value
+
+
+@dataclass(frozen=True, eq=False)
+class TimedModel:
+    """A reduced model whose joints are the group's, n of them, and then those that time drives.
+
+    Attributes:
+        reduced: The model with all of its scene's objects.
+        driven: Where time has the joints that it drives.
+        timings: Of each object that changes: when it is there, and the motion of what carries it.
+    """
+
+    reduced: ReducedModel
+    driven: DrivenJoints
+    timings: Mapping[str, Timing]
+
+    @property
+    def until(self) -> float:
+        """Until when all motions are known [s]."""
+        known = (timing.motion.until for timing in self.timings.values() if timing.motion is not None)
+        return min(known, default=inf)
+
+    def positions(self, positions: Floats, times: Floats) -> Floats:
+        """Return positions of all joints for the group's positions (s, n) at times (s,), (s, n + m)."""
+        return np.concatenate((positions, self.driven.at(times)), axis=1)
+
+    def there(self, name: str, time: float) -> bool:
+        """Say whether a link or an object is there at a time [s]."""
+        timing = self.timings.get(name)
+        return timing is None or timing.appears <= time <= timing.expires
+
+    def error(self, name: str, time: float) -> float:
+        """Return how far a link or an object may be off its track at a time [s], in metres."""
+        timing = self.timings.get(name)
+        return 0.0 if timing is None or timing.motion is None else timing.motion.error_at(time)
+
+    def is_uncertain(self, name: str) -> bool:
+        """Say whether a link or an object may ever be off its track."""
+        timing = self.timings.get(name)
+        return timing is not None and timing.motion is not None and any(timing.motion.error)
+
+
+def timed_model(reduced: ReducedModel) -> TimedModel | None:
+    """Return the timed model of a reduced one; None where nothing in its scene changes with time.
+
+    The last answers are kept for each scene.
+    """
+    scene = reduced.scene
+    if not scene.changing:
+        return None
+    robot = reduce_robot(scene.robot, reduced.group, reduced.start)
+    return _timed_models(scene).get(robot, lambda: _built(reduced, robot))
+
+
+@cached_in_value
+def _timed_models(scene: Scene) -> LruCache[ReducedRobot, TimedModel]:
+    del scene  # the models refer to it
+    return LruCache(4)
+
+
+def _built(reduced: ReducedModel, robot: ReducedRobot) -> TimedModel:
+    scene, model = reduced.scene, robot.model.copy()
+    timings = {name: _timing(scene, name) for name in scene.changing}
+    tracks = {
+        name: motion.track for name in timings if (motion := scene.objects[name].timing.motion) is not None
+    }
+    drive = add_driven(model, tracks)
+    extended = replace(
+        robot,
+        model=model,
+        joint_names=(*robot.joint_names, *drive.joints.names),
+        limits=_unlimited(robot.limits, drive.joints.names),
+        mimic_matrix=_beside(robot.mimic_matrix, len(drive.joints.names)),
+        mimic_offset=readonly(np.append(robot.mimic_offset, np.zeros(len(drive.joints.names)))),
+        anchors={**robot.anchors, **drive.anchors},
+        driven=drive.joints,
+    )
+    among = ReducedModel(
+        scene,
+        reduced.group,
+        reduced.start,
+        extended.model,
+        extended.joint_names,
+        extended.limits,
+        extended.mimic_matrix,
+        extended.mimic_offset,
+        collision_model_of(scene, extended),
+    )
+    return TimedModel(among, drive.joints, timings)
+
+
+def _timing(scene: Scene, name: str) -> Timing:
+    """Return when an object is there, and the motion of what carries it."""
+    carrier = scene.carrier(name)
+    motion: Prediction | None = None if carrier is None else scene.objects[carrier].timing.motion
+    return replace(scene.objects[name].timing, motion=motion)
+
+
+def _unlimited(limits: JointLimits, names: tuple[str, ...]) -> JointLimits:
+    """Return limits of the group's joints, and none of those that time drives."""
+    wide = np.full(len(names), np.inf)
+    fields = ("upper", "velocity", "acceleration", "jerk", "effort")
+    wider = {name: readonly(np.append(getattr(limits, name), wide)) for name in fields}
+    lower = readonly(np.append(limits.lower, -wide))
+    return replace(limits, joint_names=(*limits.joint_names, *names), lower=lower, **wider)
+
+
+def _beside(matrix: Floats, count: int) -> Floats:
+    """Return a matrix that maps further joints to themselves."""
+    rows, columns = matrix.shape
+    whole = np.zeros((rows + count, columns + count))
+    whole[:rows, :columns] = matrix
+    whole[rows:, columns:] = np.eye(count)
+    return readonly(whole)

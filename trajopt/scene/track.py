@@ -1,0 +1,313 @@
+"""Track: where a thing in the scene is at every time; prediction: a track with an error that grows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import inf, isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.robot.bodies import Anchor
+from trajopt.scene.frame_pieces import frame_pieces
+from trajopt.scene.planned_robot import MovingRobot, Planned, model_and_trajectory
+from trajopt.values.arrays import Floats, Value, floats, number, one_of, readonly, sequence
+from trajopt.values.errors import ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import IDENTITY, Placement, PlacementLike, as_placement
+from trajopt.values.printed import in_number
+from trajopt.values.rotations import as_rotation_vector, from_rotation_vector
+from trajopt.values.trajectory import LONGEST, Trajectory
+
+MOST_DEGREE = 5
+"""Highest power of a piece's translation: that of trajectories, which tracks are made of."""
+JUMP = 1e-6
+"""Pieces may end by so much beside where the next begins [m | rad]: rounding in files."""
+TOLERANCE = 2e-3
+"""How far points of another robot may be from its tracks, where nothing else is said: well inside the margin
+that motions keep anyway, and arms at speed are no nearer to their motions [m]."""
+STEADY = 1e-12
+"""Slower than this nothing turns [rad/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track(Value):
+    """Where a frame is at every time: at rest before the first time and after the last.
+
+    In each piece the origin moves along polynomials of time and the frame turns about one axis at a constant
+    rate. Make one with `Track.through` or `Track.constant_velocity`, or of another robot's motion with
+    `Track.of`.
+
+    Attributes:
+        times: Ends of the k pieces, increasing, shape (k + 1,) [s].
+        coefficients: Of the origin's position in the world, by the time since the start of each piece,
+            highest power first, shape (degree + 1, k, 3) [m].
+        rotations: Of the frame at the start of each piece, shape (k, 3, 3).
+        axes: Unit vector about which it turns in each piece, in its own frame, shape (k, 3).
+        rates: How fast it does, shape (k,) [rad/s].
+    """
+
+    times: Floats
+    coefficients: Floats
+    rotations: Floats
+    axes: Floats
+    rates: Floats
+
+    def __post_init__(self) -> None:
+        """Check that it is a motion.
+
+        Raises:
+            ShapeError: If the shapes do not fit, the times do not increase, an axis is not of length one, or
+                the frame jumps from one piece to the next.
+        """
+        times = floats("times of the track", self.times, (None,))
+        if len(times) < 2 or (np.diff(times) <= 0.0).any() or np.abs(times).max() > LONGEST:
+            raise ShapeError(
+                "times of the track", f"must increase, within {LONGEST:g} s, and be two at least"
+            )
+        pieces = len(times) - 1
+        shapes = {"coefficients": (None, pieces, 3), "rotations": (pieces, 3, 3)}
+        for name, shape in {**shapes, "axes": (pieces, 3), "rates": (pieces,)}.items():
+            object.__setattr__(self, name, floats(f"{name} of the track", getattr(self, name), shape))
+        object.__setattr__(self, "times", times)
+        if not 1 <= len(self.coefficients) <= MOST_DEGREE + 1:
+            raise ShapeError("coefficients of the track", f"are of degree 0 to {MOST_DEGREE}")
+        if np.abs(np.linalg.norm(self.axes, axis=1) - 1.0).max() > JUMP:
+            raise ShapeError("axes of the track", "must be of length one")
+        self._check_jumps()
+
+    def _check_jumps(self) -> None:
+        """Refuse a frame that is elsewhere when the next piece begins."""
+        for piece, (moment, length) in enumerate(zip(self.times[1:-1], np.diff(self.times), strict=False)):
+            reached, begins = self._within(piece, float(length)), self._within(piece + 1, 0.0)
+            away = float(np.linalg.norm(reached.translation - begins.translation))
+            turned = float(np.linalg.norm(as_rotation_vector(reached.rotation.T @ begins.rotation)))
+            if away > JUMP or turned > JUMP:
+                raise ShapeError(
+                    "track",
+                    f"jumps at {moment:g} s by {1e3 * away:.3g} mm and {np.rad2deg(turned):.3g} deg",
+                )
+
+    @staticmethod
+    @checked
+    def through(times: ArrayLike, placements: Sequence[PlacementLike]) -> Track:
+        """Make a track that is at placements at times, straight and turning evenly in between.
+
+        Args:
+            times: Increasing, shape (k,) [s].
+            placements: Of the frame in the world, k of them.
+
+        Raises:
+            ShapeError: If there is not one placement for each of at least two increasing times.
+        """
+        moments = floats("times of the track", times, (None,))
+        places = [
+            as_placement(f"placement {index} of the track", item)
+            for index, item in enumerate(sequence("placements", placements))
+        ]
+        if len(places) != len(moments):
+            raise ShapeError("track", f"has {len(moments)} times and {len(places)} placements")
+        if len(moments) < 2 or (np.diff(moments) <= 0.0).any():
+            raise ShapeError("times of the track", f"must be two at least, and increase: {moments.tolist()}")
+        length = np.diff(moments)
+        points = np.array([where.translation for where in places])
+        rotations = np.array([where.rotation for where in places])
+        turns = np.array([as_rotation_vector(one.T @ other) for one, other in pairwise(rotations)])
+        angle = np.linalg.norm(turns, axis=1)
+        return Track(
+            moments,
+            np.stack((np.diff(points, axis=0) / length[:, None], points[:-1])),
+            rotations[:-1],
+            _unit(turns, angle),
+            angle / length,
+        )
+
+    @staticmethod
+    @checked
+    def constant_velocity(
+        placement: PlacementLike,
+        velocity: ArrayLike,
+        *,
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        start: float = 0.0,
+        end: float = LONGEST,
+    ) -> Track:
+        """Make a track of constant velocity, at rest before `start` and after `end`.
+
+        Args:
+            placement: Of the frame at `start`, in the world.
+            velocity: Of its origin in the world, shape (3,) [m/s].
+            angular_velocity: Of the frame in the world, shape (3,) [rad/s].
+            start: When it begins to move [s].
+            end: When it stops [s].
+
+        Raises:
+            ShapeError: If a number is not finite, or it stops before it begins.
+        """
+        where = as_placement("placement", placement)
+        linear, angular = (
+            floats("velocity", velocity, (3,)),
+            floats("angular_velocity", angular_velocity, (3,)),
+        )
+        rate = np.array((float(np.linalg.norm(angular)),))
+        return Track(
+            np.array((number("start", start), number("end", end))),
+            np.stack((linear, where.translation))[:, None],
+            where.rotation[None],
+            _unit((where.rotation.T @ angular)[None], rate),
+            rate,
+        )
+
+    @staticmethod
+    def of(
+        motion: Planned[MovingRobot] | MovingRobot,
+        frame: str,
+        *,
+        reach: float,
+        trajectory: Trajectory | None = None,
+        base: PlacementLike = IDENTITY,
+        start: float = 0.0,
+        until: float = inf,
+        tolerance: float = TOLERANCE,
+    ) -> Prediction:
+        """Make the track of a frame of another robot that moves as planned, with its error: a `Prediction`.
+
+        A conveyor that was planned is such a robot too. (`Scene.with_robot_in_motion` adds a whole robot.)
+
+        The frame does not move as tracks do, and the prediction's error is a proven bound on how far any
+        point within `reach` of its origin is from where the track has it; how, is said in the module
+        `trajopt.scene.frame_pieces`.
+
+        Args:
+            motion: A plan, a result that has one, or a reduced model.
+            frame: Link or tool frame of that robot, or an object that it carries.
+            reach: No point of what moves with the frame is farther from its origin [m].
+            trajectory: The motion of a reduced model; of a plan, None for its own.
+            base: Of the world of that robot's scene in the scene that the track is for.
+            start: When the motion begins, by the clock of the scene; negative if it has begun [s].
+            until: Until when it is known to move so [s].
+            tolerance: How large the error may be [m].
+
+        Raises:
+            PlanningFailed: If the result has no plan.
+            ProblemError: If `motion` is neither, or the trajectory is missing.
+            FrameNotFound: If the frame is unknown.
+            ShapeError: If a number is not usable.
+        """
+        robot, moved = model_and_trajectory("Track.of", motion, trajectory, MovingRobot)
+        if number("reach", reach) < 0.0 or number("tolerance", tolerance) <= 0.0:
+            name, size = ("reach", reach) if reach < 0.0 else ("tolerance", tolerance)
+            raise ShapeError(name, f"must be positive, is {size:g} m")
+        where, begin = as_placement("base", base), number("start", start)
+        anchor = Anchor(*robot.attachment(one_of("frame", frame, str)))
+        if anchor.joint == 0:
+            here = where * anchor.placement
+            return Prediction(Track.through((begin, begin + moved.duration), (here, here)), until=until)
+        found = frame_pieces(robot, moved, anchor, reach=reach, tolerance=tolerance)
+        placed = found.coefficients @ where.rotation.T
+        placed[-1] += where.translation
+        turned = where.rotation @ found.rotations
+        track = Track(found.times + begin, placed, turned, found.axes, found.rates)
+        return Prediction(track, (found.error, 0.0, 0.0), until)
+
+    @property
+    def degree(self) -> int:
+        """Highest power of the polynomials."""
+        return len(self.coefficients) - 1
+
+    @property
+    def end(self) -> float:
+        """After this time the frame rests [s]."""
+        return float(self.times[-1])
+
+    def at(self, time: float) -> Placement:
+        """Return the placement of the frame in the world at a time [s]."""
+        moment = min(max(number("time", time), float(self.times[0])), self.end)
+        piece = min(max(int(np.searchsorted(self.times, moment, side="right")) - 1, 0), len(self.rates) - 1)
+        return self._within(piece, moment - float(self.times[piece]))
+
+    @checked
+    def shifted(self, time: float) -> Track:
+        """Return the track by a clock that shows 0 when this one's shows `time` [s]."""
+        return replace(self, times=readonly(self.times - number("time", time)))
+
+    def _within(self, piece: int, since: float) -> Placement:
+        """Return where the frame is some time after the start of a piece."""
+        point = self.coefficients[0, piece]
+        for coefficient in self.coefficients[1:, piece]:
+            point = point * since + coefficient
+        turned = self.rotations[piece] @ from_rotation_vector(
+            self.axes[piece] * float(self.rates[piece]) * since
+        )
+        return Placement(readonly(turned), readonly(np.array(point)))
+
+    def __repr__(self) -> str:
+        """Say when it moves."""
+        return f"Track({self.times[0]:g} to {self.end:g} s, {in_number(self.rates, 'piece')})"
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction(Value):
+    """A track that is known to within an error, for a time.
+
+    Attributes:
+        track: The track.
+        error: Radius r [m], velocity v [m/s] and acceleration a [m/s^2], none negative: at time t >= 0 no
+            point of the body is farther than r + v t + a t^2 / 2 from where the track has it, before than r.
+        until: Until then [s]; afterwards nothing is known, so no motion that ends later is verified.
+    """
+
+    track: Track
+    error: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    until: float = inf
+
+    def __post_init__(self) -> None:
+        """Check the parts.
+
+        Raises:
+            ProblemError: If `track` is none.
+            ShapeError: If the error is no such numbers, or `until` is not after 0.
+        """
+        one_of("track", self.track, Track)
+        radius, velocity, acceleration = floats("error", self.error, (3,)).tolist()
+        if min(radius, velocity, acceleration) < 0.0:
+            raise ShapeError("error", f"must not be negative: {(radius, velocity, acceleration)}")
+        object.__setattr__(self, "error", (radius, velocity, acceleration))
+        if number("until", self.until, infinite=True) <= 0.0:
+            raise ShapeError("until", f"must be after 0 s, is {self.until:g} s")
+
+    @checked
+    def error_at(self, time: float) -> float:
+        """Return how far points may be from where the track has them at a time [m]."""
+        radius, velocity, acceleration = self.error
+        since = max(time, 0.0)
+        return radius + velocity * since + acceleration * since**2 / 2.0
+
+    def shifted(self, time: float) -> Prediction:
+        """Return the prediction by a clock that shows 0 when this one's shows `time` [s].
+
+        Raises:
+            ShapeError: If the time is before 0, or not before nothing is known any more.
+        """
+        if not 0.0 <= number("time", time) < self.until:
+            raise ShapeError("time", f"must be from 0 to before {self.until:g} s, is {time:g} s")
+        _, velocity, acceleration = self.error
+        error = (self.error_at(time), velocity + acceleration * time, acceleration)
+        return Prediction(self.track.shifted(time), error, self.until - time)
+
+    def __repr__(self) -> str:
+        """Say the track and how well it is known."""
+        radius, velocity, acceleration = self.error
+        known = f", until {self.until:g} s" if isfinite(self.until) else ""
+        within = f", within {1e3 * radius:g} mm" if any(self.error) else ""
+        grows = f" + {1e3 * velocity:g} mm/s" if velocity or acceleration else ""
+        grows += f" + {1e3 * acceleration:g} mm/s^2" if acceleration else ""
+        return f"Prediction({self.track}{within}{grows}{known})"
+
+
+def _unit(vectors: Floats, lengths: Floats) -> Floats:
+    """Return the directions of vectors, (k, 3); the z axis for those without length."""
+    still = lengths <= STEADY
+    return np.where(still[:, None], (0.0, 0.0, 1.0), vectors / np.where(still, 1.0, lengths)[:, None])

@@ -1,0 +1,135 @@
+"""The client for programs that do something else meanwhile."""
+
+import asyncio
+import time
+from collections.abc import Awaitable
+from types import TracebackType
+from typing import Any
+from urllib.parse import quote
+
+import httpx
+
+from trajopt.server.client.answers import Document, Events, again_after, document_of
+from trajopt.server.client.calls import Call, SessionCalls
+from trajopt.server.client.errors import ServerError
+from trajopt.values.errors.arguments import checked
+
+
+class AsyncClient:
+    """A client of `trajopt serve`, all of whose answers are awaited."""
+
+    @checked
+    def __init__(
+        self,
+        url: str,
+        *,
+        token: str = "",
+        patience: float = 30.0,
+        timeout: float = 120.0,
+        connections: int = 100,
+    ) -> None:
+        """Know where the server is; it is not asked for anything yet.
+
+        Args:
+            url: Its address, such as "http://127.0.0.1:8080".
+            token: What it lets in with.
+            patience: A server that is full is asked again for so long [s].
+            timeout: A server that says nothing for so long is given up [s].
+            connections: To the server at a time.
+        """
+        headers = {"authorization": f"Bearer {token}"} if token else {}
+        most = httpx.Limits(max_connections=connections, max_keepalive_connections=connections)
+        self._http = httpx.AsyncClient(base_url=url, headers=headers, timeout=timeout, limits=most)
+        self._patience = patience
+
+    async def __aenter__(self) -> "AsyncClient":
+        """Return the client."""
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        """Close its connections."""
+        await self.close()
+
+    async def close(self) -> None:
+        """Close its connections."""
+        await self._http.aclose()
+
+    async def robots(self) -> list[Document]:
+        """Return the robots: joints, limits, groups, states, frames."""
+        return await self.send(Call("GET", "/robots"))
+
+    @checked
+    async def session(self, robot: str = "") -> "AsyncSession":
+        """Begin a session with a robot, the server's first one where none is named."""
+        begun = await self.send(Call("POST", "/sessions", {"robot": robot}))
+        return AsyncSession(self, begun["session"], begun["robot"])
+
+    @checked
+    async def resume(self, session: str) -> "AsyncSession":
+        """Return a session that there is already, by its id: one of another client, or of before a restart.
+
+        Raises:
+            ServerError: If the server has none of that id.
+        """
+        held = await self.send(Call("GET", f"/sessions/{quote(session, safe='')}"))
+        return AsyncSession(self, session, held["robot"])
+
+    @checked
+    async def send(self, call: Call) -> Any:
+        """Send a request, again and again while the server is full, and return the answer.
+
+        Raises:
+            ServerError: If the server refuses it, or cannot be reached.
+        """
+        until = time.monotonic() + self._patience
+        while True:
+            try:
+                answer, after = await self._once(call)
+            except httpx.HTTPError as error:
+                raise ServerError(0, "unreachable", str(error) or type(error).__name__) from error
+            except ServerError as error:
+                if error.retry_after is None or time.monotonic() + error.retry_after > until:
+                    raise
+                answer, after = error, error.retry_after
+            if after is None or time.monotonic() + after > until:
+                return document_of(answer) if isinstance(answer, httpx.Response) else answer
+            await asyncio.sleep(after)
+
+    async def _once(self, call: Call) -> tuple[httpx.Response | Document, float | None]:
+        """Send a request; return the response or the answer in it, and when to try again."""
+        request = self._http.build_request(
+            call.method, call.path, headers=call.headers, params=call.parameters, **call.content
+        )
+        response = await self._http.send(request, stream=True)
+        try:
+            after = again_after(response)
+            if call.listener is None or not response.is_success:
+                await response.aread()
+                return response, after
+            events = Events(call.listener)
+            async for line in response.aiter_lines():
+                answer = events.take(line)
+                if answer is not None:
+                    return answer, None
+        finally:
+            await response.aclose()
+        raise ServerError(0, "unreachable", "the server has gone in the midst of the request")
+
+
+class AsyncSession(SessionCalls[Awaitable[Document]]):
+    """A robot in a scene that the server keeps."""
+
+    def __init__(self, client: AsyncClient, name: str, robot: str) -> None:
+        """Belong to a client."""
+        super().__init__(name, robot)
+        self._client = client
+
+    async def fork(self) -> "AsyncSession":
+        """Begin another session with what this one holds now."""
+        begun = await self._send(Call("POST", f"/sessions/{self.id}/fork", {}))
+        return AsyncSession(self._client, begun["session"], begun["robot"])
+
+    def _send(self, call: Call) -> Awaitable[Document]:
+        return self._client.send(call)

@@ -1,0 +1,263 @@
+"""What can be asked of a session, once for both kinds of clients."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar, cast
+from urllib.parse import quote
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.server.client.answers import Listener
+from trajopt.values.arrays import Value
+from trajopt.values.errors import ProblemError, ShapeError, shown
+from trajopt.values.errors.arguments import checked
+
+Reply = TypeVar("Reply")
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Call(Value):
+    """A request as it goes out.
+
+    Attributes:
+        method: HTTP's.
+        path: Below the server's address.
+        body: The arguments.
+        listener: Told how far it is; None where nobody listens.
+        timeout: Time that the server may take [s]; its own limit when None.
+        name: By which it can be cancelled; none where it is empty.
+        data: Bytes in place of JSON; the arguments are in the address then.
+    """
+
+    method: str
+    path: str
+    body: Mapping[str, Any] | None = None
+    listener: Listener | None = None
+    timeout: float | None = None
+    name: str = ""
+    data: bytes | None = None
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """What goes out beside the body."""
+        headers = {"x-request-name": self.name} if self.name else {}
+        if self.data is not None:
+            headers["content-type"] = "application/octet-stream"
+        elif self.body is not None:
+            headers["content-type"] = "application/json"
+        return {**headers, "accept": "text/event-stream"} if self.listener is not None else headers
+
+    @property
+    def parameters(self) -> dict[str, str]:
+        """What goes into the address.
+
+        Raises:
+            ProblemError: If an argument is no plain data.
+        """
+        stated = {} if self.timeout is None else {"timeout": f"{self.timeout:g}"}
+        if self.data is None:
+            return stated
+        arguments = (self.body or {}).items()
+        return stated | {key: each if isinstance(each, str) else _json(key, each) for key, each in arguments}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The body, as httpx takes it.
+
+        Raises:
+            ProblemError: If an argument is no plain data.
+        """
+        if self.data is not None:
+            return {"content": self.data}
+        if self.body is None:
+            return {}
+        members = (f"{json.dumps(str(key))}:{_json(str(key), each)}" for key, each in self.body.items())
+        return {"content": f"{{{','.join(members)}}}".encode()}
+
+
+def _json(name: str, value: object) -> str:
+    """Return an argument as JSON; arrays and numbers of numpy's are lists and numbers.
+
+    Raises:
+        ProblemError: If it is no plain data.
+    """
+    try:
+        return json.dumps(value, default=_plain, allow_nan=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ProblemError(f"{name}: cannot be sent, as JSON does not hold it: {error}") from error
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.ndarray | np.generic):
+        return cast("object", value.tolist())
+    raise TypeError(f"it has {shown(value)}")
+
+
+def cloud_bytes(points: ArrayLike) -> bytes:
+    """Return points as the server takes them: float32 x, y, z, one point after the other [m].
+
+    Raises:
+        ShapeError: If they are none.
+    """
+    try:
+        rows = np.asarray(points, dtype="<f4")
+    except (TypeError, ValueError) as error:
+        raise ShapeError("points", f"must be numbers, is {shown(points)}") from error
+    if rows.size and (rows.ndim != 2 or rows.shape[1] != 3):
+        raise ShapeError("points", f"needs shape (any, 3), has {rows.shape}")
+    return rows.tobytes()
+
+
+class SessionCalls(Generic[Reply]):
+    """What can be asked of a session: a robot in a scene that the server keeps.
+
+    Arguments and answers are plain data, in the words of the Python API; docs/server.md has them.
+
+    Attributes:
+        id: The session's id.
+        robot: Name of its robot.
+    """
+
+    def __init__(self, name: str, robot: str) -> None:
+        """Take the session's id."""
+        self.id, self.robot = name, robot
+
+    def __repr__(self) -> str:
+        """Say which robot, and the session's id."""
+        return f"{type(self).__name__}({shown(self.robot)}, id {shown(self.id)})"
+
+    def _send(self, call: Call) -> Reply:
+        """Send a request."""
+        raise NotImplementedError
+
+    @checked
+    def ask(
+        self,
+        operation: str,
+        arguments: Mapping[str, Any] | None = None,
+        *,
+        listener: Listener | None = None,
+        timeout: float | None = None,
+        name: str = "",
+    ) -> Reply:
+        """Ask for any operation.
+
+        Args:
+            operation: Its name, such as "plan".
+            arguments: Plain data.
+            listener: Called with what the server says while it is done.
+            timeout: Time that the server may take [s].
+            name: By which `cancel` ends it from elsewhere.
+
+        Raises:
+            ServerError: If the server refuses it, or cannot be reached.
+        """
+        path = f"/sessions/{self.id}/{quote(operation, safe='')}"
+        return self._send(Call("POST", path, arguments or {}, listener, timeout, name))
+
+    def read(self) -> Reply:
+        """Return what is in the scene, and where the robot is."""
+        return self._send(Call("GET", f"/sessions/{self.id}"))
+
+    @checked
+    def edit(self, edits: Sequence[Mapping[str, Any]]) -> Reply:
+        """Change the scene: `[{"add": {"name": "post", "shape": {"box": {...}}}}]`; all edits or none."""
+        return self.ask("edit", {"edits": list(edits)})
+
+    @checked
+    def with_cloud(
+        self,
+        name: str,
+        points: ArrayLike | None,
+        *,
+        radius: float | None = None,
+        stamp: float | None = None,
+        **sensed: Any,
+    ) -> Reply:
+        """Put what a sensor measured into the scene, in place of all that was seen before under that name.
+
+        Args:
+            name: Of the cloud in the scene.
+            points: Shape (n, 3) [m]; those that are not finite are no measurements. None: nothing is seen.
+            radius: Of the ball that each point is; the points are in the world then [m].
+            stamp: When it was measured, on the sensor's own clock [s]: what is older than the newest is not
+                taken.
+            sensed: Without a radius the robot itself is left out, and the radius follows of these:
+                `positions`, `frame`, `placement`, `nearest`, `farthest`, `spacing` as of
+                `trajopt.lab.perception.PointCloud`, `cell`, `padding`, `sigmas`, `known` as of `Sensing`.
+
+        Raises:
+            ShapeError: If the points are none.
+            ServerError: If the server refuses it, or cannot be reached.
+        """
+        stated = {"name": name, "radius": radius, "stamp": stamp, **sensed}
+        arguments = {key: each for key, each in stated.items() if each is not None}
+        path = f"/sessions/{self.id}/cloud"
+        return self._send(Call("POST", path, arguments, data=b"" if points is None else cloud_bytes(points)))
+
+    @checked
+    def motions(self, motions: Sequence[Mapping[str, Any]]) -> Reply:
+        """Say how objects move: `[{"object": "box", "times": [...], "positions": [...]}]`."""
+        return self.ask("motions", {"motions": list(motions)})
+
+    @checked
+    def planning_scene(self, message: Mapping[str, Any]) -> Reply:
+        """Send a `moveit_msgs/PlanningScene`: the whole scene, or with `is_diff` what changes in it."""
+        return self.ask("planning_scene", message)
+
+    @checked
+    def plan(
+        self,
+        problem: Mapping[str, Any],
+        *,
+        listener: Listener | None = None,
+        timeout: float | None = None,
+        name: str = "",
+        **options: Any,
+    ) -> Reply:
+        """Plan a problem in the words of the Python API.
+
+        Args:
+            problem: Its goal, group, start, constraints, ...
+            listener: Called with stage, attempt and the best motion so far.
+            timeout: Time that the server may take [s].
+            name: By which `cancel` ends it.
+            options: `certificate`, `seconds`, `improve`, `method`, `every_goal`, `free_duration`, `edits`.
+        """
+        arguments = {"problem": dict(problem), **options}
+        return self.ask("plan", arguments, listener=listener, timeout=timeout, name=name)
+
+    @checked
+    def plan_request(
+        self, request: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
+    ) -> Reply:
+        """Plan what a `moveit_msgs/MotionPlanRequest` asks; options as of `plan`."""
+        return self.ask("plan", {"request": dict(request), **options}, listener=listener)
+
+    @checked
+    def check(self, problem: Mapping[str, Any], trajectory: Mapping[str, Any]) -> Reply:
+        """Have a trajectory judged by what a problem requires."""
+        return self.ask("check", {"problem": dict(problem), "trajectory": dict(trajectory)})
+
+    @checked
+    def execute(
+        self, problem: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
+    ) -> Reply:
+        """Drive the simulated robot to a goal; the options are `speed`, `longest` and `edits`."""
+        return self.ask("execute", {"problem": dict(problem), **options}, listener=listener)
+
+    def stop(self) -> Reply:
+        """Stop the robot that is being driven."""
+        return self._send(Call("POST", f"/sessions/{self.id}/stop", {}))
+
+    @checked
+    def cancel(self, name: str) -> Reply:
+        """End a request of that name: a plan answers with what it has."""
+        return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{quote(name, safe='')}"))
+
+    def close(self) -> Reply:
+        """End the session."""
+        return self._send(Call("DELETE", f"/sessions/{self.id}"))

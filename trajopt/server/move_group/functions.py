@@ -1,0 +1,214 @@
+"""What worlds have planned: functions of values alone, so that any process can carry them out."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import inf
+from threading import Event
+
+import numpy as np
+
+from trajopt.optimise.methods import method_named
+from trajopt.planning.budget import Budget
+from trajopt.planning.plan import NO_BOUNDS, plan
+from trajopt.planning.result import Result, Status
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import Requirement
+from trajopt.scene.scene import Scene
+from trajopt.server.move_group.constrained_lines import as_far_as_kept
+from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.settings import Settings
+from trajopt.tasks import grasping
+from trajopt.tasks.cartesian import Followed, FollowOptions, follow, follows_curve, polyline
+from trajopt.tasks.grasping import Grasp, GraspingOptions, Gripper, PickPlaceResult, Place
+from trajopt.values.arrays import Floats
+from trajopt.values.placement import Placement
+
+SHORTEST = 1e-3
+"""Planning time of the first attempt at least [s]."""
+SAME = 1e-6
+"""Poses nearer to each other than this are one [m | rad]: scripts begin with the pose that they are at."""
+
+
+def solved(
+    problem: Problem, settings: Settings, *, budget: Budget = NO_BOUNDS, cancel: Event | None = None
+) -> Result:
+    """Plan as a script has set it: of several attempts within the time, the motion of least duration.
+
+    Args:
+        problem: The problem.
+        settings: Time, attempts and method.
+        budget: Time that it may take, whatever is set.
+        cancel: Set it from another thread to stop.
+    """
+    until = time.monotonic() + min(settings.planning_time, inf if budget.seconds is None else budget.seconds)
+    results = list[Result]()
+    for attempt in range(settings.attempts):
+        left = until - time.monotonic()
+        if results and (left <= 0.0 or (cancel is not None and cancel.is_set())):
+            break
+        results.append(
+            plan(
+                problem,
+                method=method_named(settings.planner),
+                rng=np.random.default_rng(attempt),
+                budget=Budget(seconds=max(left, SHORTEST)),
+                cancel=cancel,
+            )
+        )
+    return min(results, key=_duration)
+
+
+def _duration(result: Result) -> float:
+    if result.status is not Status.SOLVED or result.trajectory is None:
+        return inf
+    return result.trajectory.duration
+
+
+def followed_through(
+    scene: Scene,
+    poses: Sequence[Placement],
+    *,
+    link: str,
+    group: str,
+    start: Floats,
+    settings: Settings,
+    constraints: Sequence[Requirement] = (),
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+) -> Followed:
+    """Follow straight lines from where a link is through poses, as far as they go.
+
+    Args:
+        scene: What is around the robot.
+        poses: Of the link in the world.
+        link: The link.
+        group: The planning group.
+        start: Positions of all joints at the beginning [rad | m].
+        settings: Speeds.
+        constraints: What must hold all the way: where it holds no longer the motion ends.
+        budget: Time that it may take.
+        cancel: Set it from another thread to stop.
+
+    Raises:
+        MoveItCommanderException: If there is no pose to go to.
+    """
+    stops = [scene.placement_of(link, start)]
+    for pose in poses:
+        if np.abs(pose.homogeneous - stops[-1].homogeneous).max() > SAME:
+            stops.append(pose)
+    if len(stops) == 1:
+        raise MoveItCommanderException("compute_cartesian_path: no waypoint is elsewhere than the link")
+    options = FollowOptions(
+        velocity_scaling=settings.velocity_scaling,
+        acceleration_scaling=settings.acceleration_scaling,
+        tool_speed=() if settings.tool_speed is None else (settings.tool_speed,),
+    )
+    lines, ends = polyline(stops), time.monotonic() + (inf if budget.seconds is None else budget.seconds)
+
+    def until(length: float | None) -> Followed:
+        left = ends - time.monotonic()
+        return follow(
+            scene,
+            follows_curve(link, lines, until=length),
+            start=start,
+            group=group,
+            options=options,
+            budget=budget if left == inf else replace(budget, seconds=max(left, SHORTEST)),
+            cancel=cancel,
+        )
+
+    return as_far_as_kept(until(None), constraints, until)
+
+
+def picked(
+    scene: Scene,
+    name: str,
+    *,
+    start: Floats,
+    grasps: Sequence[Grasp],
+    group: str,
+    gripper: Gripper,
+    constraints: Sequence[Requirement],
+    settings: Settings,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+) -> PickPlaceResult:
+    """Plan to take an object and lift it.
+
+    Args:
+        scene: What is around the robot.
+        name: The object.
+        start: Positions of all joints at the beginning [rad | m].
+        grasps: The best first.
+        group: The arm's planning group.
+        gripper: The gripper.
+        constraints: What holds while the object is in the hand.
+        settings: Speeds and method.
+        budget: Time that it may take.
+        cancel: Set it from another thread to stop.
+    """
+    return grasping.pick(
+        scene,
+        name,
+        start=start,
+        grasps=grasps,
+        group=group,
+        gripper=gripper,
+        constraints=constraints,
+        options=_options(settings),
+        budget=budget,
+        cancel=cancel,
+    )
+
+
+def put_down(
+    scene: Scene,
+    name: str,
+    *,
+    start: Floats,
+    places: Sequence[Place],
+    group: str,
+    constraints: Sequence[Requirement],
+    settings: Settings,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+) -> PickPlaceResult:
+    """Plan to put down an object that is in the hand.
+
+    Args:
+        scene: What is around the robot.
+        name: The object.
+        start: Positions of all joints at the beginning [rad | m].
+        places: The best first.
+        group: The arm's planning group.
+        constraints: What holds until the object stands.
+        settings: Speeds and method.
+        budget: Time that it may take.
+        cancel: Set it from another thread to stop.
+    """
+    return grasping.place(
+        scene,
+        name,
+        start=start,
+        places=places,
+        group=group,
+        constraints=constraints,
+        options=_options(settings),
+        budget=budget,
+        cancel=cancel,
+    )
+
+
+def _options(settings: Settings) -> GraspingOptions:
+    return GraspingOptions(
+        velocity_scaling=settings.velocity_scaling,
+        acceleration_scaling=settings.acceleration_scaling,
+        method=method_named(settings.planner),
+    )
+
+
+FUNCTIONS: Mapping[str, Callable[..., Result | Followed | PickPlaceResult]] = {
+    function.__name__: function for function in (solved, followed_through, picked, put_down)
+}
+"""All of them by name."""

@@ -1,0 +1,73 @@
+"""Outcome: how planning and execution ended, and how far from the goal the robot is."""
+
+from dataclasses import dataclass
+
+from trajopt.files.messages.moveit_msgs import MoveItErrorCodes
+from trajopt.planning.result import Result, Status
+
+CODES = {
+    Status.SOLVED: MoveItErrorCodes.SUCCESS,
+    Status.START_IN_COLLISION: MoveItErrorCodes.START_STATE_IN_COLLISION,
+    Status.CLEARANCE_IMPOSSIBLE: MoveItErrorCodes.START_STATE_IN_COLLISION,
+    Status.START_OUT_OF_LIMITS: MoveItErrorCodes.START_STATE_INVALID,
+    Status.START_TOO_FAST: MoveItErrorCodes.START_STATE_INVALID,
+    Status.START_CANNOT_BE_HELD: MoveItErrorCodes.START_STATE_INVALID,
+    Status.START_BREAKS_CONSTRAINT: MoveItErrorCodes.START_STATE_VIOLATES_PATH_CONSTRAINTS,
+    Status.GOAL_IN_COLLISION: MoveItErrorCodes.GOAL_IN_COLLISION,
+    Status.GOAL_OUT_OF_LIMITS: MoveItErrorCodes.GOAL_STATE_INVALID,
+    Status.GOAL_CANNOT_BE_HELD: MoveItErrorCodes.GOAL_STATE_INVALID,
+    Status.GOAL_BREAKS_CONSTRAINT: MoveItErrorCodes.GOAL_VIOLATES_PATH_CONSTRAINTS,
+    Status.NO_INVERSE_KINEMATICS: MoveItErrorCodes.NO_IK_SOLUTION,
+    Status.NO_WAYPOINT: MoveItErrorCodes.NO_IK_SOLUTION,
+    Status.METHOD_CANNOT: MoveItErrorCodes.PLANNING_FAILED,
+    Status.CONFLICTING_CONSTRAINTS: MoveItErrorCodes.GOAL_CONSTRAINTS_VIOLATED,
+    Status.STUCK: MoveItErrorCodes.PLANNING_FAILED,
+    Status.PROVEN_INFEASIBLE: MoveItErrorCodes.PLANNING_FAILED,
+    Status.TOO_LATE: MoveItErrorCodes.PLANNING_FAILED,
+    Status.BLOCKED_IN_TIME: MoveItErrorCodes.PLANNING_FAILED,
+    Status.INEVITABLE: MoveItErrorCodes.START_STATE_IN_COLLISION,
+    Status.FIXED_LINK_MET: MoveItErrorCodes.START_STATE_IN_COLLISION,
+    Status.GOAL_OCCUPIED: MoveItErrorCodes.GOAL_IN_COLLISION,
+    Status.NO_SEED: MoveItErrorCodes.PLANNING_FAILED,
+    Status.OUT_OF_TIME: MoveItErrorCodes.TIMED_OUT,
+    Status.OUT_OF_WORK: MoveItErrorCodes.TIMED_OUT,
+    Status.CANCELLED: MoveItErrorCodes.PREEMPTED,
+    Status.COLLISION: MoveItErrorCodes.INVALID_MOTION_PLAN,
+    Status.JOINT_LIMIT: MoveItErrorCodes.INVALID_MOTION_PLAN,
+    Status.OUT_OF_REACH: MoveItErrorCodes.NO_IK_SOLUTION,
+    Status.BRANCH_JUMP: MoveItErrorCodes.INVALID_MOTION_PLAN,
+    Status.GRIPPER_CANNOT: MoveItErrorCodes.PLANNING_FAILED,
+    Status.NO_TIMING: MoveItErrorCodes.INVALID_MOTION_PLAN,
+    Status.NOT_VERIFIED: MoveItErrorCodes.INVALID_MOTION_PLAN,
+}
+"""MoveIt's number of every way in which planning ends."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How the last `go` or `execute` ended.
+
+    Attributes:
+        error_code: MoveIt's number, and why in a sentence.
+        joint_error: Largest distance of a joint from where the trajectory ends [rad | m]; None where
+            nothing was executed, or the motion is under way.
+        position_error: Distance of the end effector from there [m]; None if the group has none.
+        rotation_error: Angle between its orientation and the one there [rad].
+        stopping_time: From `stop()` to rest [s]; None where the motion was not stopped.
+    """
+
+    error_code: MoveItErrorCodes
+    joint_error: float | None = None
+    position_error: float | None = None
+    rotation_error: float | None = None
+    stopping_time: float | None = None
+
+    @property
+    def reached(self) -> bool:
+        """Whether the goal was reached."""
+        return self.error_code.val == MoveItErrorCodes.SUCCESS and self.joint_error is not None
+
+
+def code_of(result: Result) -> MoveItErrorCodes:
+    """Return MoveIt's number of how planning ended, with the reason."""
+    return MoveItErrorCodes(CODES[result.status], result.reason, "trajopt")

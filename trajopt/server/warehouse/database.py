@@ -1,0 +1,237 @@
+"""Database: the file of a warehouse: its tables, who may write when, and what is refused.
+
+SQLite's write-ahead log: readers see whole transactions only, one process writes at a time and others wait,
+and what was committed is on the disk before the call returns.
+"""
+
+import sqlite3
+import time
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from trajopt.server.warehouse.forking import Forked
+from trajopt.values.documents.files import is_file
+from trajopt.values.errors import FileFormatError, shown
+
+APPLICATION = 0x74726A77
+"""Marks the file as a warehouse of trajopt's ("trjw"), in the header where SQLite has a place for that."""
+VERSION = 1
+"""Of the format. Later versions of trajopt read all earlier ones; what is newer is refused."""
+PATIENCE = 60.0
+"""How long a write waits for those of other processes [s]: each takes milliseconds, so there is something
+wrong with who writes so long."""
+_TABLES = """
+CREATE TABLE entries (
+  id INTEGER PRIMARY KEY, kind TEXT NOT NULL, name TEXT NOT NULL, version INTEGER NOT NULL,
+  made TEXT NOT NULL, robot TEXT NOT NULL, scene TEXT NOT NULL, goal TEXT NOT NULL,
+  ends TEXT NOT NULL, status TEXT NOT NULL, duration REAL,
+  note TEXT NOT NULL, words TEXT NOT NULL, fingerprint TEXT NOT NULL,
+  UNIQUE (kind, name, version));
+CREATE TABLE contents (digest TEXT PRIMARY KEY, size INTEGER NOT NULL, packed BLOB NOT NULL);
+CREATE TABLE members (
+  entry INTEGER NOT NULL REFERENCES entries ON DELETE CASCADE, name TEXT NOT NULL,
+  digest TEXT NOT NULL REFERENCES contents, PRIMARY KEY (entry, name));
+CREATE INDEX members_of ON members (digest);
+CREATE TABLE tags (
+  entry INTEGER NOT NULL REFERENCES entries ON DELETE CASCADE, tag TEXT NOT NULL, PRIMARY KEY (entry, tag));
+CREATE TABLE numbers (
+  kind TEXT NOT NULL, name TEXT NOT NULL, last INTEGER NOT NULL, PRIMARY KEY (kind, name));
+CREATE TABLE memories (
+  number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT NOT NULL, arrays TEXT NOT NULL, wins INTEGER NOT NULL,
+  failures INTEGER NOT NULL, used INTEGER NOT NULL);
+"""
+"""Names and what is said of entries; members by the digest of their content, so that equal ones are kept
+once; the last number that was given to a version; what experience remembers."""
+Tables = dict[str, tuple[str, str]]
+
+
+class Database(Forked):
+    """The file of a warehouse. Threads take turns; it is closed before a fork, and both open it anew.
+
+    Attributes:
+        path: The file.
+    """
+
+    def __init__(self, path: Path, *, create: bool) -> None:
+        """Open the file, and make it if it is not there and may be made.
+
+        Raises:
+            FileFormatError: If it is missing, cannot be opened, is no warehouse, or newer than this trajopt.
+        """
+        self.path, self._depth = path, 0
+        self._connection: sqlite3.Connection | None = None
+        super().__init__()
+        if not create and not is_file(path):
+            raise self.error("there is no such file")
+        with self._translated():
+            if create:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            self._opened(create=create)
+
+    def error(self, reason: str) -> FileFormatError:
+        """Return the error that says what is wrong with the file."""
+        return FileFormatError(str(self.path), reason)
+
+    def close(self) -> None:
+        """Close the file; it opens again when it is used again."""
+        with self.lock:
+            self.disconnect()
+
+    def disconnect(self) -> None:
+        """Close the connection, unless a transaction of this very thread is under way; the lock is held."""
+        if self._connection is not None and not self._depth:
+            self._connection.close()
+            self._connection = None
+
+    @contextmanager
+    def reading(self) -> Generator[sqlite3.Connection]:
+        """Yield the connection: all that is read in the block is of one moment.
+
+        Raises:
+            FileFormatError: If the file is damaged.
+        """
+        with self._transaction("BEGIN") as connection:
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Generator[sqlite3.Connection]:
+        """Yield the connection: what is written in the block is there as a whole after it, or not at all.
+
+        Raises:
+            FileFormatError: If the file cannot be written, or another process writes for too long.
+        """
+        with self._transaction("BEGIN IMMEDIATE") as connection:
+            yield connection
+
+    @contextmanager
+    def _transaction(self, begin: str) -> Generator[sqlite3.Connection]:
+        """Yield the connection in a transaction, or in a part of the one that this thread has begun."""
+        with self.lock, self._translated():
+            connection = self._opened(create=False)
+            part = bool(self._depth)
+            end, undo = ("RELEASE part", "ROLLBACK TO part") if part else ("COMMIT", "ROLLBACK")
+            connection.execute("SAVEPOINT part" if part else begin)
+            self._depth += 1
+            try:
+                yield connection
+                connection.execute(end)
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    connection.execute(undo)
+                    if part:
+                        connection.execute(end)
+                raise
+            finally:
+                self._depth -= 1
+
+    @contextmanager
+    def _translated(self) -> Generator[None]:
+        """Turn errors of SQLite into ours."""
+        try:
+            yield
+        except (sqlite3.Error, OSError) as error:
+            code = getattr(error, "sqlite_errorname", "")
+            if code == "SQLITE_NOTADB":
+                raise self.error("is no warehouse") from error
+            if code.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
+                raise self.error(f"another process has been writing for {PATIENCE:g} s") from error
+            if code.startswith("SQLITE_CORRUPT"):
+                raise self.error(f"is damaged: {error}") from error
+            raise self.error(f"cannot be used: {error}") from error
+
+    def _opened(self, *, create: bool) -> sqlite3.Connection:
+        """Return the connection, open."""
+        if self._connection is not None:
+            return self._connection
+        mode = "rwc" if create else "rw"
+        connection = sqlite3.connect(
+            f"{self.path.absolute().as_uri()}?mode={mode}",
+            uri=True,
+            timeout=PATIENCE,
+            isolation_level=None,
+            check_same_thread=False,
+        )
+        try:
+            self._prepared(connection)
+        except BaseException:
+            connection.close()
+            raise
+        self._connection = connection
+        return connection
+
+    def _prepared(self, connection: sqlite3.Connection) -> None:
+        """Check what the file is, make the tables of a new one, and set how it is used."""
+        connection.execute("PRAGMA trusted_schema = OFF")  # a file from a stranger may have views of its own
+        connection.execute("PRAGMA foreign_keys = ON")
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.create_function("folded", 1, _folded, deterministic=True)
+        if not self._is_warehouse(connection):
+            _in_log(connection)
+            connection.execute("BEGIN IMMEDIATE")
+            try:
+                if not self._is_warehouse(connection):  # nor has another process made it meanwhile
+                    for statement in _TABLES.split(";\n"):
+                        connection.execute(statement)
+                    connection.execute(f"PRAGMA application_id = {APPLICATION}")
+                    connection.execute(f"PRAGMA user_version = {VERSION}")
+                connection.execute("COMMIT")
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    connection.execute("ROLLBACK")
+                raise
+        _in_log(connection)
+
+    def _is_warehouse(self, connection: sqlite3.Connection) -> bool:
+        """Say whether it is one; an empty file is none yet.
+
+        Raises:
+            FileFormatError: If it is something else, or newer.
+        """
+        found = _tables(connection)
+        application = connection.execute("PRAGMA application_id").fetchone()[0]
+        version = connection.execute("PRAGMA user_version").fetchone()[0]
+        if not found and application == 0 and version == 0:
+            return False
+        if application != APPLICATION:
+            raise self.error("is no warehouse, but a database of something else")
+        if version != VERSION:
+            raise self.error(
+                f"is of format {version}, and this trajopt reads {VERSION}: it was written by a newer one"
+            )
+        wanted = sqlite3.connect(":memory:")
+        wanted.executescript(_TABLES)
+        for name, stated in _tables(wanted).items():
+            if found.get(name) != stated:
+                raise self.error(f"is no warehouse: its table {shown(name)} is missing or another")
+        wanted.close()
+        strange = [name for name, (kind, _) in found.items() if kind in ("trigger", "view")]
+        if strange:
+            raise self.error(f"has code of its own, which no warehouse has: {shown(strange[0])}")
+        return True
+
+
+def _folded(text: object) -> str:
+    return str(text).casefold()
+
+
+def _tables(connection: sqlite3.Connection) -> Tables:
+    """Return what a database consists of, by name: what it is, and the words that made it."""
+    rows = connection.execute(
+        "SELECT name, type, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'"
+    )
+    return {name: (kind, sql) for name, kind, sql in rows}
+
+
+def _in_log(connection: sqlite3.Connection) -> None:
+    """Have the file written by a write-ahead log from now on; for its turn here SQLite does not wait."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+            return
+        except sqlite3.OperationalError as error:
+            busy = getattr(error, "sqlite_errorname", "").startswith(("SQLITE_BUSY", "SQLITE_LOCKED"))
+            if not busy or time.monotonic() > until:
+                raise
+            time.sleep(0.01)

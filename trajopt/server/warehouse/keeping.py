@@ -1,0 +1,151 @@
+"""Entries written with all that belongs to them, and values made of them again."""
+
+import json
+import sqlite3
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, cast
+
+from trajopt.files.bundle.bundle import DESCRIPTION
+from trajopt.files.bundle.members import Members, digest
+from trajopt.files.bundle.reading import bundle_of
+from trajopt.files.bundle.values import value_members, value_of
+from trajopt.files.bundle.writing import bundle_members
+from trajopt.planning.result import Plan, Result
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.server.warehouse.contents import keep_members, packed_for
+from trajopt.server.warehouse.database import Database
+from trajopt.server.warehouse.described import Described, Keepable
+from trajopt.server.warehouse.finding import moment, the_one
+from trajopt.server.warehouse.kept import Constraints, Entry, Kind, State
+from trajopt.values.arrays import several
+from trajopt.values.errors import ModelError, shown
+
+LONGEST_NAME = 200
+"""Characters of a name or a tag: a line of a listing takes no more."""
+BUNDLED = (Kind.PROBLEM, Kind.PLAN)
+"""Kinds of which there are bundles."""
+
+
+def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
+    """Return what something is kept as.
+
+    Raises:
+        ModelError: If it holds code of the caller's.
+        FileFormatError: If a mesh cannot be read.
+    """
+    match what:
+        case Result() | Plan() | Problem():
+            return bundle_members(what, explained=explained)
+        case State():
+            return value_members({"robot": what.robot, "positions": what.positions}, "state")
+        case Constraints():
+            stated = {"robot": what.robot, "requirements": what.requirements, "group": what.group}
+            return value_members(stated, "constraints")
+        case _:
+            return value_members(what, type(what).__name__.lower())
+
+
+def kept_in(members: Members, kind: Kind, meshes: Path | str | None = None) -> Any:
+    """Return what members make: of a problem or a plan the bundle, else the value itself.
+
+    Raises:
+        FileFormatError: If they do not make one.
+    """
+    if kind in BUNDLED:
+        return bundle_of(members, meshes)
+    value: object = value_of(members, meshes)
+    wanted = {Kind.ROBOT: Robot, Kind.SCENE: Scene}.get(kind, dict)
+    if not isinstance(value, wanted):
+        raise members.error(f"holds no {kind.name.lower()}, but {shown(value)}")
+    made = {Kind.STATE: State, Kind.CONSTRAINTS: Constraints}.get(kind)
+    if made is None:
+        return cast("Robot | Scene", value)
+    try:
+        return made(**cast("dict[str, Any]", value))
+    except (TypeError, ValueError) as error:
+        raise members.error(f"holds no {kind.name.lower()}: {error}") from error
+
+
+def keep(
+    database: Database,
+    name: str,
+    about: Described,
+    members: Mapping[str, bytes],
+    *,
+    tags: Sequence[str],
+    note: str,
+    made: str = "",
+) -> Entry:
+    """Write an entry with all that belongs to it, in one transaction.
+
+    Args:
+        database: The file.
+        name: Its name.
+        about: What is said of it.
+        members: What it consists of.
+        tags: Words to find it by.
+        note: Whatever is to be said of it.
+        made: When it was kept; now when empty.
+
+    Raises:
+        ModelError: If a name or tag is none.
+        FileFormatError: If the file cannot be written.
+    """
+    _check_word("name", name)
+    marked, mark = checked_tags(tags), _fingerprint(members)
+    packed = packed_for(database, members)
+    with database.writing() as connection:
+        version = _next_version(connection, about.kind, name)
+        number = connection.execute(
+            "INSERT INTO entries VALUES (NULL, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (
+                *(about.kind.name, name, version, made or moment(datetime.now(UTC)), about.robot),
+                *(about.scene, about.goal, json.dumps(dict(about.ends)), about.status, about.duration),
+                *(note, f"{name} {about.words}".casefold(), mark),
+            ),
+        ).lastrowid
+        assert number is not None
+        keep_members(connection, number, members, packed)
+        connection.executemany("INSERT INTO tags VALUES (?, ?)", [(number, each) for each in marked])
+        return the_one(connection, name, about.kind, version)[1]
+
+
+def _next_version(connection: sqlite3.Connection, kind: Kind, name: str) -> int:
+    """Return the number of the next version of a name; that of what was removed is not given again."""
+    named = (kind.name, name)
+    connection.execute(
+        "INSERT INTO numbers VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET last = last + 1", named
+    )
+    row = connection.execute("SELECT last FROM numbers WHERE kind = ? AND name = ?", named).fetchone()
+    return int(row[0])
+
+
+def _fingerprint(members: Mapping[str, bytes]) -> str:
+    """Return what tells contents from others; a bundle's description has the digests of the rest."""
+    if DESCRIPTION in members:
+        return digest(members[DESCRIPTION])
+    return digest("".join(f"{each} {digest(members[each])}\n" for each in sorted(members)).encode())
+
+
+def _check_word(what: str, word: str) -> None:
+    """Refuse what cannot be typed, or read in a listing."""
+    if not word.strip() or len(word) > LONGEST_NAME or not word.isprintable():
+        raise ModelError(
+            f"{what} must be 1 to {LONGEST_NAME} characters that can be printed, is {shown(word)}"
+        )
+
+
+def checked_tags(tags: Sequence[str]) -> tuple[str, ...]:
+    """Return tags sorted, each once.
+
+    Raises:
+        ModelError: If one is empty, too long, or cannot be printed.
+    """
+    words = several("tags", tags, str)
+    for word in words:
+        _check_word("tag", word)
+    return tuple(sorted(set(words)))

@@ -1,0 +1,347 @@
+"""Warehouse: robots, scenes, problems, plans, states and constraints in one file, by name."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from trajopt.files.bundle import Bundle
+from trajopt.files.bundle.archive import Archive, write_archive
+from trajopt.files.bundle.reading import bundle_of
+from trajopt.planning.experience import Experience
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.server.warehouse.contents import StoredMembers, drop_unused
+from trajopt.server.warehouse.database import Database
+from trajopt.server.warehouse.described import Keepable, described
+from trajopt.server.warehouse.finding import Conditions, the_one
+from trajopt.server.warehouse.keeping import BUNDLED, checked_tags, keep, kept_in, members_of
+from trajopt.server.warehouse.kept import Constraints, Entry, Kind, State, oldest_first
+from trajopt.server.warehouse.memories import StoredMemories
+from trajopt.values.arrays import path as as_path
+from trajopt.values.arrays import several
+from trajopt.values.errors import ModelError, shown
+from trajopt.values.errors.arguments import checked
+
+
+class Warehouse:
+    """A file that keeps what is worth keeping, by name and version.
+
+    What a call has kept stays, whatever happens to the process or the machine afterwards; several processes
+    and threads may use one file at once. `with Warehouse("cell.warehouse") as kept:` closes it in the end.
+
+    Attributes:
+        path: The file.
+    """
+
+    @checked
+    def __init__(self, path: Path | str, *, create: bool = True) -> None:
+        """Open a file.
+
+        Args:
+            path: The file, on a disk of this machine: SQLite's locks do not hold across a network.
+            create: Whether it is made where there is none.
+
+        Raises:
+            FileFormatError: If it cannot be opened, is no warehouse, or is newer than this trajopt.
+        """
+        self.path = as_path("path", path)
+        self._database = Database(self.path, create=create)
+
+    def __enter__(self) -> "Warehouse":
+        """Return the warehouse."""
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        """Close the file."""
+        self.close()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Another process opens the same file."""
+        return Warehouse, (self.path,)
+
+    def __repr__(self) -> str:
+        """Name the file."""
+        return f"Warehouse({shown(str(self.path))})"
+
+    def close(self) -> None:
+        """Close the file; it opens again when it is used again."""
+        self._database.close()
+
+    def together(self) -> AbstractContextManager[object]:
+        """Have all that is kept, marked and removed in a block be there as a whole after it, or not at all.
+
+        Other threads and processes wait with what they write until the block is over.
+        """
+        return self._database.writing()
+
+    @checked
+    def add(
+        self,
+        name: str,
+        what: Keepable,
+        *,
+        tags: Sequence[str] = (),
+        note: str = "",
+        explained: bool = True,
+    ) -> Entry:
+        """Keep something; what was kept under the name before stays, as an earlier version.
+
+        Args:
+            name: Its name, of its kind.
+            what: A result, whatever became of it; a plan, problem, scene, robot, state, or constraints.
+            tags: Words to find it by.
+            note: Whatever is to be said of it.
+            explained: Whether a failure is explained in it, which takes up to some seconds.
+
+        Returns:
+            The entry, once it is on the disk.
+
+        Raises:
+            ModelError: If it holds code of the caller's, or a name or tag is none.
+            FileFormatError: If the file cannot be written.
+        """
+        about, members = described(what), members_of(what, explained=explained)
+        return keep(self._database, name, about, members, tags=tags, note=note)
+
+    @checked
+    def add_bundle(
+        self, path: Path | str, name: str = "", *, tags: Sequence[str] = (), note: str = ""
+    ) -> Entry:
+        """Keep a bundle's file.
+
+        Args:
+            path: The file.
+            name: Its name; that of its problem when empty.
+            tags: Words to find it by.
+            note: Whatever is to be said of it.
+
+        Raises:
+            FileFormatError: If it is no bundle, or cannot be kept.
+        """
+        archive = Archive(path)
+        bundle = bundle_of(archive)
+        members = {each: archive.read(each) for each in archive.names}
+        return keep(
+            self._database, name or bundle.problem.name, described(bundle), members, tags=tags, note=note
+        )
+
+    @checked
+    def find(
+        self,
+        *,
+        kind: Kind | None = None,
+        name: str = "",
+        robot: str = "",
+        goal: str | Mapping[str, float] = "",
+        within: float = 0.1,
+        scene: str = "",
+        text: str = "",
+        tags: Sequence[str] = (),
+        since: datetime | None = None,
+        until: datetime | None = None,
+        solved: bool | None = None,
+        newest: bool = False,
+    ) -> tuple[Entry, ...]:
+        """Return entries, the last that was kept first; all where nothing is stated.
+
+        Args:
+            kind: Of this kind.
+            name: Of this name.
+            robot: Of the robot of this name.
+            goal: These words occur in the goal; or joints and positions that the motion, the goal or the
+                state ends at [rad | m].
+            within: How near to those positions [rad | m].
+            scene: In the scene that is kept under this name, in any of its versions.
+            text: These words all occur in what is said of it: names, objects, requirements, reasons, notes.
+            tags: Marked with all of these.
+            since: Kept then or later.
+            until: Kept before that.
+            solved: Whether planning found a motion; what was not planned has neither.
+            newest: Whether only the last version of each name is returned.
+
+        Raises:
+            EntryNotFound: If no scene of that name is kept.
+        """
+        conditions = Conditions(
+            kind=kind, name=name, robot=robot, goal=goal, within=within, scene=scene, text=text,
+            tags=several("tags", tags, str), since=since, until=until, solved=solved, newest=newest,
+        )  # fmt: skip
+        with self._database.reading() as connection:
+            return tuple(entry for _, entry in conditions.found(connection))
+
+    @checked
+    def entry(self, name: str, *, kind: Kind | None = None, version: int | None = None) -> Entry:
+        """Return what is said of something.
+
+        Args:
+            name: Its name.
+            kind: Its kind; None where only one has something of that name.
+            version: Its version; the last when None.
+
+        Raises:
+            EntryNotFound: If there is none.
+            ModelError: If things of several kinds have the name.
+        """
+        with self._database.reading() as connection:
+            return the_one(connection, name, kind, version)[1]
+
+    @checked
+    def load(self, entry: Entry, *, meshes: Path | str | None = None) -> Any:
+        """Return what an entry stands for: of a problem or a plan the bundle, else the value itself.
+
+        Args:
+            entry: The entry.
+            meshes: A folder to unpack the meshes to that a viewer draws.
+
+        Raises:
+            EntryNotFound: If it is no longer there.
+            FileFormatError: If it is damaged.
+        """
+        return kept_in(self._members(entry), entry.kind, meshes)
+
+    @checked
+    def robot(self, name: str, *, version: int | None = None) -> Robot:
+        """Return a robot; the last version when `version` is None. Raises as `entry` and `load` do."""
+        return self.load(self.entry(name, kind=Kind.ROBOT, version=version))
+
+    @checked
+    def scene(self, name: str, *, version: int | None = None) -> Scene:
+        """Return a scene, with its robot; see `robot`."""
+        return self.load(self.entry(name, kind=Kind.SCENE, version=version))
+
+    @checked
+    def problem(self, name: str, *, version: int | None = None) -> Problem:
+        """Return a problem that nobody planned yet; see `robot`. That of a plan is in its bundle."""
+        bundle: Bundle = self.load(self.entry(name, kind=Kind.PROBLEM, version=version))
+        return bundle.problem
+
+    @checked
+    def plan(self, name: str, *, version: int | None = None) -> Bundle:
+        """Return a plan or a failure, as the bundle that was kept of it; see `robot`."""
+        return self.load(self.entry(name, kind=Kind.PLAN, version=version))
+
+    @checked
+    def state(self, name: str, *, version: int | None = None) -> State:
+        """Return positions of joints; see `robot`."""
+        return self.load(self.entry(name, kind=Kind.STATE, version=version))
+
+    @checked
+    def constraints(self, name: str, *, version: int | None = None) -> Constraints:
+        """Return requirements; see `robot`."""
+        return self.load(self.entry(name, kind=Kind.CONSTRAINTS, version=version))
+
+    @checked
+    def mark(self, entry: Entry, *, tags: Sequence[str] | None = None, note: str | None = None) -> Entry:
+        """Change the tags or the note of an entry; what is None stays.
+
+        Raises:
+            EntryNotFound: If it is no longer there.
+            ModelError: If a tag is none.
+        """
+        words = None if tags is None else checked_tags(tags)
+        with self._database.writing() as connection:
+            number, _ = the_one(connection, entry.name, entry.kind, entry.version)
+            if words is not None:
+                connection.execute("DELETE FROM tags WHERE entry = ?", (number,))
+                connection.executemany("INSERT INTO tags VALUES (?, ?)", [(number, each) for each in words])
+            if note is not None:
+                connection.execute("UPDATE entries SET note = ? WHERE id = ?", (note, number))
+            return the_one(connection, entry.name, entry.kind, entry.version)[1]
+
+    @checked
+    def remove(self, name: str, *, kind: Kind | None = None, version: int | None = None) -> tuple[Entry, ...]:
+        """Remove something for good.
+
+        Args:
+            name: Its name.
+            kind: Its kind; None where only one has something of that name.
+            version: The version to remove; all when None.
+
+        Returns:
+            What was removed.
+
+        Raises:
+            EntryNotFound: If there is none.
+            ModelError: If things of several kinds have the name.
+        """
+        with self._database.writing() as connection:
+            number, last = the_one(connection, name, kind, version)
+            gone = [(number, last)]
+            if version is None:
+                gone = Conditions(kind=last.kind, name=name).found(connection)
+            connection.executemany("DELETE FROM entries WHERE id = ?", [(each,) for each, _ in gone])
+            drop_unused(connection)
+            return tuple(entry for _, entry in gone)
+
+    @checked
+    def export(self, entry: Entry, path: Path | str) -> None:
+        """Write a problem or a plan as a bundle's file, which every command takes.
+
+        Raises:
+            ModelError: If it is neither: `copy_to` takes everything.
+            EntryNotFound: If it is no longer there.
+            FileFormatError: If the file cannot be written.
+        """
+        if entry.kind not in BUNDLED:
+            raise ModelError(
+                f"{shown(entry.name)} is {entry.kind.value}, and bundles are of problems and plans: "
+                "copy it to another warehouse"
+            )
+        write_archive(path, self._members(entry).all())
+
+    @checked
+    def copy_to(self, other: "Warehouse", entries: Sequence[Entry] | None = None) -> tuple[Entry, ...]:
+        """Copy entries to another warehouse, with their dates, tags and notes.
+
+        What is there already, of the same name, date and content, is not copied again; what has only the same
+        name becomes another version of it.
+
+        Args:
+            other: The other warehouse.
+            entries: Which; all when None.
+
+        Returns:
+            What was copied, as it is named there.
+
+        Raises:
+            EntryNotFound: If one is no longer there.
+            FileFormatError: If one is damaged, or the other file cannot be written.
+        """
+        chosen = self.find() if entries is None else several("entries", entries, Entry)
+        copied = list[Entry]()
+        for each in oldest_first(chosen):
+            known = other.find(kind=each.kind, name=each.name)
+            if any((one.made, one.fingerprint) == (each.made, each.fingerprint) for one in known):
+                continue
+            members = self._members(each)
+            value = kept_in(members, each.kind)  # nothing that cannot be read is handed on
+            copied.append(
+                keep(
+                    other._database, each.name, described(value), members.all(),
+                    tags=each.tags, note=each.note, made=each.made,
+                )
+            )  # fmt: skip
+        return tuple(copied)
+
+    @checked
+    def experience(self, *, most: int = 1000, learning: bool = True) -> Experience:
+        """Return the experience that this file keeps: `plan(problem, experience=kept.experience())`.
+
+        Args:
+            most: Memories at most; then what has not won for longest is forgotten.
+            learning: Whether it changes; without, equal calls have equal answers.
+
+        Raises:
+            ProblemError: If nothing could be remembered.
+        """
+        return Experience(StoredMemories(self._database), most, learning)
+
+    def _members(self, entry: Entry) -> StoredMembers:
+        with self._database.reading() as connection:
+            number, _ = the_one(connection, entry.name, entry.kind, entry.version)
+        return StoredMembers(
+            self._database, number, f"{entry.kind.name.lower()} {entry.name} version {entry.version}"
+        )

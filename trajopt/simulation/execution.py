@@ -1,0 +1,132 @@
+"""Execution of a trajectory in MuJoCo."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+
+from trajopt.scene.payload import loaded_model
+from trajopt.scene.planned_robot import Planned, model_and_trajectory
+from trajopt.scene.reduced import ReducedModel
+from trajopt.simulation.contacts import ContactLog
+from trajopt.simulation.controller import ComputedTorque, in_group_order, reference
+from trajopt.simulation.options import SimulationOptions
+from trajopt.simulation.rollout import Rollout, TrackingError
+from trajopt.values.arrays import Floats, readonly, unless_none
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from trajopt.robot.loading.mujoco_library import mujoco
+
+BLOWN_UP = 1e4
+"""Joint speed [rad/s | m/s] beyond which a simulation has diverged."""
+
+
+@checked
+def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
+    """Return the MuJoCo model of a reduced model.
+
+    Joints keep their names; each has a motor of its name if the group drives it, limited to its
+    effort; joints that mimic another are held by a stiff constraint. Exactly the pairs that the
+    scene does not excuse can collide. Joint friction and damping are left out, as in pinocchio's
+    inverse dynamics.
+
+    Raises:
+        ModelError: If a shape cannot be built.
+    """
+    from trajopt.simulation.spec import describe
+
+    return describe(reduced).spec
+
+
+@overload
+def simulate(motion: Planned[ReducedModel], *, options: SimulationOptions | None = None) -> Rollout: ...
+@overload
+def simulate(
+    motion: ReducedModel, trajectory: Trajectory, *, options: SimulationOptions | None = None
+) -> Rollout: ...
+def simulate(
+    motion: Planned[ReducedModel] | ReducedModel,
+    trajectory: Trajectory | None = None,
+    *,
+    options: SimulationOptions | None = None,
+) -> Rollout:
+    """Execute a plan in MuJoCo, or any trajectory of a reduced model.
+
+    The robot starts in the trajectory's first position and velocity, follows it under a
+    computed-torque controller whose motors give at most the group's effort limits (infinite ones
+    are never reached), and holds the end for the settling time. It knows its own masses and what it carries
+    exactly, so errors come from torque limits, contacts, or jumps in the trajectory. What changes with time
+    is there at its times, exactly on its track, and yields to nothing.
+
+    Args:
+        motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
+            Joints outside the group stand still.
+        trajectory: Of the group's joints, in any order; the plan's own when None.
+        options: Step, gains, settling time.
+
+    Raises:
+        PlanningFailed: If the result has no plan.
+        ProblemError: If it takes more than a million steps.
+        ModelError: If the trajectory's joints are not the group's, or the robot has no masses.
+    """
+    from trajopt.simulation.plant import Plant  # MuJoCo takes a second to import
+
+    reduced, trajectory = model_and_trajectory("simulate", motion, trajectory, ReducedModel)
+    options = unless_none("options", options, SimulationOptions) or SimulationOptions()
+    trajectory = in_group_order(reduced, trajectory)
+    plant = Plant(reduced, options.dt)
+    followed = reference(trajectory, options.dt, options.settling_time)
+    controller = ComputedTorque(replace(reduced, model=loaded_model(reduced)), options)
+    plant.reset(followed.positions[0], followed.velocities[0])
+    log = ContactLog(reduced.scene.allowances, trajectory.duration)
+    last = len(followed.times) - 1
+    stride = max(1, round(options.sample_period / options.dt))
+    samples: list[tuple[float, Floats, Floats, Floats]] = []
+    errors: list[Floats] = []
+    limited = np.zeros(len(reduced.joint_names))
+    diverged = None
+    for step, t in enumerate(followed.times.tolist()):
+        positions, velocities = plant.positions, plant.velocities
+        if step > 0 and not (np.abs(velocities) < BLOWN_UP).all():
+            diverged = t
+            break
+        asked = controller(followed.at(step), positions, velocities)
+        given = np.clip(asked, -reduced.limits.effort, reduced.limits.effort)
+        if t <= trajectory.duration:
+            errors.append(followed.positions[step] - controller.group(positions))
+        if step % stride == 0 or step == last:
+            samples.append((t, controller.group(positions), controller.group(velocities), given))
+        if step < last:
+            limited += options.dt * (given != asked)
+            log.record(t, plant.step(asked))
+    return Rollout(
+        reduced,
+        trajectory,
+        *_columns(samples),
+        _tracking(errors, len(limited)),
+        log.contacts(),
+        {name: float(s) for name, s in zip(reduced.joint_names, limited, strict=True) if s > 0.0},
+        diverged,
+        plant.notes,
+    )
+
+
+def _columns(
+    samples: list[tuple[float, Floats, Floats, Floats]],
+) -> tuple[Floats, Floats, Floats, Floats]:
+    times, positions, velocities, torques = zip(*samples, strict=True)
+    return (
+        readonly(np.array(times)),
+        readonly(np.array(positions)),
+        readonly(np.array(velocities)),
+        readonly(np.array(torques)),
+    )
+
+
+def _tracking(errors: list[Floats], joints: int) -> TrackingError:
+    deviation = np.array(errors).reshape(-1, joints)
+    return TrackingError(
+        readonly(np.abs(deviation).max(axis=0)), readonly(np.sqrt((deviation**2).mean(axis=0)))
+    )

@@ -1,0 +1,99 @@
+"""Picture files: a PNG of one or several pictures, an animated GIF, an MP4 film."""
+
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import ImageDraw, ImageFont
+
+from trajopt.simulation.offscreen import Image
+from trajopt.values.errors import FileFormatError
+
+SUFFIXES = (".png", ".gif", ".mp4")
+"""Suffixes of files that can be written."""
+DITHER = Pillow.Dither.NONE
+QUALITY = "20"
+"""Constant rate factor of films: between x264's default, 23, and what looks like the original, 18."""
+FINEST_RATE = 1000
+"""Pictures per second are a fraction with at most this denominator."""
+GAP = 6
+"""White between the pictures of a film strip [pixels]."""
+
+
+def check_path(path: Path) -> str:
+    """Return the lower-case suffix of a picture file that can be written.
+
+    Raises:
+        FileFormatError: If it is none of `SUFFIXES`, or its folder does not exist.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise FileFormatError(str(path), f"pictures end in {', '.join(SUFFIXES)}")
+    if not path.parent.is_dir():
+        raise FileFormatError(str(path), "its folder does not exist")
+    return suffix
+
+
+def write_strip(path: Path, pictures: list[Image]) -> None:
+    """Write pictures side by side, in rows that make about a square."""
+    columns = int(np.ceil(np.sqrt(len(pictures))))
+    rows = -(-len(pictures) // columns)
+    height, width = pictures[0].shape[:2]
+    sheet = np.full((rows * (height + GAP) - GAP, columns * (width + GAP) - GAP, 3), 255, np.uint8)
+    for place, picture in enumerate(pictures):
+        top, left = place // columns * (height + GAP), place % columns * (width + GAP)
+        sheet[top : top + height, left : left + width] = picture
+    Pillow.fromarray(sheet).save(path, optimize=True)
+
+
+def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
+    """Write an endless animation, all pictures in the colours of the first."""
+    images = [Pillow.fromarray(picture) for picture in pictures]
+    # Colours by octree: by frequency, thin things of their own colour would lose it.
+    palette = images[0].quantize(256, method=Pillow.Quantize.FASTOCTREE)
+    frames = [image.quantize(palette=palette, dither=DITHER) for image in images]
+    # Times are whole hundredths of a second in this format.
+    duration = 10 * max(2, round(100.0 / fps))
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=False)
+
+
+def write_mp4(path: Path, pictures: Iterable[Image], fps: float) -> None:
+    """Write an H.264 film, each picture as it is drawn."""
+    av: Any = import_module("av")  # slow to import, and used for films only
+    with av.open(str(path), "w") as film:
+        stream: Any = None
+        for picture in pictures:
+            if stream is None:
+                rate = Fraction(fps).limit_denominator(FINEST_RATE)
+                stream = film.add_stream("libx264", rate=rate, options={"crf": QUALITY})
+                stream.height, stream.width = picture.shape[:2]
+                stream.pix_fmt = "yuv420p"  # the one that every player knows
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+            film.mux(stream.encode(frame))
+        film.mux(stream.encode())  # what it still holds back
+
+
+def labelled(picture: Image, text: str) -> Image:
+    """Write a line of text into the lower left corner."""
+    image = Pillow.fromarray(np.ascontiguousarray(picture))
+    size = max(12, picture.shape[0] // 28)
+    margin = size // 2
+    ImageDraw.Draw(image).text(
+        (margin, picture.shape[0] - margin),
+        text,
+        fill=(70, 76, 84),
+        font=ImageFont.load_default(size),
+        anchor="lb",
+    )
+    return np.asarray(image)
+
+
+WRITERS: dict[str, Callable[[Path, Iterable[Image], float], None]] = {
+    ".gif": write_gif,
+    ".mp4": write_mp4,
+}
+"""How films are written, by suffix."""

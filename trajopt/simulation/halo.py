@@ -1,0 +1,105 @@
+"""Halo: the surface of everything within a distance of a shape, to draw how well its place is known."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from trajopt.robot.bodies import FixedBody
+from trajopt.values.arrays import Floats, Ints, Value, readonly
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.clouds.parts import centres_of
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
+
+DIVISIONS = 12
+"""Pieces of each edge of the octahedron that a ball is made from: a multiple of 2 and 3, so that edges and
+corners of boxes have points of their own."""
+
+THINNEST = 3e-3
+"""Thinner ones are not drawn [m]: on the surface itself they would be speckles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Halo(Value):
+    """A surface that grows outward from a body; the body's convex hull where it is not convex.
+
+    Attributes:
+        nearest: Where each of its points is when it has not grown yet, in the body's frame, shape (n, 3) [m].
+        outward: Unit vectors along which the points go, shape (n, 3).
+        faces: Outward triangles, shape (m, 3).
+    """
+
+    nearest: Floats
+    outward: Floats
+    faces: Ints
+
+    def grown(self, distance: float) -> Floats:
+        """Return where its points are when it has grown by a distance, shape (n, 3) [m]."""
+        return self.nearest + distance * self.outward
+
+
+def halo(shape: Shape, where: Placement) -> Halo:
+    """Return the halo of a shape.
+
+    Args:
+        shape: The shape; not a half-space, whose halo is another half-space.
+        where: Its placement in the frame that the halo is told in.
+    """
+    ball = _ball()
+    directions = ball.vertices
+    return Halo(
+        readonly(where * _farthest(shape, directions)), readonly(directions @ where.rotation.T), ball.faces
+    )
+
+
+def has_halo(body: FixedBody) -> bool:
+    """Say whether a body has a halo: all but half-spaces."""
+    return not isinstance(body.shape, Plane)
+
+
+def _farthest(shape: Shape, directions: Floats) -> Floats:
+    """Return the point of a shape that is farthest along each direction, shape (n, 3) [m].
+
+    Of an edge or a face that is, it is the middle.
+    """
+    level = directions * (1.0, 1.0, 0.0)
+    size = np.linalg.norm(level, axis=1, keepdims=True)
+    aside = np.divide(level, size, out=np.zeros_like(level), where=size > 1e-12)
+    up = np.sign(directions) * (0.0, 0.0, 1.0)
+    match shape:
+        case Box():
+            return np.sign(directions) * (shape.x / 2, shape.y / 2, shape.z / 2)
+        case Sphere():
+            return shape.radius * directions
+        case Capsule():
+            return shape.radius * directions + shape.length / 2 * up
+        case Cylinder():
+            return shape.radius * aside + shape.length / 2 * up
+        case Cone():
+            tip = directions[:, 2:] * shape.length > size * shape.radius
+            top = np.array((0.0, 0.0, shape.length / 2))
+            return np.where(tip, top, shape.radius * aside - top)
+        case Points() | Voxels():
+            grown = (
+                shape.radius * directions
+                if isinstance(shape, Points)
+                else np.sign(directions) * shape.size / 2
+            )
+            centres = centres_of(shape)
+            return centres[[int((centres @ each).argmax()) for each in directions]] + grown
+        case Convex() | Mesh():
+            return shape.vertices[(directions @ shape.vertices.T).argmax(axis=1)]
+        case Plane():
+            raise AssertionError("a half-space has no farthest point")
+
+
+@cache
+def _ball() -> Convex:
+    """Return points of a unit ball: those of an octahedron whose edges are divided."""
+    grid = np.mgrid[-DIVISIONS : DIVISIONS + 1, -DIVISIONS : DIVISIONS + 1, -DIVISIONS : DIVISIONS + 1]
+    points = grid.reshape(3, -1).T
+    points = points[np.abs(points).sum(axis=1) == DIVISIONS].astype(np.float64)
+    return convex(points / np.linalg.norm(points, axis=1, keepdims=True))

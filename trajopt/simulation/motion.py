@@ -1,0 +1,113 @@
+"""What pictures show: the positions of a group over time, planned or simulated."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.scene.reduced import ReducedModel
+from trajopt.simulation.controller import in_group_order
+from trajopt.simulation.rollout import Rollout, SequenceLog
+from trajopt.values.arrays import Floats, floats
+from trajopt.values.errors import ShapeError
+from trajopt.values.placement import Placement
+from trajopt.values.trajectory import Trajectory
+
+MOST_SAMPLES = 100_000
+"""Most samples that a planned motion is drawn with."""
+MOST_PICTURES = 100_000
+"""Most frames of one film."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Positions of a group over time, wherever they come from; linear between samples.
+
+    Attributes:
+        times: Increasing from 0, shape (k,), k >= 2 [s].
+        positions: Shape (k, n) [rad | m].
+        loose: An object that moves by itself; empty for none.
+        placements: Of that object in the world, k of them.
+    """
+
+    times: Floats
+    positions: Floats
+    loose: str = ""
+    placements: tuple[Placement, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample [s]."""
+        return float(self.times[-1])
+
+    def loose_at(self, t: float) -> Placement:
+        """Return where the loose object is at the last sample before a time."""
+        return self.placements[max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)]
+
+    def __call__(self, t: float) -> Floats:
+        """Return the positions at a time, shape (n,)."""
+        after = min(int(np.searchsorted(self.times, t, side="right")), len(self.times) - 1)
+        before = after - 1
+        share = (t - self.times[before]) / (self.times[after] - self.times[before])
+        return self.positions[before] + float(np.clip(share, 0.0, 1.0)) * (
+            self.positions[after] - self.positions[before]
+        )
+
+
+def held_start(reduced: ReducedModel) -> Motion:
+    """Return a motion that stays at the start."""
+    return Motion(np.array((0.0, 1.0)), np.stack((reduced.start_positions, reduced.start_positions)))
+
+
+def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> Motion:
+    """Return a planned or simulated motion as positions over time.
+
+    Raises:
+        ModelError: If its joints are not the group's.
+    """
+    if isinstance(motion, SequenceLog):
+        columns = reduced.scene.robot.index(reduced.joint_names)
+        return Motion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)
+    if isinstance(motion, Rollout):
+        if motion.joint_names != reduced.joint_names:
+            in_group_order(reduced, motion.trajectory)  # raises
+        if len(motion.times) == 1:  # it blew up at once
+            return Motion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
+        return Motion(motion.times, motion.positions)
+    trajectory = in_group_order(reduced, motion)
+    step = max(0.01, trajectory.duration / MOST_SAMPLES)
+    between = step * np.arange(int(trajectory.duration / step) + 1)
+    times = np.array(sorted({*between.tolist(), *trajectory.times.tolist()}))
+    return Motion(times, trajectory(times))
+
+
+def moments_of(motion: Motion, moments: Sequence[float] | None) -> Floats:
+    """Return the times to show [s]: those stated, or start, end and two between.
+
+    Raises:
+        ShapeError: If there are none, or one is outside the motion.
+    """
+    end = motion.duration
+    if moments is None:
+        # Even shares of the path, not of the time: most happens in the middle of a motion.
+        steps = np.linalg.norm(np.diff(motion.positions, axis=0), axis=1) + 1e-6 * np.diff(motion.times)
+        way = np.append(0.0, np.cumsum(steps))
+        places = np.searchsorted(way / way[-1], (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0))
+        return motion.times[places]
+    times = floats("moments", moments, (None,))
+    if len(times) == 0 or (times < 0.0).any() or (times > end + 1e-9).any():
+        raise ShapeError("moments", f"need at least one, each from 0 to {end:g} s")
+    return times
+
+
+def frame_times(motion: Motion, fps: float) -> Floats:
+    """Return the time of every frame of a film [s].
+
+    Raises:
+        ShapeError: If there are too many.
+    """
+    if motion.duration * fps > MOST_PICTURES:
+        raise ShapeError(
+            "fps", f"of {fps:g} over {motion.duration:g} s makes more than {MOST_PICTURES} pictures"
+        )
+    return np.array([k / fps for k in range(int(motion.duration * fps + 1.5))])

@@ -1,0 +1,138 @@
+"""Shapes in MuJoCo's terms: each becomes one native geometry, or convex meshes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trajopt.robot.loading.mujoco_library import mujoco
+from trajopt.robot.meshes.mesh_cover import MeshPolicy, cover_mesh
+from trajopt.values.arrays import Floats, Ints, readonly
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.clouds.parts import centres_of, fewer
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
+
+CONE_TOLERANCE = 5e-6
+"""How far the pyramid that stands for a cone may protrude from it [m]."""
+MOST_CONE_SIDES = 512
+"""Sides of that pyramid at most; reached by cones of more than 13 cm in radius."""
+MOST_OF_CLOUD = 5_000
+"""Balls or cubes that stand for a cloud: MuJoCo looks at each of them in every step."""
+HALF_SPACE_EDGE = 40.0
+"""Edge of the box that stands for a half-space on a moving body [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One MuJoCo geometry.
+
+    Attributes:
+        kind: MuJoCo's geometry type.
+        size: MuJoCo's size parameters, shape (3,) [m].
+        placement: In the frame of the shape it comes from.
+        vertices: Of a mesh, shape (n, 3) [m]; empty for native types.
+        faces: Of a mesh, outward triangles, shape (m, 3); empty for native types.
+    """
+
+    kind: mujoco.mjtGeom
+    size: Floats
+    placement: Placement
+    vertices: Floats
+    faces: Ints
+
+
+def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
+    """Return the MuJoCo geometries that stand for a shape, and a sentence on what was lost.
+
+    Args:
+        shape: The shape.
+        moving: Whether a joint moves it; MuJoCo has fixed half-spaces only.
+
+    Returns:
+        The pieces, and a sentence that is empty when nothing was lost.
+    """
+    match shape:
+        case Plane():
+            return _half_space(moving=moving)
+        case Cone():
+            return _pyramid(shape)
+        case Convex():
+            return (surface(shape.vertices, shape.faces),), ""
+        case Points() | Voxels():
+            return _cloud(shape)
+        case Mesh():
+            cover = cover_mesh(shape, MeshPolicy())
+            hulls = (hull for hull in cover.shapes if isinstance(hull, Convex))
+            parts = tuple(surface(hull.vertices, hull.faces) for hull in hulls)
+            return parts, f"the exact mesh is simulated as what contains it: {cover.note}"
+        case _:
+            return (_primitive(shape),), ""
+
+
+def scalar_first(placement: Placement) -> Floats:
+    """Return the quaternion (w, x, y, z) of a placement, as MuJoCo orders it, shape (4,)."""
+    x, y, z, w = placement.quaternion
+    return np.array((w, x, y, z))
+
+
+def surface(vertices: Floats, faces: NDArray[np.integer]) -> Piece:
+    """Return a mesh. It is drawn as it is; contacts use its convex hull."""
+    return Piece(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces.astype(np.int64))
+
+
+def _primitive(shape: Box | Sphere | Cylinder | Capsule) -> Piece:
+    kinds = mujoco.mjtGeom
+    match shape:
+        case Box():
+            return _native(kinds.mjGEOM_BOX, shape.x / 2, shape.y / 2, shape.z / 2)
+        case Sphere():
+            return _native(kinds.mjGEOM_SPHERE, shape.radius)
+        case Cylinder():
+            return _native(kinds.mjGEOM_CYLINDER, shape.radius, shape.length / 2)
+        case Capsule():
+            return _native(kinds.mjGEOM_CAPSULE, shape.radius, shape.length / 2)
+
+
+def _native(kind: mujoco.mjtGeom, *size: float) -> Piece:
+    padded = np.zeros(3)
+    padded[: len(size)] = size
+    return Piece(kind, readonly(padded), Placement(), np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
+
+
+def _cloud(cloud: Points | Voxels) -> tuple[tuple[Piece, ...], str]:
+    """Return a ball or cube for each of a cloud; of a large one fewer, which contain them."""
+    shown = fewer(cloud, MOST_OF_CLOUD)
+    one = _primitive(Sphere(shown.radius) if isinstance(shown, Points) else Box(*(shown.size,) * 3))
+    each = tuple(
+        replace(one, placement=Placement(translation=readonly(at.copy()))) for at in centres_of(shown)
+    )
+    if shown is cloud:
+        return each, ""
+    return each, f"{cloud} is simulated as {shown}, which contains it"
+
+
+def _half_space(*, moving: bool) -> tuple[tuple[Piece, ...], str]:
+    if not moving:
+        return (_native(mujoco.mjtGeom.mjGEOM_PLANE, 0.0, 0.0, 1.0),), ""
+    half = HALF_SPACE_EDGE / 2
+    box = _native(mujoco.mjtGeom.mjGEOM_BOX, half, half, half)
+    below = Placement(translation=readonly(np.array((0.0, 0.0, -half))))
+    moved = Piece(box.kind, box.size, below, box.vertices, box.faces)
+    return (moved,), f"the moving half-space is a box with edges of {HALF_SPACE_EDGE:g} m"
+
+
+def _pyramid(shape: Cone) -> tuple[tuple[Piece, ...], str]:
+    """Circumscribe a regular pyramid: it contains the cone."""
+    wanted = np.pi * np.sqrt(shape.radius / (2.0 * CONE_TOLERANCE))
+    sides = int(np.clip(np.ceil(wanted), 16, MOST_CONE_SIDES))
+    outer = shape.radius / np.cos(np.pi / sides)
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    base = np.stack((outer * np.cos(angle), outer * np.sin(angle), np.full(sides, -shape.length / 2)), axis=1)
+    points = np.vstack((base, (0.0, 0.0, shape.length / 2)))
+    excess = outer - shape.radius
+    hull = convex(points)
+    note = f"the cone is a pyramid of {sides} sides, up to {excess:.1e} m larger"
+    return (surface(hull.vertices, hull.faces),), note

@@ -1,0 +1,127 @@
+"""The simulated robot: MuJoCo's model and state, addressed by pinocchio's joint order."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from trajopt.robot.loading.mujoco_library import mujoco
+from trajopt.scene.reduced import ReducedModel
+from trajopt.simulation.changing import Presence
+from trajopt.simulation.spec import SpecReport, describe
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.errors import ModelError, shown
+from trajopt.values.placement import Placement
+from trajopt.values.rotations import from_quaternion
+
+SMALLEST_MOVED_INERTIA = 1e-9
+"""A joint that moves less than this [kg m^2 | kg] cannot be simulated."""
+HELD = 1e6
+"""Damping that holds a joint: no motor moves it by a micrometre in a second [Nm s/rad | N s/m]."""
+TOUCH_DEPTH = 1e-6
+"""Penetration below this [m] is the rounding of MuJoCo's single-precision meshes, no contact."""
+
+
+class Plant:
+    """MuJoCo's model and state of a reduced model; scratch memory, one per simulation."""
+
+    def __init__(self, reduced: ReducedModel, dt: float, report: SpecReport | None = None) -> None:
+        """Compile the model.
+
+        Args:
+            reduced: The reduced model.
+            dt: Time step [s].
+            report: Its MuJoCo model, with whatever was added to it; a new one when None.
+
+        Raises:
+            ModelError: If MuJoCo refuses the model, or a joint moves no mass.
+        """
+        report = report or describe(reduced)
+        report.spec.option.timestep = dt
+        # A simulation that blows up is reported; MuJoCo would silently start over.
+        report.spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET.value
+        try:
+            self.model = report.spec.compile()
+        except ValueError as error:
+            raise ModelError(f"MuJoCo refuses the model: {error}") from error
+        self.data = mujoco.MjData(self.model)
+        self.notes = report.notes
+        names = tuple(reduced.model.names[1:])
+        joints = [self.model.joint(name).id for name in names]
+        self._position = self.model.jnt_qposadr[joints]
+        self._velocity = self.model.jnt_dofadr[joints]
+        self._owner = [report.owners.get(self.model.geom(i).name, "") for i in range(self.model.ngeom)]
+        self._changing = report.changing
+        self._presence = Presence(report.changing, self.model, self._owner)
+        self._mimic_matrix, self._mimic_offset = reduced.mimic_matrix, reduced.mimic_offset
+        self._check_inertia(reduced)
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of the model's joints, in pinocchio's order [rad | m]."""
+        return self.data.qpos[self._position]
+
+    @property
+    def velocities(self) -> Floats:
+        """Velocities of the model's joints, in pinocchio's order [rad/s | m/s]."""
+        return self.data.qvel[self._velocity]
+
+    def placement_of(self, loose: str) -> Placement:
+        """Return where a loose object is in the world, by its free joint (bodies lag a step behind)."""
+        place = self.model.jnt_qposadr[self.model.joint(loose).id]
+        x, y, z, w, qx, qy, qz = self.data.qpos[place : place + 7].tolist()
+        return Placement(readonly(from_quaternion(qx, qy, qz, w)), readonly(np.array((x, y, z))))
+
+    def reset(self, positions: Floats, velocities: Floats) -> None:
+        """Put the group at positions and velocities, shape (n,) each; mimicking joints follow."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[self._position] = self._mimic_matrix @ positions + self._mimic_offset
+        self.data.qvel[self._velocity] = self._mimic_matrix @ velocities
+        self._put(0.0)
+        mujoco.mj_forward(self.model, self.data)
+
+    def step(self, torques: Floats) -> Mapping[tuple[str, str], float]:
+        """Advance one time step.
+
+        Args:
+            torques: Commands of the group's motors, shape (n,) [Nm | N]; cut to their limits.
+
+        Returns:
+            Penetration [m] of links and objects before the step, by pair of owners.
+        """
+        self.data.ctrl[:] = torques
+        self._put(self.data.time)
+        mujoco.mj_step(self.model, self.data)
+        return self._touching()
+
+    def hold(self, joint: str, *, held: bool) -> None:
+        """Hold a joint where it is, as if it were stuck, or let it go."""
+        place = self.model.jnt_dofadr[self.model.joint(joint).id]
+        self.model.dof_damping[place] = HELD if held else 0.0
+
+    def _put(self, time: float) -> None:
+        """Put what changes with time where it is, or away."""
+        self._changing.put(self.model, self.data, time)
+        self._presence.show(time)
+
+    def _touching(self) -> Mapping[tuple[str, str], float]:
+        depths: dict[tuple[str, str], float] = {}
+        if self.data.ncon == 0:
+            return depths
+        contacts = self.data.contact
+        for k in np.flatnonzero(contacts.dist < -TOUCH_DEPTH).tolist():
+            first, second = (self._owner[int(geom)] for geom in contacts.geom[k])
+            pair = (min(first, second), max(first, second))
+            depths[pair] = max(depths.get(pair, 0.0), -float(contacts.dist[k]))
+        return depths
+
+    def _check_inertia(self, reduced: ReducedModel) -> None:
+        self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
+        full = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, full)
+        moved = self._mimic_matrix.T @ full[self._velocity][:, self._velocity] @ self._mimic_matrix
+        for name, inertia in zip(reduced.joint_names, np.diag(moved), strict=True):
+            if inertia < SMALLEST_MOVED_INERTIA:
+                raise ModelError(
+                    f"joint {shown(name)} moves no mass, so nothing can be simulated; "
+                    "give the links beyond it an <inertial> in the URDF"
+                )

@@ -1,0 +1,145 @@
+"""Pictures and films of a motion, drawn by MuJoCo without a display."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from trajopt.scene.planned_robot import HasReduced, Planned, model_and_trajectory
+from trajopt.scene.reduced import ReducedModel
+from trajopt.simulation.camera import CameraView
+from trajopt.simulation.rollout import Rollout, SequenceLog
+from trajopt.values.arrays import function, number, one_of, several, unless_none
+from trajopt.values.errors import FileFormatError, ProblemError, ShapeError, shown
+from trajopt.values.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from trajopt.simulation.motion import Motion
+
+
+class Layout(Enum):
+    """How several moments are shown in one PNG."""
+
+    FILM_STRIP = "one picture each, in rows"
+    SUPERPOSED = "one picture: the last moment solid, the others translucent"
+
+
+def render(
+    subject: Planned[ReducedModel] | Rollout | SequenceLog | ReducedModel | HasReduced[ReducedModel],
+    motion: Rollout | Trajectory | SequenceLog | Path | str,
+    path: Path | str | None = None,
+    *,
+    width: int = 640,
+    height: int = 480,
+    fps: float = 20.0,
+    moments: Sequence[float] | None = None,
+    layout: Layout = Layout.FILM_STRIP,
+    camera: CameraView | None = None,
+    highlight: Iterable[str] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Draw a motion into a PNG, GIF or MP4 file: `render(plan, "motion.gif")`.
+
+    Of a problem, planned or not, it draws the start: `render(problem, "start.png")`.
+
+    Args:
+        subject: A plan, a result that has one, a simulated motion, a problem; or robot and scene, reduced.
+        motion: The file; or the motion, simulated or planned, which a reduced model needs. Of a simulated
+            sequence the reduced model is its own.
+        path: The file, after a motion; its suffix says the kind.
+        width: Of one picture [pixels].
+        height: Of one picture [pixels].
+        fps: Pictures per second of GIF and MP4.
+        moments: Times to show in a PNG [s]; four at even shares of the path in joint space when None.
+        layout: How several moments are shown in a PNG.
+        camera: The camera; chosen to show the whole motion when None.
+        highlight: Links and objects that are drawn in a colour of their own.
+        progress: Called with the share done, up to 1.
+
+    Returns:
+        The path.
+
+    Raises:
+        PlanningFailed: If the result has no plan.
+        ProblemError: If the motion or the file is missing.
+        FileFormatError: If the suffix is none of the three (PNG for a problem), or there is no such folder.
+        RenderingUnavailable: If no OpenGL works here; says what to install.
+        ShapeError: If a size, `fps` or `moments` cannot be used.
+        ModelError: If the motion is not of this group's joints.
+    """
+    from trajopt.simulation.film import WRITERS, check_path, write_strip  # MuJoCo takes a second to import
+    from trajopt.simulation.motion import frame_times, moments_of
+    from trajopt.simulation.studio import Canvas, Studio
+
+    reduced, drawn, file = _drawn(subject, motion, path)
+    suffix = check_path(file)
+    known, still = _known(reduced, drawn, file), suffix == ".png"
+    _check_sizes(width, height, fps, even=suffix == ".mp4")
+    times = moments_of(known, moments if drawn is not None else (0.0,)) if still else frame_times(known, fps)
+    one_of("layout", layout, Layout)
+    report = function("progress", progress) or _silent
+    with Studio(
+        reduced,
+        known,
+        Canvas(width, height, shadow=min(4096, (6 if still else 3) * max(width, height))),
+        pictures=len(times),
+        camera=unless_none("camera", camera, CameraView),
+        highlight=several("highlight", highlight, str),
+    ) as studio:
+        if still and layout is Layout.SUPERPOSED:
+            write_strip(file, [studio.superposed(times)])
+        elif still:
+            write_strip(file, list(studio.pictures(times, report)))
+        else:
+            WRITERS[suffix](file, studio.pictures(times, report), fps)
+    report(1.0)
+    return file
+
+
+def _known(reduced: ReducedModel, drawn: Rollout | Trajectory | SequenceLog | None, file: Path) -> Motion:
+    """Return positions over time: of a motion, or of the start, which is drawn as a PNG alone."""
+    from trajopt.simulation.motion import held_start, motion_of
+
+    if drawn is not None:
+        return motion_of(reduced, drawn)
+    if file.suffix.lower() != ".png":
+        raise FileFormatError(str(file), "a problem has no motion yet: its start is drawn as .png")
+    return held_start(reduced)
+
+
+def _check_sizes(width: int, height: int, fps: float, *, even: bool) -> None:
+    if number("fps", fps) <= 0.0:
+        raise ShapeError("fps", f"must be positive, is {fps:g}")
+    for name, value in (("width", width), ("height", height)):
+        if type(value) is not int or value <= 0 or (even and value % 2):
+            raise ShapeError(name, f"must be a whole number above 0, even for MP4; is {shown(value)}")
+
+
+def _drawn(
+    subject: Planned[ReducedModel] | Rollout | SequenceLog | ReducedModel | HasReduced[ReducedModel],
+    motion: Rollout | Trajectory | SequenceLog | Path | str,
+    path: Path | str | None,
+) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog | None, Path]:
+    """Return robot and scene, the motion (None: the start) and the file of a call of `render`."""
+    if isinstance(motion, Path | str):
+        if path is not None:
+            raise ProblemError(f"render: give a motion before the file (path); motion is {shown(motion)}")
+        file = Path(motion)
+        if isinstance(subject, Rollout | SequenceLog):
+            return subject.reduced, subject, file
+        if isinstance(subject, HasReduced):
+            return subject.reduced, None, file
+        return *model_and_trajectory("render", subject, None, ReducedModel, "subject"), file
+    if path is None:
+        raise ProblemError("render: name the file, as path, or instead of the motion")
+    if isinstance(subject, Rollout | SequenceLog):
+        raise ProblemError("render: a simulated motion needs no other beside it")
+    if isinstance(subject, ReducedModel | HasReduced):
+        return subject if isinstance(subject, ReducedModel) else subject.reduced, motion, Path(path)
+    return model_and_trajectory("render", subject, None, ReducedModel, "subject")[0], motion, Path(path)
+
+
+def _silent(_: float) -> None:
+    pass

@@ -1,0 +1,245 @@
+"""Rollout: what the simulated robot did, and how far from the plan it was."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.scene.reduced import ReducedModel, tool_frame
+from trajopt.simulation.contacts import Contact
+from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+from trajopt.values.printed import in_degrees, in_length, in_unit
+from trajopt.values.trajectory import Trajectory
+
+MOST_CONTACTS = 3
+"""Contacts that the summary describes in full."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackingError(Value):
+    """Distance between planned and simulated positions during the motion.
+
+    Attributes:
+        maximum: Largest absolute error of each joint, shape (n,) [rad | m].
+        rms: Root mean square error of each joint, shape (n,) [rad | m].
+    """
+
+    maximum: Floats
+    rms: Floats
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """How far a frame is from where it should be.
+
+    Attributes:
+        position: Distance of the origins [m].
+        rotation: Angle of the rotation between the two [rad].
+    """
+
+    position: float
+    rotation: float
+
+    @staticmethod
+    @checked
+    def between(planned: Placement, actual: Placement) -> "PoseError":
+        """Return how far the actual placement is from the planned one."""
+        from scipy.spatial.transform import Rotation
+
+        difference = planned.inverse() * actual
+        return PoseError(
+            float(np.linalg.norm(difference.translation)),
+            float(Rotation.from_matrix(difference.rotation).magnitude()),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Rollout(Value):
+    """A simulated execution of a trajectory.
+
+    Attributes:
+        reduced: The robot and scene it ran in.
+        trajectory: What was to be followed, joints in the group's order.
+        times: Of the stored samples, shape (k,) [s]; the last ones hold the end of the trajectory.
+        positions: The group's positions, shape (k, n) [rad | m].
+        velocities: Shape (k, n) [rad/s | m/s].
+        torques: Torques of the motors, shape (k, n) [Nm | N].
+        tracking_error: Over all steps of the motion, stored or not; without the settling time.
+        contacts: Contacts that the scene does not allow.
+        saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
+        diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
+        notes: Where MuJoCo's model differs from the robot's and the scene's.
+    """
+
+    reduced: ReducedModel = field(repr=False)
+    trajectory: Trajectory
+    times: Floats = field(repr=False)
+    positions: Floats = field(repr=False)
+    velocities: Floats = field(repr=False)
+    torques: Floats = field(repr=False)
+    tracking_error: TrackingError = field(repr=False)
+    contacts: tuple[Contact, ...]
+    saturated: Mapping[str, float]
+    diverged: float | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the group's joints."""
+        return self.reduced.joint_names
+
+    @property
+    def duration(self) -> float:
+        """Simulated time, settling included [s]."""
+        return float(self.times[-1])
+
+    @property
+    def collisions(self) -> tuple[Contact, ...]:
+        """Contacts that no allowance covers."""
+        return tuple(contact for contact in self.contacts if contact.allowance is None)
+
+    @checked
+    def final_pose_error(self, frame: str | None = None) -> PoseError:
+        """Compare where a frame ended with where the trajectory ends.
+
+        Args:
+            frame: A link, tool frame or object; the group's tool when None.
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+        """
+        name = tool_frame(self.reduced) if frame is None else frame
+        scene, place = self.reduced.scene, self.reduced.all_positions
+        planned = scene.placement_of(name, place(self.trajectory(self.trajectory.duration)))
+        actual = scene.placement_of(name, place(self.positions[-1]))
+        return PoseError.between(planned, actual)
+
+    def summary(self) -> str:
+        """Say in a sentence or two how the execution went."""
+        if self.diverged is not None:
+            return f"The simulation blew up after {self.diverged:.3f} s and was stopped."
+        worst = int(np.argmax(self.tracking_error.maximum))
+        unit = joint_unit(self.reduced.model, self.joint_names[worst])
+        end = self.final_pose_error()
+        parts = [
+            f"Simulated {self.trajectory.duration:.2f} s of motion and "
+            f"{self.duration - self.trajectory.duration:.2f} s of rest",
+            f"largest tracking error {in_unit(self.tracking_error.maximum[worst], unit)} "
+            f"({self.joint_names[worst]})",
+            f"{tool_frame(self.reduced)} ended {in_length(end.position)} and {in_degrees(end.rotation)} "
+            "from the plan",
+        ]
+        if self.saturated:
+            motors = (f"{name} for {seconds:.3f} s" for name, seconds in self.saturated.items())
+            parts.append("motors at their limit: " + ", ".join(motors))
+        else:
+            parts.append("no motor at its limit")
+        parts.extend(map(self._told, self.contacts[:MOST_CONTACTS]))
+        if len(self.contacts) > MOST_CONTACTS:
+            parts.append(f"{len(self.contacts) - MOST_CONTACTS} more contacts")
+        elif not self.contacts:
+            parts.append("no contact")
+        return "; ".join(parts) + "."
+
+    def _told(self, contact: Contact) -> str:
+        after = contact.start > self.trajectory.duration
+        return f"{contact}{', at rest after the motion' if after else ''}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything measured as lists, numbers and text, ready for JSON."""
+        end = self.final_pose_error() if self.diverged is None else None
+        return {
+            "robot": self.reduced.scene.robot.name,
+            "group": self.reduced.group,
+            "joint_names": list(self.joint_names),
+            "duration": self.duration,
+            "times": self.times.tolist(),
+            "positions": self.positions.tolist(),
+            "velocities": self.velocities.tolist(),
+            "torques": self.torques.tolist(),
+            "tracking_error": {
+                "maximum": self.tracking_error.maximum.tolist(),
+                "rms": self.tracking_error.rms.tolist(),
+            },
+            "final_pose_error": end
+            and {
+                "frame": tool_frame(self.reduced),
+                "position": end.position,
+                "rotation": end.rotation,
+            },
+            "contacts": [
+                {
+                    "pair": list(contact.pair),
+                    "start": contact.start,
+                    "end": contact.end,
+                    "depth": contact.depth,
+                    "allowance": contact.allowance,
+                }
+                for contact in self.contacts
+            ],
+            "saturated": dict(self.saturated),
+            "diverged": self.diverged,
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Phase:
+    """One motion in a sequence.
+
+    Attributes:
+        name: For reports.
+        reduced: Its group, in a scene in which the object is carried or not.
+        trajectory: Of the group's joints.
+        rest: How long its end is held [s].
+        presses: Joint of the fingers -> force or torque that it exerts instead of following [N | Nm]. Where
+            it moves in this phase itself, that grows from zero during the rest.
+    """
+
+    name: str
+    reduced: ReducedModel
+    trajectory: Trajectory
+    rest: float
+    presses: Mapping[str, float]
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        return self.trajectory.duration + self.rest
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SequenceLog(Value):
+    """What happened in a simulated sequence.
+
+    Attributes:
+        reduced: The joints of all phases, in the scene before.
+        loose: The object.
+        times: Of the stored samples, shape (k,) [s].
+        phases: Index of the phase at each sample, shape (k,).
+        positions: Of all joints of the robot, shape (k, joints) [rad | m].
+        placements: Of the loose object in the world, one per sample.
+        touching: What touched it, one set per sample.
+        deepest: Its deepest penetration; contacts yield a little [m].
+        contacts: Other contacts that the scene does not allow.
+        saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
+        diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
+        notes: Where MuJoCo's model differs from the robot's and the scene's.
+    """
+
+    reduced: ReducedModel
+    loose: str
+    times: Floats
+    phases: Ints
+    positions: Floats
+    placements: tuple[Placement, ...]
+    touching: tuple[frozenset[str], ...]
+    deepest: float
+    contacts: tuple[Contact, ...]
+    saturated: Mapping[str, float]
+    diverged: float | None
+    notes: tuple[str, ...]

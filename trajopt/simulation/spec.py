@@ -1,0 +1,226 @@
+"""The MuJoCo model of a reduced model: same kinematics, inertias, limits, shapes and pairs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.robot.loading.mujoco_library import mujoco
+from trajopt.scene.payload import loaded_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.simulation.changing import Changing, add_specks
+from trajopt.simulation.pieces import Piece, pieces, scalar_first
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.placement import Placement
+
+STIFF = (0.004, 1.0)
+"""Time constant [s] and damping ratio of the constraint that makes a joint mimic another."""
+RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+"""Impedance of that constraint (MuJoCo's `solimp`), the largest there is. With MuJoCo's default it gives way
+by a twentieth, and a light link between heavy ones, as in a palletizer, is shaken until nothing holds."""
+SMALLEST_MASS = 1e-12
+"""MuJoCo refuses moving bodies without mass; they get this mass [kg]."""
+SMALLEST_INERTIA = 1e-14
+"""The same for principal moments of inertia [kg m^2]."""
+ROUNDING = 1e-9
+"""Share of a moment that is corrected without a note: the rounding of the file's digits."""
+
+
+@dataclass(frozen=True, eq=False)
+class PrincipalInertia:
+    """Inertia about the principal axes.
+
+    Attributes:
+        mass: Mass [kg].
+        placement: Of the principal axes, origin in the centre of mass, in the body's frame.
+        moments: Principal moments, shape (3,) [kg m^2].
+        change: Largest change of a moment against what the robot's file states [kg m^2].
+    """
+
+    mass: float
+    placement: Placement
+    moments: Floats
+    change: float
+
+
+@dataclass(frozen=True, eq=False)
+class SpecReport:
+    """A MuJoCo model and how it differs from the reduced model.
+
+    Attributes:
+        spec: The model, not compiled yet.
+        owners: Link or object of each collision geometry, by the geometry's name.
+        notes: A sentence for every shape, inertia or motion that MuJoCo does not hold exactly.
+        changing: What changes with time.
+    """
+
+    spec: mujoco.MjSpec
+    owners: dict[str, str]
+    notes: tuple[str, ...]
+    changing: Changing
+
+
+def describe(reduced: ReducedModel) -> SpecReport:
+    """Build the MuJoCo model of a reduced model; see `trajopt.simulation.build_spec`."""
+    spec = mujoco.MjSpec()
+    spec.modelname = reduced.scene.robot.name
+    spec.compiler.degree = False  # MuJoCo's default reads joint ranges as degrees.
+    spec.compiler.autolimits = False
+    spec.option.gravity = np.array(reduced.model.gravity.linear)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    bodies, notes = add_joints(spec, reduced)
+    _add_motors(spec, reduced)
+    changing = Changing.of(reduced)
+    if changing.timings:
+        add_specks(spec)
+    frames, whole = changing.add_frames(spec, bodies), changing.whole
+    names: list[list[str]] = []
+    owners: dict[str, str] = {}
+    for body in whole.bodies:
+        parts, note = pieces(body.shape, moving=body.joint != 0)
+        own = [body.name if len(parts) == 1 else f"{body.name}#{k}" for k in range(len(parts))]
+        for name, piece in zip(own, parts, strict=True):
+            add_piece(spec, frames[body.joint], name, piece, changing.placement(body))
+            owners[name] = body.owner
+        if note:
+            notes.append(f"{body.name}: {note}")
+        names.append(own)
+    for i, j in zip(whole.pairs.first.tolist(), whole.pairs.second.tolist(), strict=True):
+        for a in names[int(i)]:
+            for b in names[int(j)]:
+                spec.add_pair(geomname1=a, geomname2=b)
+    return SpecReport(spec, owners, (*notes, *changing.notes), changing)
+
+
+def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.MjsBody], list[str]]:
+    """Add a body for every joint, without shapes.
+
+    Returns:
+        The bodies by pinocchio's joint index (0: the world), and notes on changed inertias.
+    """
+    model, loaded = reduced.model, loaded_model(reduced)
+    robot = reduced.scene.robot
+    bodies: list[mujoco.MjsBody] = [spec.worldbody]
+    notes: list[str] = []
+    names = tuple(model.names[1:])
+    limits = robot.limits.take(robot.index(names))
+    for index, name in enumerate(names, start=1):
+        where = model.jointPlacements[index]
+        placed = Placement(np.array(where.rotation), np.array(where.translation))
+        body = bodies[int(model.parents[index])].add_body(name=_link_of(model, index))
+        body.pos, body.quat = placed.translation, scalar_first(placed)
+        inertia = principal_inertia(loaded.inertias[index])
+        body.explicitinertial = True
+        body.mass, body.inertia = inertia.mass, inertia.moments
+        body.ipos, body.iquat = inertia.placement.translation, scalar_first(inertia.placement)
+        if inertia.change > 0.0:
+            notes.append(
+                f"{body.name}: no rigid body has the stated inertia; "
+                f"a principal moment was changed by {inertia.change:.1e} kg m^2"
+            )
+        kind, axis = _joint_axis(model, index)
+        joint = body.add_joint(name=name, type=kind, axis=axis)
+        joint.armature = float(model.armature[model.joints[index].idx_v])
+        _limit(joint, float(limits.lower[index - 1]), float(limits.upper[index - 1]))
+        bodies.append(body)
+    return bodies, notes
+
+
+def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
+    """Diagonalise an inertia; change it as little as possible where no rigid body could have it.
+
+    No body has a principal moment larger than the sum of the other two, and MuJoCo refuses such
+    numbers. They occur in robots' files; the nearest moments (least squares) take their place.
+
+    Args:
+        inertia: Pinocchio's inertia in the body's frame.
+    """
+    moments, axes = np.linalg.eigh(np.array(inertia.inertia))
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    nearest = np.maximum(moments, SMALLEST_INERTIA)
+    excess = nearest[2] - nearest[0] - nearest[1]
+    if excess > 0.0:
+        nearest = nearest + np.array((1.0, 1.0, -1.0)) * excess / 3.0
+    # The inequality is tested in floating point: stay inside it by a few units in the last place.
+    nearest[:2] *= 1.0 + 4.0 * np.finfo(np.float64).eps
+    change = float(np.abs(nearest - moments).max())
+    return PrincipalInertia(
+        max(float(inertia.mass), SMALLEST_MASS),
+        Placement(readonly(axes), readonly(np.array(inertia.lever))),
+        readonly(nearest),
+        change if change > ROUNDING * abs(float(moments[2])) + 2.0 * SMALLEST_INERTIA else 0.0,
+    )
+
+
+def add_piece(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, piece: Piece, where: Placement
+) -> mujoco.MjsGeom:
+    """Fix a piece to a body, as a massless geometry that collides with nothing by default.
+
+    Args:
+        spec: The model; meshes are stored in it.
+        body: The body.
+        name: Name of the geometry, and of its mesh.
+        piece: The piece.
+        where: Placement of the piece's shape in the body's frame.
+    """
+    placed = where * piece.placement
+    geom = body.add_geom(name=name, type=piece.kind, size=piece.size)
+    geom.pos, geom.quat = placed.translation, scalar_first(placed)
+    geom.mass, geom.contype, geom.conaffinity = 0.0, 0, 0
+    if piece.kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+        mesh.uservert, mesh.userface = piece.vertices.ravel(), piece.faces.ravel()
+        geom.meshname = name
+    return geom
+
+
+def _link_of(model: pin.Model, joint: int) -> str:
+    """Name the body that a joint moves: the first link on it."""
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == joint:
+            return str(frame.name)
+    return f"{model.names[joint]} (no link)"
+
+
+def _joint_axis(model: pin.Model, index: int) -> tuple[mujoco.mjtJoint, Floats]:
+    """Return MuJoCo's joint type and the axis in the joint's frame, from the motion subspace."""
+    joint = model.joints[index]
+    data = joint.createData()
+    joint.calc(data, pin.neutral(model))
+    subspace = np.array(data.S).ravel()
+    if np.abs(subspace[:3]).max() > np.abs(subspace[3:]).max():
+        return mujoco.mjtJoint.mjJNT_SLIDE, subspace[:3]
+    return mujoco.mjtJoint.mjJNT_HINGE, subspace[3:]
+
+
+def _limit(joint: mujoco.MjsJoint, lower: float, upper: float) -> None:
+    """Set position limits; a limit that does not exist is put out of reach."""
+    limited = np.isfinite((lower, upper)).any() and lower < upper
+    joint.limited = mujoco.mjtLimited(int(limited))
+    if limited:
+        joint.range = np.clip((lower, upper), -1e6, 1e6)
+
+
+def _add_motors(spec: mujoco.MjSpec, reduced: ReducedModel) -> None:
+    for name, effort in zip(reduced.joint_names, reduced.limits.effort, strict=True):
+        motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.forcelimited = mujoco.mjtLimited(int(np.isfinite(effort)))
+        if np.isfinite(effort):
+            motor.forcerange = np.array((-effort, effort))
+    for row, name in enumerate(tuple(reduced.model.names[1:])):
+        if name in reduced.joint_names:
+            continue
+        source = int(np.flatnonzero(reduced.mimic_matrix[row])[0]) if reduced.mimic_matrix[row].any() else 0
+        follow = reduced.mimic_matrix[row, source], reduced.mimic_offset[row]
+        couple(spec, name, reduced.joint_names[source], *map(float, follow))
+
+
+def couple(spec: mujoco.MjSpec, follower: str, leader: str, factor: float, offset: float) -> None:
+    """Let a joint follow another rigidly: position = factor * leader + offset."""
+    rule = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=follower)
+    rule.name2 = leader
+    rule.objtype = mujoco.mjtObj.mjOBJ_JOINT
+    rule.data[:2] = offset, factor
+    rule.solref, rule.solimp = np.array(STIFF), np.array(RIGID)

@@ -1,0 +1,273 @@
+"""The model that pictures are drawn of: the robot's visuals, the objects, a floor and light."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.robot.loading.mujoco_library import mujoco
+from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
+from trajopt.robot.robot import Robot
+from trajopt.scene.reduced import ReducedModel
+from trajopt.simulation.changing import Changing
+from trajopt.simulation.halo import Halo, halo, has_halo
+from trajopt.simulation.pieces import Piece, pieces, surface
+from trajopt.simulation.spec import add_joints, add_piece
+from trajopt.values.arrays import Floats
+from trajopt.values.cached import cached_per_value
+from trajopt.values.errors import MeshFileError
+from trajopt.values.placement import WORLD, Placement
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.surface import cloud_surface
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh_file import Mesh, load_mesh
+from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
+
+Colour = tuple[float, float, float, float]
+
+FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP, HALO_GROUP, UNSEEN_GROUP = range(5)
+"""MuJoCo's geometry groups: the floor; the robot, what it carries and what is loose; other objects; halos of
+those whose place is not known exactly; what is not there."""
+HALO = 0.18
+"""Opacity of halos."""
+HALO_BUILT = 0.01
+"""How far halos have grown as long as none was asked for: as surfaces they need some size [m]."""
+
+LIGHT_LINK: Colour = (0.90, 0.91, 0.92, 1.0)
+DARK_LINK: Colour = (0.52, 0.55, 0.59, 1.0)
+ATTACHED: Colour = (0.95, 0.55, 0.15, 1.0)
+ALARM: Colour = (0.86, 0.15, 0.18, 1.0)
+ALARM_OBJECT: Colour = (0.86, 0.15, 0.18, 0.45)
+WOOD: Colour = (0.80, 0.66, 0.48, 1.0)
+PALETTE: tuple[Colour, ...] = (
+    (0.42, 0.60, 0.74, 1.0),
+    (0.56, 0.69, 0.52, 1.0),
+    (0.78, 0.57, 0.53, 1.0),
+    (0.62, 0.56, 0.73, 1.0),
+    (0.83, 0.74, 0.50, 1.0),
+    (0.45, 0.67, 0.66, 1.0),
+)
+"""Colours of obstacles, in turn."""
+FARTHEST = 15.0
+"""The floor fades into the sky at this many times the size of what is shown."""
+WOODEN = ("table", "shelf", "desk", "bench", "board", "pallet")
+"""An object whose name has one of these words is drawn as wood."""
+
+
+@dataclass(frozen=True, eq=False)
+class PictureSpec:
+    """A model for pictures.
+
+    Attributes:
+        spec: MuJoCo's model, not compiled yet; nothing in it collides.
+        owners: The object that a geometry belongs to, by the geometry's name; of those that the robot does
+            not move.
+        changing: What changes with time.
+        coming: The object that a geometry belongs to, by the geometry's name; of those that are not there all
+            the time.
+        halos: The object that a halo belongs to, and the halo, by its geometry's name.
+    """
+
+    spec: mujoco.MjSpec
+    owners: dict[str, str]
+    changing: Changing
+    coming: dict[str, str]
+    halos: dict[str, tuple[str, Halo]]
+
+
+def picture_spec(
+    reduced: ReducedModel,
+    shown: Floats,
+    *,
+    loose: str = "",
+    highlight: frozenset[str] = frozenset(),
+) -> PictureSpec:
+    """Return a model for pictures.
+
+    Args:
+        reduced: Robot and scene.
+        shown: Points around everything that will be in view, shape (k, 3) in the world [m].
+        loose: An object that moves by itself, as MuJoCo's one motion-captured body; empty for none.
+        highlight: Links and objects that are drawn in a colour of their own.
+    """
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    bodies, _ = add_joints(spec, reduced)
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    spec.stat.center = (low + high) / 2
+    spec.stat.extent = max(float(np.linalg.norm(high - low)) / 2, 0.01)
+    _set_the_stage(spec, _floor_height(reduced, float(low[2])))
+    for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced, highlight)):
+        geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
+        geom.rgba, geom.group, geom.material = np.array(colour), ROBOT_GROUP, "paint"
+    colours = object_colours(reduced, loose) | dict.fromkeys(highlight, ALARM_OBJECT)
+    links = reduced.scene.robot.links
+    changing = Changing.of(reduced)
+    frames = changing.add_frames(spec, bodies)
+    picture = PictureSpec(spec, {}, changing, {}, {})
+    count = 0
+    free = spec.worldbody.add_body(name=loose, mocap=True) if loose else None
+    for body in changing.whole.bodies:
+        if body.owner in links or isinstance(body.shape, Plane):
+            continue
+        carrier, where = frames[body.joint], changing.placement(body)
+        if free is not None and body.owner == loose:
+            carrier, where = free, reduced.attachment(loose)[1].inverse() * where
+        for piece in _seen(body.shape):
+            name = f"object {count}"
+            count += 1
+            geom = add_piece(spec, carrier, name, piece, where)
+            geom.rgba, geom.material = np.array(colours[body.owner]), "paint"
+            carried = 0 < body.joint < reduced.model.njoints or body.owner == loose
+            geom.group = ROBOT_GROUP if carried else OBJECT_GROUP
+            if not carried:
+                picture.owners[name] = body.owner
+            if body.owner in changing.timings:
+                picture.coming[name] = body.owner
+        if changing.is_uncertain(body.owner) and has_halo(body):
+            grown = halo(body.shape, where)
+            piece = surface(grown.grown(HALO_BUILT), grown.faces)
+            geom = add_piece(spec, carrier, f"halo {count}", piece, Placement())
+            geom.rgba, geom.group = np.array((*colours[body.owner][:3], HALO)), HALO_GROUP
+            picture.halos[geom.name] = body.owner, grown
+    return picture
+
+
+def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
+    """Choose a colour for every object: accent if carried or loose, wood by its name, else the palette.
+
+    What is named alike before a stroke has one colour: "other/link1" and "other/link2" are one robot.
+    """
+    carried = {body.owner for body in reduced.scene.object_bodies() if body.frame != WORLD}
+    colours: dict[str, Colour] = {}
+    used: dict[str, Colour] = {}
+    for name in reduced.scene.objects:
+        if name in carried or name == loose:
+            colours[name] = ATTACHED
+        elif any(word in name.lower() for word in WOODEN):
+            colours[name] = WOOD
+        else:
+            colours[name] = used.setdefault(name.split("/")[0], PALETTE[len(used) % len(PALETTE)])
+    return colours
+
+
+def _seen(shape: Shape) -> tuple[Piece, ...]:
+    if isinstance(shape, Mesh):
+        return (surface(shape.vertices, shape.faces),)
+    if isinstance(shape, Points | Voxels):
+        return (surface(*cloud_surface(shape)),)
+    return pieces(shape, moving=False)[0]
+
+
+def _robot_pieces(
+    reduced: ReducedModel, highlight: frozenset[str]
+) -> Iterator[tuple[int, Placement, Piece, Colour]]:
+    """Yield joint, placement in it, piece and colour of the robot's visuals."""
+    robot = reduced.scene.robot
+    drawn, failed = _visual_pieces(robot)
+    for visual, piece in drawn:
+        plain = visual.colour or _link_colour(reduced, visual.link)
+        joint, placed = reduced.attachment(visual.link)
+        yield joint, placed * visual.placement, piece, ALARM if visual.link in highlight else plain
+    for body in reduced.bodies:
+        if body.owner in failed or (not robot.visuals and body.owner in robot.links):
+            for piece in _seen(body.shape):
+                plain = _link_colour(reduced, body.owner)
+                yield body.joint, body.placement, piece, ALARM if body.owner in highlight else plain
+
+
+@cached_per_value
+def _visual_pieces(robot: Robot) -> tuple[tuple[tuple[LinkGeometry, Piece], ...], frozenset[str]]:
+    """Return what is drawn of a robot's visuals, and the links of which a mesh cannot be read.
+
+    Kept with the robot: reading its meshes takes longer than all else that a picture needs.
+    """
+    read: list[tuple[LinkGeometry, Piece]] = []
+    failed: set[str] = set()
+    for visual in robot.visuals:
+        try:
+            read.extend((visual, piece) for piece in _seen(_visual_shape(visual)))
+        except MeshFileError:
+            failed.add(visual.link)
+    return tuple(pair for pair in read if pair[0].link not in failed), frozenset(failed)
+
+
+def _visual_shape(visual: LinkGeometry) -> Shape:
+    if isinstance(visual.geometry, MeshReference):
+        return load_mesh(visual.geometry.path, visual.geometry.scale)
+    return visual.geometry
+
+
+def _link_colour(reduced: ReducedModel, link: str) -> Colour:
+    """Light for the arm; dark for the hand, which other joints than the group's move."""
+    robot = reduced.scene.robot
+    hands = {name for effector in robot.end_effectors.values() for name in _links_of(reduced, effector.group)}
+    return DARK_LINK if link in hands else LIGHT_LINK
+
+
+def _links_of(reduced: ReducedModel, group: str) -> tuple[str, ...]:
+    groups = reduced.scene.robot.groups
+    return groups[group].links if group in groups else ()
+
+
+def _floor_height(reduced: ReducedModel, lowest: float) -> float:
+    """Height of the floor: of a level half-space in the scene, else just below everything."""
+    for body in reduced.bodies:
+        if body.joint:
+            continue
+        if not isinstance(body.shape, Plane):
+            lower, upper = bounding_box(body.shape)
+            middle = body.placement * ((lower + upper) / 2)
+            lowest = min(lowest, float(middle[2] - np.abs(body.placement.rotation[2]) @ (upper - lower) / 2))
+        elif body.placement.rotation[2, 2] > 1.0 - 1e-9:
+            return float(body.placement.translation[2])
+    # Not in the plane of a table top or base plate, where the two would flicker.
+    return min(lowest, 0.0) - 1e-3
+
+
+def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
+    """Add sky, floor, paint and light."""
+    visual = spec.visual
+    visual.quality.offsamples = 4
+    visual.quality.numslices, visual.quality.numstacks = 40, 16
+    visual.headlight.ambient = np.full(3, 0.52)
+    visual.headlight.diffuse = np.full(3, 0.20)
+    visual.headlight.specular = np.full(3, 0.05)
+    visual.rgba.haze = np.array((0.94, 0.96, 0.98, 1.0))
+    visual.map.haze, visual.map.shadowclip = 0.5, 2.5
+    visual.map.zfar = FARTHEST
+    textures, marks = mujoco.mjtTexture, mujoco.mjtMark
+    sky = spec.add_texture(name="sky", type=textures.mjTEXTURE_SKYBOX, width=128, height=768)
+    sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
+    sky.rgb1, sky.rgb2 = np.array((0.80, 0.88, 0.96)), np.array((0.94, 0.96, 0.98))
+    grid = spec.add_texture(name="grid", type=textures.mjTEXTURE_2D, width=512, height=512)
+    grid.builtin, grid.mark = mujoco.mjtBuiltin.mjBUILTIN_CHECKER, marks.mjMARK_EDGE
+    grid.rgb1, grid.rgb2 = np.array((0.86, 0.88, 0.90)), np.array((0.83, 0.85, 0.87))
+    grid.markrgb = np.array((0.76, 0.79, 0.82))
+    ground = spec.add_material(name="ground", texuniform=True, specular=0.0, shininess=0.0)
+    ground.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "grid"
+    ground.texrepeat = np.array((2.0, 2.0))
+    spec.add_material(name="paint", specular=0.25, shininess=0.35)
+    plane = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE)
+    plane.size, plane.pos = np.array((0.0, 0.0, 0.05)), np.array((0.0, 0.0, floor))
+    plane.material, plane.group = "ground", FLOOR_GROUP
+    plane.contype, plane.conaffinity = 0, 0
+    key = spec.worldbody.add_light(name="key", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    key.diffuse, key.specular, key.ambient = np.full(3, 0.45), np.full(3, 0.25), np.zeros(3)
+    key.castshadow = True
+
+
+def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> None:
+    """Let the light come from above, behind a camera's left shoulder, and the view reach far enough.
+
+    Args:
+        model: A compiled picture model.
+        azimuth: Direction the camera looks along, about z from x [rad].
+        distance: From the camera to what it looks at [m].
+    """
+    model.vis.map.zfar = FARTHEST + distance / model.stat.extent
+    towards = azimuth - np.deg2rad(50.0)
+    direction = np.array((0.55 * np.cos(towards), 0.55 * np.sin(towards), -1.0))
+    key = model.light("key").id
+    model.light_dir[key] = direction / np.linalg.norm(direction)
+    model.light_pos[key] = model.stat.center - 2.5 * model.stat.extent * model.light_dir[key]

@@ -1,0 +1,185 @@
+"""The studio draws robot, objects and the tools' paths at one moment of a motion."""
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.robot.loading.mujoco_library import mujoco
+from trajopt.scene.reduced import ReducedModel
+from trajopt.simulation.camera import FIELD_OF_VIEW, CameraView
+from trajopt.simulation.film import labelled
+from trajopt.simulation.motion import Motion
+from trajopt.simulation.offscreen import Image, Offscreen
+from trajopt.simulation.posed import PATH_POINTS, PosedModel
+from trajopt.simulation.stage import HALO_GROUP, adapt_to_camera
+from trajopt.simulation.viewpoint import best_viewpoint, in_view, seen_from
+from trajopt.values.arrays import Floats
+
+PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
+"""Colour of the lines that the tools draw."""
+PATH_RADIUS = 0.003
+"""Their radius, as a share of half the size of what is shown."""
+SAME_PICTURE = 1e-5
+"""Joints that moved less than this [rad | m] give the same picture."""
+GHOST = 0.22
+"""Opacity of the earlier moments in a superposed picture."""
+TRANSLUCENT = 0.3
+"""Opacity of what stands between the camera and the motion: its edges are seen, and what is behind it."""
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """What is drawn on.
+
+    Attributes:
+        width: Of a picture [pixels].
+        height: Of a picture [pixels].
+        shadow: Edge of the square that shadows are computed on [pixels].
+    """
+
+    width: int
+    height: int
+    shadow: int
+
+    @property
+    def aspect(self) -> float:
+        """Width over height."""
+        return self.width / self.height
+
+
+class Studio:
+    """A visual model, a camera and a drawing context; use it in a `with` statement."""
+
+    def __init__(
+        self,
+        reduced: ReducedModel,
+        motion: Motion,
+        canvas: Canvas,
+        *,
+        pictures: int,
+        camera: CameraView | None,
+        highlight: Collection[str] = (),
+    ) -> None:
+        """Set everything up.
+
+        Args:
+            reduced: Robot and scene.
+            motion: What will be shown.
+            canvas: What is drawn on.
+            pictures: How many moments one picture may show.
+            camera: The camera; chosen when None.
+            highlight: Links and objects that are drawn in a colour of their own, and in view as a whole.
+
+        Raises:
+            RenderingUnavailable: If no OpenGL works here.
+        """
+        shown = in_view(reduced, motion, highlight)
+        self._motion = motion
+        self._posed = PosedModel(reduced, motion, shown, highlight)
+        self._model, self._data = self._posed.model, self._posed.data
+        if camera is None:
+            view = best_viewpoint(self._posed, shown, canvas.aspect)
+        else:
+            view = seen_from(self._posed, camera)
+        for geom, owner in self._posed.owners.items():
+            if owner in view.hiding:
+                self._model.geom_rgba[geom, 3] = min(TRANSLUCENT, self._model.geom_rgba[geom, 3])
+        adapt_to_camera(self._model, view.camera.azimuth, view.camera.distance)
+        _fit(self._model, canvas)
+        self._camera = _mujoco_camera(view.camera)
+        self._options = mujoco.MjvOption()
+        self._options.geomgroup[HALO_GROUP] = 1
+        room = (pictures + 1) * self._model.ngeom + 2 * PATH_POINTS * len(self._posed.paths)
+        self._scene = mujoco.MjvScene(self._model, room)
+        self._screen = Offscreen(self._model, canvas.width, canvas.height)
+
+    def __enter__(self) -> "Studio":
+        """Return itself."""
+        return self
+
+    def __exit__(self, *stop: object) -> None:
+        """Free the graphics memory."""
+        self._screen.__exit__(None, None, None)
+
+    def pictures(self, times: Floats, report: Callable[[float], None]) -> Iterator[Image]:
+        """Draw the moments one by one."""
+        drawn, picture = None, None
+        for count, t in enumerate(times):
+            positions = self._seen(float(t))
+            if picture is None or drawn is None or np.abs(positions - drawn).max() > SAME_PICTURE:
+                self._compose(float(t))
+                drawn, picture = positions, self._screen.picture(self._scene)
+            yield labelled(picture, f"{t:.2f} s")
+            report((count + 1) / (len(times) + 1))
+
+    def superposed(self, times: Floats) -> Image:
+        """Draw the last moment solid and the others translucent, halos at the last alone."""
+        self._compose(float(times[-1]))
+        self._options.geomgroup[HALO_GROUP] = 0
+        for t in times[:-1]:
+            self._pose(float(t))
+            first = self._scene.ngeom
+            dynamic = mujoco.mjtCatBit.mjCAT_DYNAMIC.value
+            mujoco.mjv_addGeoms(
+                self._model, self._data, self._options, mujoco.MjvPerturb(), dynamic, self._scene
+            )
+            for geom in self._scene.geoms[first : self._scene.ngeom]:
+                geom.rgba[3] = GHOST
+        return self._screen.picture(self._scene)
+
+    def _seen(self, t: float) -> Floats:
+        """Return numbers that are equal for equal pictures."""
+        where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
+        return np.concatenate((self._motion(t), where, self._posed.changing.state(t)))
+
+    def _pose(self, t: float) -> None:
+        self._posed.pose(t)
+        mujoco.mj_camlight(self._model, self._data)
+
+    def _compose(self, t: float) -> None:
+        """Put robot, objects and the tool's path of a moment into the scene."""
+        self._pose(t)
+        self._screen.draw_anew(self._model, self._posed.grow_halos(t))
+        everything = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(
+            self._model, self._data, self._options, None, self._camera, everything, self._scene
+        )
+        for path in self._posed.paths:
+            self._add_line(path)
+
+    def _add_line(self, points: Floats) -> None:
+        """Put the path of a tool, shape (k, 3), into the scene."""
+        radius = PATH_RADIUS * self._model.stat.extent
+        previous = points[0]
+        for point in points[1:]:
+            if np.linalg.norm(point - previous) < radius:
+                continue
+            geom = self._scene.geoms[self._scene.ngeom]
+            mujoco.mjv_initGeom(
+                geom,
+                mujoco.mjtGeom.mjGEOM_CAPSULE,
+                np.zeros(3),
+                np.zeros(3),
+                np.eye(3).ravel(),
+                np.array(PATH_COLOUR, dtype=np.float32),
+            )
+            mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, radius, previous, point)
+            geom.category = mujoco.mjtCatBit.mjCAT_DECOR.value
+            self._scene.ngeom += 1
+            previous = point
+
+
+def _fit(model: mujoco.MjModel, canvas: Canvas) -> None:
+    model.vis.global_.offwidth, model.vis.global_.offheight = canvas.width, canvas.height
+    model.vis.global_.fovy = float(np.rad2deg(FIELD_OF_VIEW))
+    model.vis.quality.shadowsize = canvas.shadow
+
+
+def _mujoco_camera(view: CameraView) -> mujoco.MjvCamera:
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = view.target
+    camera.distance = view.distance
+    camera.azimuth, camera.elevation = np.rad2deg(view.azimuth), np.rad2deg(view.elevation)
+    return camera

@@ -1,0 +1,31 @@
+"""Joints of several groups as one: what is simulated together."""
+
+from dataclasses import replace
+
+from trajopt.robot.loading.groups import Group
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ModelError, shown
+
+WHOLE = "all that is simulated"
+"""Name of the group."""
+
+
+def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> ReducedModel:
+    """Return the reduced model of any joints of a robot, whatever its groups.
+
+    Args:
+        scene: The robot and what is around it.
+        joints: Joints that are free.
+        start: Positions of all joints [rad | m].
+
+    Raises:
+        ModelError: If the robot has a group of the same name.
+    """
+    robot = scene.robot
+    if WHOLE in robot.groups:
+        raise ModelError(f"group {shown(WHOLE)} of robot {shown(robot.name)} stands in the way; rename it")
+    group = Group(WHOLE, joints, robot.links, None)
+    wider = replace(robot, groups={**robot.groups, WHOLE: group})
+    return reduce_model(replace(scene, robot=wider), WHOLE, start)

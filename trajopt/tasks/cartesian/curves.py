@@ -1,0 +1,322 @@
+"""Curves of a tool: straight lines, arcs, splines and polylines with rounded corners.
+
+Rotations turn evenly about one axis from pose to pose (slerp).
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.values.arrays import Floats, floats, number, readonly, sequence
+from trajopt.values.curve import TURN_LENGTH, Curve, Piece, bezier, joined
+from trajopt.values.errors import ProblemError
+from trajopt.values.likely_units import stated_angle
+from trajopt.values.placement import Placement, PlacementLike, as_placement, placement
+from trajopt.values.printed import in_degrees, in_length
+
+NOWHERE = 1e-9
+"""Poses nearer to each other than this count as one [m | rad]."""
+RADIUS_DIFFERENCE = 1e-3
+"""By how much the distances of an arc's ends from its centre may differ [m]; the centre is moved."""
+COLLINEAR = 1e-5
+"""Sine of the angle below which three points span no plane."""
+ROUNDEST = 0.5
+"""Part of the shorter side that the rounding of a corner may take at most."""
+HANDLE = 0.6
+"""Where between a rounding's end and the corner the last control point is that keeps it straight."""
+FINE = 200
+"""Parts in which the length of a curved piece is measured."""
+
+
+def line(begin: PlacementLike, end: PlacementLike) -> Curve:
+    """Return the straight line between two placements (Pilz's LIN).
+
+    Raises:
+        ProblemError: If they are the same.
+    """
+    return polyline((as_placement("begin", begin), as_placement("end", end)))
+
+
+def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
+    """Return straight lines through placements, with rounded corners if `blend` is positive.
+
+    Args:
+        poses: Two or more.
+        blend: Radius about each inner pose within which the corner may be cut [m]; at most half of the
+            shorter side is used. The curvature is continuous there, so that the tool need not slow down
+            as much. 0 passes through the poses.
+
+    Raises:
+        ProblemError: If there are fewer than two poses, two that follow each other are the same, or the
+            radius is negative.
+    """
+    poses = [as_placement("each of poses", pose) for pose in sequence("poses", poses)]
+    if len(poses) < 2:
+        raise ProblemError(f"a polyline needs at least two poses, has {len(poses)}")
+    radius = number("blend", blend)
+    if radius < 0.0:
+        raise ProblemError(f"blend is a radius and must not be negative, is {in_length(radius)}")
+    sides = [_side(first, second, place) for place, (first, second) in enumerate(pairwise(poses))]
+    cut = [0.0, *(min(radius, ROUNDEST * min(a.length, b.length)) for a, b in pairwise(sides)), 0.0]
+    pieces: list[Piece] = []
+    along, reached = [0.0], 0.0
+    for place, side in enumerate(sides):
+        if side.length - cut[place] - cut[place + 1] > NOWHERE:
+            pieces.append(_part(side, cut[place] / side.length, 1.0 - cut[place + 1] / side.length))
+            reached += pieces[-1].length
+        if cut[place + 1] > NOWHERE:
+            corner = _corner(side, sides[place + 1], cut[place + 1])
+            pieces.append(corner)
+            along.append(reached + corner.length / 2.0)
+            reached += corner.length
+        else:
+            along.append(reached)
+    return Curve(tuple(pieces), readonly(np.array(along)))
+
+
+def arc_about(begin: PlacementLike, end: PlacementLike, *, centre: ArrayLike) -> Curve:
+    """Return the shorter arc between two placements about a centre (Pilz's CIRC with `center`).
+
+    Args:
+        begin: Where it begins.
+        end: Where it ends.
+        centre: Centre of the circle, shape (3,) [m].
+
+    Raises:
+        ProblemError: If the three points lie on a line, so that they span no plane, or the ends are at
+            different distances from the centre.
+    """
+    begin, end = as_placement("begin", begin), as_placement("end", end)
+    middle = floats("centre", centre, (3,))
+    first, last = begin.translation - middle, end.translation - middle
+    radii = float(np.linalg.norm(first)), float(np.linalg.norm(last))
+    if abs(radii[0] - radii[1]) > RADIUS_DIFFERENCE:
+        raise ProblemError(
+            f"the ends of the arc are {radii[0]:.6g} m and {radii[1]:.6g} m from its centre; "
+            "an arc has one radius"
+        )
+    normal = cross(first, last)
+    if float(np.linalg.norm(normal)) < COLLINEAR * max(radii[0] * radii[1], NOWHERE):
+        raise ProblemError(
+            "centre and ends of the arc lie on a line and span no plane: use arc_through(...), or two arcs"
+        )
+    # Moved along the chord until both ends are equally far: the circle passes exactly through them.
+    chord = last - first
+    middle = middle + chord * (np.dot(first + last, chord) / (2.0 * np.dot(chord, chord)))
+    first, last = begin.translation - middle, end.translation - middle
+    return _arc(begin, end, middle, cross(first, last))
+
+
+def arc_through(begin: PlacementLike, interim: ArrayLike, end: PlacementLike) -> Curve:
+    """Return the arc from a placement through a point to another placement (Pilz's CIRC with `interim`).
+
+    The arc may be more than half of the circle. The rotation turns evenly from begin to end.
+
+    Args:
+        begin: Where it begins.
+        interim: A point that it passes, shape (3,) [m].
+        end: Where it ends.
+
+    Raises:
+        ProblemError: If the three points lie on a line.
+    """
+    begin, end = as_placement("begin", begin), as_placement("end", end)
+    passed = floats("interim", interim, (3,))
+    a, b = begin.translation - passed, end.translation - passed
+    normal = cross(a, b)
+    square = float(normal @ normal)
+    if np.sqrt(square) < COLLINEAR * max(float(np.linalg.norm(a) * np.linalg.norm(b)), NOWHERE):
+        raise ProblemError("begin, interim point and end of the arc lie on a line: no circle passes them")
+    centre = passed + cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * square)
+    # Seen from the side of (end - interim) x (begin - interim) begin, interim, end are anticlockwise.
+    return _arc(begin, end, centre, -normal)
+
+
+def circle(
+    centre: PlacementLike,
+    *,
+    radius: float,
+    rotation: ArrayLike,
+    sweep: float | None = None,
+    degrees: bool = False,
+) -> Curve:
+    """Return a circle, or an arc of one, with a fixed orientation of the tool.
+
+    Args:
+        centre: Of the circle: about its z axis, it begins on its x axis and turns towards y.
+        radius: Its radius [m].
+        rotation: Of the tool in the world, shape (3, 3).
+        sweep: Angle of the arc, not 0; negative turns the other way [rad]; the whole circle when None.
+        degrees: Whether `sweep` is in degrees.
+
+    Raises:
+        ProblemError: If radius or sweep is out of its range.
+    """
+    size = number("radius", radius)
+    angle = stated_angle("sweep", sweep, degrees=degrees, default=2.0 * np.pi)
+    centre = as_placement("centre", centre)
+    if size <= 0.0 or abs(angle) < NOWHERE:
+        raise ProblemError(
+            f"a circle needs a positive radius and a sweep, not {in_length(size)} and {in_degrees(angle)}"
+        )
+    turned = placement(rotation=floats("rotation", rotation, (3, 3))).rotation
+    piece = Piece(
+        readonly(centre.translation[None]),
+        turned,
+        readonly(np.zeros((1, 3))),
+        size * abs(angle),
+        readonly(size * centre.rotation[:, 0]),
+        readonly(size * centre.rotation[:, 1]),
+        angle,
+    )
+    return Curve((piece,), readonly(np.array((0.0, piece.length))))
+
+
+def spline(poses: Sequence[PlacementLike]) -> Curve:
+    """Return a smooth curve through placements: a cubic spline of their points, with C1 rotations.
+
+    Where the last pose is the first again, the curve is smooth there too.
+
+    Args:
+        poses: Three or more; no two that follow each other are the same.
+
+    Raises:
+        ProblemError: If there are too few, or two are the same.
+    """
+    from scipy.interpolate import CubicSpline
+
+    poses = [as_placement("each of poses", pose) for pose in sequence("poses", poses)]
+    if len(poses) < 3:
+        raise ProblemError(f"a spline needs at least three poses, has {len(poses)}; use line(...)")
+    sides = [_side(first, second, place) for place, (first, second) in enumerate(pairwise(poses))]
+    spans = np.array([side.length for side in sides])
+    places = np.concatenate(((0.0,), np.cumsum(spans)))
+    points = np.array([pose.translation for pose in poses])
+    closed = float(np.abs(points[0] - points[-1]).max()) < NOWHERE
+    if closed:
+        points[-1] = points[0]
+    smooth = CubicSpline(places, points, bc_type="periodic" if closed else "not-a-knot")
+    slopes = np.asarray(smooth(places, 1), dtype=np.float64)
+    rates = _rates(sides, spans, closed=closed)
+    pieces: list[Piece] = []
+    for place, side in enumerate(sides):
+        span, turn = spans[place], side.turns[-1]
+        outgoing = _inverse_right_jacobian(turn) @ rates[place + 1]
+        pieces.append(
+            _measured(
+                _hermite(points[place], points[place + 1], slopes[place] * span, slopes[place + 1] * span),
+                side.rotation,
+                _hermite(np.zeros(3), turn, rates[place] * span, outgoing * span),
+            )
+        )
+    lengths = np.cumsum([piece.length for piece in pieces])
+    return Curve(tuple(pieces), readonly(np.concatenate(((0.0,), lengths))))
+
+
+def _side(first: Placement, second: Placement, place: int) -> Piece:
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_matrix(first.rotation.T @ second.rotation).as_rotvec()
+    piece = _measured(
+        np.stack((first.translation, second.translation)), first.rotation, np.stack((np.zeros(3), turn))
+    )
+    if piece.length < NOWHERE:
+        raise ProblemError(f"poses {place} and {place + 1} are the same: a curve needs poses apart")
+    return piece
+
+
+def _part(side: Piece, begin: float, end: float) -> Piece:
+    """Return part of a straight side."""
+    at = np.array((begin, end))
+    return Piece(
+        readonly(bezier(side.points, at)),
+        side.rotation,
+        readonly(bezier(side.turns, at)),
+        side.length * (end - begin),
+    )
+
+
+def _corner(before: Piece, after: Piece, cut: float) -> Piece:
+    """Round the corner between two sides: straight at both ends up to the second derivative."""
+    at_corner = before(np.ones(1))
+    enter, leave = 1.0 - cut / before.length, cut / after.length
+    corner = at_corner.translation[0]
+    points = _rounded(
+        bezier(before.points, np.array((enter,)))[0], corner, bezier(after.points, np.array((leave,)))[0]
+    )
+    # Counted from the corner's rotation, both sides turn about fixed axes through zero.
+    turns = _rounded(-(1.0 - enter) * before.turns[-1], np.zeros(3), leave * after.turns[-1])
+    return _measured(points, at_corner.rotation[0], turns)
+
+
+def _rounded(begin: Floats, corner: Floats, end: Floats) -> Floats:
+    """Control points of degree five: the first three lie on one side, the last three on the other."""
+    handles = [begin + part * (corner - begin) for part in (0.0, HANDLE / 2.0, HANDLE)]
+    return np.stack((*handles, *(end + part * (corner - end) for part in (HANDLE, HANDLE / 2.0, 0.0))))
+
+
+def _arc(begin: Placement, end: Placement, centre: Floats, normal: Floats) -> Curve:
+    """Return the arc that turns about a normal, from begin to end."""
+    from scipy.spatial.transform import Rotation
+
+    axis = normal / np.linalg.norm(normal)
+    first, last = begin.translation - centre, end.translation - centre
+    across = cross(axis, first)
+    sweep = float(np.arctan2(last @ across, last @ first)) % (2.0 * np.pi)
+    turn = Rotation.from_matrix(begin.rotation.T @ end.rotation).as_rotvec()
+    length = max(sweep * float(np.linalg.norm(first)), TURN_LENGTH * float(np.linalg.norm(turn)))
+    piece = Piece(
+        readonly(centre[None]),
+        begin.rotation,
+        readonly(np.stack((np.zeros(3), turn))),
+        length,
+        readonly(first),
+        readonly(across),
+        sweep,
+    )
+    return Curve((piece,), readonly(np.array((0.0, length))))
+
+
+def cross(first: Floats, second: Floats) -> Floats:
+    """Return the cross product of two vectors, shape (3,)."""
+    return np.array(np.cross(first, second), dtype=np.float64)
+
+
+def _measured(points: Floats, rotation: Floats, turns: Floats) -> Piece:
+    """Return a piece with the length of its path, or of its rotation where that counts more."""
+    u = np.linspace(0.0, 1.0, 2 if len(points) == 2 and len(turns) == 2 else FINE + 1)
+    way = float(np.linalg.norm(np.diff(bezier(points, u), axis=0), axis=1).sum())
+    turn = float(np.linalg.norm(np.diff(bezier(turns, u), axis=0), axis=1).sum())
+    return Piece(readonly(points), rotation, readonly(turns), max(way, TURN_LENGTH * turn))
+
+
+def _hermite(begin: Floats, end: Floats, outward: Floats, inward: Floats) -> Floats:
+    """Control points of the cubic with given ends and derivatives there."""
+    return np.stack((begin, begin + outward / 3.0, end - inward / 3.0, end))
+
+
+def _rates(sides: Sequence[Piece], spans: Floats, *, closed: bool) -> Floats:
+    """Angular velocity in the frame at each pose, the mean of those on both sides, shape (p, 3)."""
+    even = np.array([side.turns[-1] for side in sides]) / spans[:, None]
+    inner = (even[:-1] + even[1:]) / 2.0
+    first, last = even[0], even[-1]
+    if closed:
+        first = last = (even[0] + even[-1]) / 2.0
+    return np.concatenate((first[None], inner, last[None]))
+
+
+def _inverse_right_jacobian(w: Floats) -> Floats:
+    """Matrix from the angular velocity in the frame to the rate of the rotation vector w.
+
+    Source: Sola et al., A micro Lie theory for state estimation in robotics, 2018, equation 144.
+    """
+    angle = float(np.linalg.norm(w))
+    x, y, z = w.tolist()
+    skew = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+    factor = 1.0 / 12.0 if angle < 1e-4 else (1.0 - 0.5 * angle / np.tan(0.5 * angle)) / angle**2
+    return np.eye(3) + 0.5 * skew + factor * (skew @ skew)
+
+
+__all__ = ["Curve", "arc_about", "arc_through", "circle", "joined", "line", "polyline", "spline"]

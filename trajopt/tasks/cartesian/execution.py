@@ -1,0 +1,117 @@
+"""Execution to the end: simulate a motion along a curve, measure the error there, and correct it."""
+
+from dataclasses import dataclass
+
+from trajopt.problem.requirements import follows_curve
+from trajopt.scene.scene import Scene
+from trajopt.simulation import PoseError, Rollout, SimulationOptions, simulate
+from trajopt.tasks.cartesian.curves import line
+from trajopt.tasks.cartesian.following import FollowOptions, follow
+from trajopt.tasks.cartesian.result import Followed
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+
+POSITION = 1e-3
+"""Default error at the end that is not corrected [m]."""
+ROTATION = 1e-2
+"""The same of the rotation [rad]."""
+MOVES = 3
+"""Closing moves at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Executed:
+    """A motion along a curve as it was executed, with the moves that corrected the error at its end.
+
+    Attributes:
+        rollouts: The simulated motion, then each closing move.
+        errors: How far the frame was from the required end, after each of them.
+        moves: The closing moves; the last one may have failed.
+        reached: Whether the last error is within the tolerances.
+    """
+
+    rollouts: tuple[Rollout, ...]
+    errors: tuple[PoseError, ...]
+    moves: tuple[Followed, ...]
+    reached: bool
+
+
+@checked
+def execute(
+    followed: Followed,
+    *,
+    position_tolerance: float = POSITION,
+    rotation_tolerance: float = ROTATION,
+    options: SimulationOptions | None = None,
+) -> Executed:
+    """Execute a motion along a curve in simulation, and correct its end where that is too far off.
+
+    A closing move is the straight line from where the frame is to where it should be, followed like any
+    curve: timed, judged, and executed in its turn.
+
+    Args:
+        followed: The motion.
+        position_tolerance: Error at the end that is not corrected [m].
+        rotation_tolerance: The same of the rotation [rad].
+        options: Of the simulation.
+
+    Raises:
+        ProblemError: If there is no verified motion.
+    """
+    trajectory, required = followed.trajectory, followed.required
+    if trajectory is None or not followed.verified:
+        raise ProblemError(f"there is no verified motion to execute: {followed.reason}")
+    reduced = followed.problem.reduced
+    end = _seen(followed, trajectory(trajectory.duration))
+    rollouts = [simulate(reduced, trajectory, options=options)]
+    errors = [PoseError.between(end, _seen(followed, rollouts[-1].positions[-1]))]
+    moves: list[Followed] = []
+    limited = FollowOptions(
+        velocity_scaling=followed.problem.velocity_scaling,
+        acceleration_scaling=followed.problem.acceleration_scaling,
+        tool_speed=followed.problem.tool_speeds,
+    )
+    while len(moves) < MOVES and not _within(errors[-1], position_tolerance, rotation_tolerance):
+        reached = rollouts[-1].positions[-1]
+        closing = follows_curve(
+            required.frame,
+            line(_seen(followed, reached), end),
+            reference=required.reference,
+            offset=required.offset,
+            position_tolerance=required.position_tolerance,
+            rotation_tolerance=min(required.rotation_tolerance, rotation_tolerance),
+        )
+        move = follow(
+            _later(followed.problem.scene, sum(rollout.duration for rollout in rollouts)),
+            closing,
+            group=followed.problem.group,
+            start=reduced.all_positions(reached),
+            options=limited,
+        )
+        moves.append(move)
+        if move.trajectory is None or not move.verified:
+            break
+        rollouts.append(simulate(move.problem.reduced, move.trajectory, options=options))
+        errors.append(PoseError.between(end, _seen(followed, rollouts[-1].positions[-1])))
+    held = _within(errors[-1], position_tolerance, rotation_tolerance)
+    return Executed(tuple(rollouts), tuple(errors), tuple(moves), held)
+
+
+def _later(scene: Scene, time: float) -> Scene:
+    """Return the scene of a motion that starts some time after the first [s]."""
+    return scene.at(time) if scene.changing else scene
+
+
+def _seen(followed: Followed, positions: Floats) -> Placement:
+    """Return where the frame's point is at positions of the group, seen from the curve's reference."""
+    scene, required = followed.problem.scene, followed.required
+    everywhere = followed.problem.reduced.all_positions(positions)
+    base = scene.placement_of(required.reference, everywhere)
+    point = Placement(translation=required.offset)
+    return base.inverse() * (scene.placement_of(required.frame, everywhere) * point)
+
+
+def _within(error: PoseError, position: float, rotation: float) -> bool:
+    return error.position <= position and error.rotation <= rotation

@@ -1,0 +1,310 @@
+"""follow(...): from a curve to a timed, judged motion along it, as far as it goes, and why not farther."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+from threading import Event
+
+import numpy as np
+
+from trajopt.geometry import Counts, Query
+from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
+from trajopt.planning.infeasibility import reasons
+from trajopt.planning.plan import NO_BOUNDS
+from trajopt.planning.result import Result
+from trajopt.planning.search import ENDED
+from trajopt.planning.status import Status
+from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.problem.stated import StartLike
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.scene.scene import Scene
+from trajopt.tasks.cartesian.blocked import stop_reason
+from trajopt.tasks.cartesian.on_curve import OnCurve
+from trajopt.tasks.cartesian.program import detours
+from trajopt.tasks.cartesian.result import Followed, StopReason
+from trajopt.tasks.cartesian.search import LEAST, Found, Search, beginning, beginnings
+from trajopt.tasks.cartesian.timing import timed_along
+from trajopt.tasks.cartesian.tracking import Track, densified
+from trajopt.timing import RetimeFailure
+from trajopt.values.arrays import Floats, number, one_of, readonly, unless_none
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_degrees, in_length
+from trajopt.values.trajectory import Path
+from trajopt.verify import Judge, Moment
+
+
+class Avoid(Enum):
+    """What to do where the curve is blocked."""
+
+    STOP = "follow the curve as far as it goes"
+    DEVIATE = "leave the curve inside a tube around it, no farther than needed"
+
+
+class Begin(Enum):
+    """Which configuration the motion begins in."""
+
+    AT_START = "the start, which must be at the beginning of the curve"
+    ANY_BRANCH = "any that is at the beginning of the curve: the one that gets farthest"
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class FollowOptions:
+    """Options of `follow`.
+
+    Attributes:
+        begin: Which configuration the motion begins in.
+        avoid: What to do where the curve is blocked.
+        tube: With `Avoid.DEVIATE`, how far the frame may leave the curve [m].
+        velocity_scaling: Factor in (0, 1] on the velocity limits.
+        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        tool_speed: Largest speeds of tools, steady if they say so.
+        branches: With `Begin.ANY_BRANCH`, most configurations at the beginning that are tried.
+    """
+
+    begin: Begin = Begin.AT_START
+    avoid: Avoid = Avoid.STOP
+    tube: float = 0.0
+    velocity_scaling: float = 1.0
+    acceleration_scaling: float = 1.0
+    tool_speed: tuple[ToolSpeed, ...] = ()
+    branches: int = 16
+
+    def __post_init__(self) -> None:
+        """Refuse options that contradict each other.
+
+        Raises:
+            ProblemError: If a tube is missing, or given though nothing may deviate, or there are no branches.
+        """
+        radius = number("tube", self.tube)
+        if (self.avoid is Avoid.DEVIATE) != (radius > 0.0):
+            raise ProblemError(
+                f"a tube of {in_length(radius)} with {self.avoid}: Avoid.DEVIATE needs the radius of a tube "
+                "to deviate in, Avoid.STOP has none"
+            )
+        if self.branches < 1:
+            raise ProblemError(f"branches must be at least 1, is {self.branches}")
+
+
+DEFAULT_OPTIONS = FollowOptions()
+"""The default options of `follow`."""
+START_SHARE = 0.5
+"""Share of the tolerances that the start may be off the beginning of the curve."""
+CHORDS = (0.2, 0.1, 0.05)
+"""How near to the curve straight lines between knots are, as a share of the tolerance; tighter if the judge
+refuses the motion."""
+ROUNDINGS = (0.6, 0.4, 0.2)
+"""The same for how far timing may leave these lines."""
+
+
+def follow(
+    scene: Scene,
+    required: FollowsCurve,
+    *,
+    start: StartLike,
+    group: str = "",
+    options: FollowOptions = DEFAULT_OPTIONS,
+    rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
+    degrees: bool = False,
+) -> Followed:
+    """Follow a curve with a frame, as far as it goes, and say why not farther.
+
+    The motion is timed like any plan, and judged at all times: that the frame stays on the curve, never
+    goes backwards on it, and gets as far as `fraction` says.
+
+    Args:
+        scene: The robot and what is around it, with the clearance to keep. Unlike other motions this one
+            keeps the margin all along too, but for what is nearer at its start: where the arm has no choice,
+            a margin that is too large ends it.
+        required: The curve, the frame, and how near it must stay: `follows_curve(...)`.
+        start: Name of a state, joint -> position [rad | m], or positions of all joints. With
+            `Begin.ANY_BRANCH` it only says where the joints outside the group are, and what is near.
+        group: The planning group; may be left out where the robot has one only.
+        options: Where it may begin, what to do where it is blocked, speeds.
+        rng: Draws postures and starts of searches; a fixed seed when None, so that the answer is the same
+            every time.
+        budget: Time and work that it may use; a curve is followed in one attempt, so `attempts`, `workers`
+            and `improve` do not apply.
+        cancel: Set it from another thread to stop.
+        progress: Called at every stage and every step of the solver.
+        degrees: Whether angles in `start` are in degrees.
+
+    Returns:
+        How far the curve is followed, why not farther, and the motion with its certificate.
+
+    Raises:
+        ProblemError: If the curve does not suit this robot, or the budget has fields that do not apply.
+        NameNotFound: If a frame, group or state is unknown.
+    """
+    required, options = one_of("required", required, FollowsCurve), one_of("options", options, FollowOptions)
+    tracker = _tracker(budget, cancel, progress)
+    problem = Problem(
+        scene=one_of("scene", scene, Scene),
+        group=group,
+        start=start,
+        goal=required,
+        velocity_scaling=options.velocity_scaling,
+        acceleration_scaling=options.acceleration_scaling,
+        tool_speed=options.tool_speed,
+        name="curve",
+        degrees=degrees,
+    )
+    draws = unless_none("rng", rng, np.random.Generator) or np.random.default_rng(0)
+    return _Following(problem, required, options, draws, tracker).run()
+
+
+def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) -> BudgetTracker:
+    one_of("budget", budget, Budget)
+    if budget.attempts is not None or budget.workers > 1 or budget.improve:
+        raise ProblemError("a curve is followed in one attempt: its budget takes seconds and work only")
+    return BudgetTracker(budget, cancel, progress)
+
+
+@dataclass(eq=False)
+class _Following:
+    """One curve that is followed."""
+
+    problem: Problem
+    required: FollowsCurve
+    options: FollowOptions
+    rng: np.random.Generator
+    tracker: BudgetTracker
+
+    @cached_property
+    def on_curve(self) -> OnCurve:
+        """The curve and the arm."""
+        reduced = self.problem.reduced
+        return OnCurve(reduced, self.required, Query(reduced, Counts()), self.tracker)
+
+    def run(self) -> Followed:
+        """Follow the curve until the budget ends."""
+        try:
+            return self._run()
+        except Stopped as ended:
+            words = f"after {self.tracker.work} configurations, in {self.tracker.used:.3g} s"
+            result = self._nothing(stop_reason(self.on_curve, ENDED[ended.stop], 0.0, words))
+            return replace(result, result=replace(result.result, stopped=ended.stop))
+
+    def _run(self) -> Followed:
+        """Choose where to begin, find the joint path that gets farthest, time it and have it judged."""
+        with self.on_curve.stage("start"):
+            starts, refusal = self._starts()
+        if refusal is not None:
+            return self._nothing(refusal)
+        search = Search(self.problem, self.on_curve, self.rng)
+        with self.on_curve.stage("track"):
+            found = search.tracked(starts)
+        if found.stop is not None and self.on_curve.spare:
+            with self.on_curve.stage("look ahead"):
+                found = search.looking_ahead(starts, found)
+        if self.on_curve.spare:
+            found = search.as_program(found)
+        if found.stop is not None and self.options.avoid is Avoid.DEVIATE:
+            around = self._around(starts, found.stop)
+            if around is not None:
+                return around
+        if found.stop is not None and found.way.reached < LEAST * self.required.until:
+            return self._nothing(found.stop)
+        return self._motion(found)
+
+    def _starts(self) -> tuple[Floats, StopReason | None]:
+        """Return configurations to begin in, shape (b, n), or why there is none."""
+        reduced, on_curve = self.problem.reduced, self.on_curve
+        nothing = np.empty((0, len(reduced.joint_names)))
+        if self.options.begin is Begin.ANY_BRANCH:
+            found = beginnings(on_curve, most=self.options.branches, rng=self.rng)
+            if len(found):
+                return found, None
+            words = "for the beginning of the curve"
+            return nothing, stop_reason(on_curve, Status.NO_INVERSE_KINEMATICS, 0.0, words)
+        judge = Judge(reduced)
+        seen = judge.examine(reduced.start_positions, moment=Moment.START)
+        if seen.out_of_limits:
+            words = reasons.out_of_limits(seen)
+            return nothing, stop_reason(on_curve, Status.START_OUT_OF_LIMITS, 0.0, words)
+        if seen.collisions:
+            worst = seen.collisions[0]
+            return nothing, stop_reason(
+                on_curve,
+                Status.START_IN_COLLISION,
+                0.0,
+                reasons.collisions(seen),
+                pair=(worst.first, worst.second),
+                amount=worst.required - worst.distance,
+            )
+        weak = judge.overloads(reduced.start_positions, limits=self.problem.limits)
+        if weak:
+            words = reasons.overloaded(weak, "at the start")
+            return nothing, stop_reason(
+                on_curve, Status.START_CANNOT_BE_HELD, 0.0, words, joint=weak[0].joint
+            )
+        start = reduced.start_positions[None]
+        position, turn = on_curve.off(start, np.zeros(1))
+        allowed = self.required.position_tolerance, self.required.rotation_tolerance
+        if position[0] > START_SHARE * allowed[0] or turn[0] > START_SHARE * allowed[1]:
+            words = (
+                f"{self.required.frame} is {in_length(position[0])} and {in_degrees(turn[0])} away "
+                "from the beginning of the curve: move there first, or begin with Begin.ANY_BRANCH"
+            )
+            return nothing, stop_reason(on_curve, Status.START_BREAKS_CONSTRAINT, 0.0, words)
+        return start, None
+
+    def _motion(self, found: Found) -> Followed:
+        """Time a path and have the motion judged."""
+        way, why = found.way, found.stop
+        part = self.required if why is None else replace(self.required, until=way.reached)
+        problem = replace(beginning(self.problem, way), goal=part, constraints=(part,))
+        on_curve = self.on_curve.along(part, problem.reduced)
+        result = self._judged(problem, on_curve, way)
+        if isinstance(result, StopReason):
+            return self._nothing(result, problem)
+        if not result.verified:
+            why = stop_reason(on_curve, Status.NOT_VERIFIED, 0.0, result.message)
+        return self._followed(result, part.until / self.required.until if result.verified else 0.0, why)
+
+    def _judged(self, problem: Problem, on_curve: OnCurve, way: Track) -> Result | StopReason:
+        """Place knots along a path, time them and have the motion judged; more tightly if it is refused."""
+        workspace, result = Workspace(problem, self.tracker), None
+        for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
+            with on_curve.stage("densify"):
+                dense = densified(on_curve, way, tolerance=chord * on_curve.allowed)
+            path = Path(problem.reduced.joint_names, readonly(dense.positions))
+            with on_curve.stage("retime"):
+                timed = timed_along(problem, on_curve, path, tolerance=rounding * on_curve.allowed)
+            if isinstance(timed, RetimeFailure):
+                at = timed.place * on_curve.required.until
+                return stop_reason(on_curve, Status.NO_TIMING, at, timed.reason, joint=timed.joint)
+            result = workspace.judged(TimedMotion(path, timed.trajectory, timed))
+            if result.verified:
+                break
+        assert result is not None
+        return result
+
+    def _around(self, starts: Floats, why: StopReason) -> Followed | None:
+        """Go around what blocks the curve, inside the tube; None if no detour is found and proven."""
+        tube = self.options.tube
+        wide = replace(self.required, position_tolerance=tube)
+        for detour in detours(self.problem, self.on_curve, starts, tube):
+            problem = replace(beginning(self.problem, detour.way), constraints=(wide,))
+            on_detour = self.on_curve.along(detour.required, problem.reduced)
+            result = self._judged(problem, on_detour, detour.way)
+            if isinstance(result, Result) and result.verified:
+                return self._followed(result, 1.0, None, around=why)
+        return None
+
+    def _nothing(self, why: StopReason, problem: Problem | None = None) -> Followed:
+        workspace = Workspace(problem or self.problem, self.tracker)
+        return self._followed(workspace.result(why.status, why.message), 0.0, why)
+
+    def _followed(
+        self, result: Result, fraction: float, why: StopReason | None, *, around: StopReason | None = None
+    ) -> Followed:
+        return Followed(required=self.required, fraction=fraction, stop=why, around=around, result=result)

@@ -1,0 +1,213 @@
+"""Configurations that hold a frame at points of a curve: Newton's method on many at once."""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.terms.follows_curve import CurveError
+from trajopt.optimise.terms.frames import relative_frame
+from trajopt.planning.budget import Budget, BudgetTracker
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.curve import TURN_LENGTH
+
+HELD = 1e-8
+"""A point counts as reached within this; see `OnCurve.turn_length` [m]."""
+STEPS = 14
+"""Steps of Newton's method at most."""
+LONGEST = 0.3
+"""Longest step of any joint [rad | m]."""
+SINGULAR = 1e-3
+"""Singular values smaller than this part of the largest are damped: their directions are slow [-]."""
+DISTANCE_ROW = 3
+"""The row of the error with the distance, which the three before it imply."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """Where Newton's method ended for S configurations.
+
+    Attributes:
+        positions: Shape (S, n) [rad | m], inside the limits.
+        miss: How far the frame is from its point, rotations counted as lengths, shape (S,) [m].
+    """
+
+    positions: Floats
+    miss: Floats
+
+    @property
+    def held(self) -> Bools:
+        """Which are at their points, shape (S,)."""
+        return np.asarray(self.miss <= HELD, dtype=np.bool_)
+
+
+class OnCurve:
+    """Moves configurations to points of a curve, by the least motion of the joints.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: The curve and the frame that follows it.
+        query: Evaluates the kinematics.
+        tracker: Ends the work when the budget is used up; without a bound when None.
+        limits: Position limits that are kept.
+    """
+
+    def __init__(
+        self,
+        reduced: ReducedModel,
+        required: FollowsCurve,
+        query: Query,
+        tracker: BudgetTracker | None = None,
+    ) -> None:
+        """Build the residual of the curve."""
+        self.reduced, self.required, self.query = reduced, required, query
+        self.tracker = tracker or BudgetTracker(Budget())
+        self.limits = reduced.limits
+        self._term = CurveError(reduced, required)
+
+    def along(self, required: FollowsCurve, reduced: ReducedModel | None = None) -> "OnCurve":
+        """Return the same for another curve, within the same budget."""
+        return OnCurve(reduced or self.reduced, required, self.query, self.tracker)
+
+    @contextmanager
+    def stage(self, name: str) -> Generator[None]:
+        """Time a stage, and count the work of the query in it.
+
+        Raises:
+            Stopped: If the budget is used up.
+        """
+        with self.tracker.stage(name):
+            try:
+                yield
+            finally:
+                counts = self.query.counts
+                self.tracker.count_work(counts)
+                counts.forward_kinematics = counts.bounds = counts.distances = 0
+
+    def without_limits(self) -> "OnCurve":
+        """Return the same with joints that go beyond their position limits."""
+        free = self.along(self.required)
+        boundless = np.full(len(self.limits.joint_names), np.inf)
+        free.limits = replace(self.limits, lower=-boundless, upper=boundless)
+        return free
+
+    @property
+    def rows(self) -> int:
+        """How many numbers a point fixes: 6, 5 with a free spin, 3 with a free rotation."""
+        if np.isinf(self.required.rotation_tolerance):
+            return 3
+        return 6 if self.required.spin is None else 5
+
+    @property
+    def turn_length(self) -> float:
+        """Length that a radian counts as: no more than the tolerances make it [m/rad]."""
+        return min(self.required.position_tolerance / self.required.rotation_tolerance, TURN_LENGTH) or 1.0
+
+    @property
+    def allowed(self) -> float:
+        """How far the frame may be from its point, rotations counted as lengths [m]."""
+        return self.required.position_tolerance
+
+    @property
+    def spare(self) -> int:
+        """How many joints a point leaves free."""
+        return max(len(self.reduced.joint_names) - self.rows, 0)
+
+    def errors(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
+        """Return errors at lengths along the curve (S,): (S, rows) [m], and Jacobians (S, rows, n)."""
+        value, jacobian = self._term.errors(Motion.each(positions, self.query), s)
+        value, jacobian = (np.delete(each, DISTANCE_ROW, axis=1) for each in (value, jacobian))
+        value[:, 3:] *= self.turn_length
+        jacobian[:, 3:] *= self.turn_length
+        return value, jacobian
+
+    def off(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
+        """Return distances [m] and angles [rad] from the curve at lengths (S,) along it, shape (S,)."""
+        value, _ = self.errors(positions, s)
+        turn = np.linalg.norm(value[:, 3:], axis=1) / self.turn_length
+        return np.linalg.norm(value[:, :3], axis=1), turn
+
+    def points(self, positions: Floats) -> Floats:
+        """Return where the frame's point is at configurations (S, n), seen from the reference, (S, 3) [m]."""
+        need, motion = self.required, Motion.each(positions, self.query)
+        return relative_frame(self.reduced, motion, need.frame, need.reference, need.offset).point
+
+    def apart(self, first: Floats, second: Floats) -> Floats:
+        """Return how far the frame at some configurations (S, n) is from that at others, shape (S,) [m]."""
+        need = self.required
+        one, other = (
+            relative_frame(self.reduced, Motion.each(q, self.query), need.frame, need.reference, need.offset)
+            for q in (first, second)
+        )
+        far = np.linalg.norm(one.point - other.point, axis=1)
+        if np.isinf(need.rotation_tolerance):
+            return np.asarray(far, dtype=np.float64)
+        if need.spin is not None:
+            turned = np.linalg.norm((one.rotation - other.rotation) @ need.spin, axis=1)
+        else:
+            turned = np.linalg.norm(one.rotation - other.rotation, axis=(1, 2)) / np.sqrt(2.0)
+        return np.asarray(np.maximum(far, turned * self.turn_length), dtype=np.float64)
+
+    def __call__(self, positions: Floats, s: Floats) -> Corrected:
+        """Move configurations (S, n) to lengths (S,) along the curve.
+
+        Raises:
+            Stopped: If the budget is used up.
+        """
+        self.tracker.check(self.query.counts)
+        limits = self.limits
+        q = np.clip(positions, limits.lower, limits.upper)
+        miss = np.full(len(q), np.inf)
+        going = np.arange(len(q))
+        for count in range(STEPS + 1):
+            value, jacobian = self.errors(q[going], s[going])
+            miss[going] = np.linalg.norm(value, axis=1)
+            left = miss[going] > HELD
+            going = going[left]
+            if count == STEPS or len(going) == 0:
+                break
+            step = self._step(q[going], value[left], jacobian[left])
+            q[going] = np.clip(q[going] + step, limits.lower, limits.upper)
+        return Corrected(q, miss)
+
+    def _step(self, q: Floats, value: Floats, jacobian: Floats) -> Floats:
+        """Least-norm steps; joints that press against a limit stay where they are."""
+        limits = self.limits
+        step = -_damped(jacobian, value)
+        for _ in range(2):
+            pressed = ((q <= limits.lower) & (step < 0.0)) | ((q >= limits.upper) & (step > 0.0))
+            if not pressed.any():
+                break
+            step = -_damped(np.where(pressed[:, None, :], 0.0, jacobian), value)
+        largest = np.abs(step).max(axis=1, keepdims=True)
+        return step * np.minimum(1.0, LONGEST / np.maximum(largest, LONGEST))
+
+    def free_motion(self, q: Floats, s: Floats, wish: Floats) -> Floats:
+        """Return the part of joint motions (S, n) that leaves the frame where it is."""
+        _, jacobian = self.errors(q, s)
+        moved = np.einsum("sij,sj->si", jacobian, wish)
+        return wish - _damped(jacobian, moved)
+
+    def free_direction(self, q: Floats, s: Floats) -> Floats:
+        """Return the direction in which joints move least for the frame, shape (S, n), of length one."""
+        _, jacobian = self.errors(q, s)
+        return np.asarray(np.linalg.svd(jacobian)[2][:, -1], dtype=np.float64)
+
+    def smallest_singular_value(self, q: Floats, s: Floats) -> Floats:
+        """Return that of the Jacobian, shape (S,) [m/rad]: 0 where a direction of the path is lost."""
+        _, jacobian = self.errors(q, s)
+        sizes = np.asarray(np.linalg.svd(jacobian, compute_uv=False), dtype=np.float64)
+        return sizes[:, min(self.rows, q.shape[1]) - 1]
+
+
+def _damped(jacobian: Floats, value: Floats) -> Floats:
+    """Solve J x = value with least norm, damped in directions that are nearly lost."""
+    u, sizes, v = np.linalg.svd(jacobian, full_matrices=False)
+    floor = SINGULAR * np.maximum(sizes[:, :1], 1e-12)
+    gain = sizes / np.maximum(sizes**2, floor**2)
+    return np.asarray(np.einsum("sij,si->sj", v, gain * np.einsum("sji,sj->si", u, value)), dtype=np.float64)

@@ -1,0 +1,213 @@
+"""Result of following a curve: how far, why not farther, and the motion with its certificate."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+
+from trajopt.planning.result import Plan, Result
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.summary import Summary
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.timing import Retimed
+from trajopt.values.documents.json_files import write_json
+from trajopt.values.errors import PlanningFailed
+from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_degrees, in_length
+from trajopt.values.trajectory import Path, Trajectory
+from trajopt.verify import Certificate, CheckKind
+
+
+@dataclass(frozen=True, kw_only=True)
+class StopReason:
+    """Where and why following ended before the end of the curve.
+
+    Attributes:
+        status: The kind of reason.
+        at: How far along the curve [m].
+        pose: Number, from 0, of the last pose that was reached, of those that the curve was made from.
+        message: The particulars: which joint and limit, which pair, which jump.
+        joint: The joint at its limit, or the one that would jump; none for other reasons.
+        pair: The two links or objects that come too near each other; none for other reasons.
+        amount: How much is missing: clearance [m], the limit [rad | m], the jump [rad | m]; 0 where unknown.
+    """
+
+    status: Status
+    at: float
+    pose: int
+    message: str
+    joint: str | None = None
+    pair: tuple[str, str] | None = None
+    amount: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Followed:
+    """How far a curve is followed, and the motion.
+
+    Attributes:
+        required: The whole curve, as it was required.
+        fraction: Part of the required length that is followed; judged where there is a verified motion.
+        stop: Why not more; None if the whole curve is followed.
+        around: What the motion detours around inside the tube, where the curve is blocked; None for nothing.
+        result: The motion over the part that is followed, as any planned motion.
+    """
+
+    required: FollowsCurve
+    fraction: float
+    stop: StopReason | None
+    around: StopReason | None
+    result: Result
+
+    @property
+    def status(self) -> Status:
+        """How following ended: SOLVED if the whole curve is followed."""
+        return self.result.status if self.stop is None else self.stop.status
+
+    @property
+    def problem(self) -> Problem:
+        """The motion as a problem: its start, its end, and the curve as far as it is followed.
+
+        It goes with the motion to `simulate`, `view` and files.
+        """
+        return self.result.problem
+
+    @property
+    def path(self) -> Path | None:
+        """Knots of the joints; None if not even the beginning could be followed."""
+        return self.result.path
+
+    @property
+    def timed(self) -> Retimed | None:
+        """The motion as retiming returned it, if there is any."""
+        return self.result.timed
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """The judge's verdict on the motion, if there is any."""
+        return self.result.certificate
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Exact numbers of the work done."""
+        return self.result.counts
+
+    @property
+    def cpu_seconds(self) -> Mapping[str, float]:
+        """Process time of each stage [s]."""
+        return self.result.cpu_seconds
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """The motion over the part that is followed, if there is any."""
+        return self.result.trajectory
+
+    @property
+    def verified(self) -> bool:
+        """Whether the motion over the part that is followed is proven."""
+        return self.result.verified
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole curve is followed, and that is proven."""
+        return self.verified and self.stop is None
+
+    @property
+    def deviation(self) -> float:
+        """Largest distance from the curve, as the judge measured it [m]; infinite without a motion."""
+        return self._measured(CheckKind.CURVE_POSITION)
+
+    @property
+    def turn(self) -> float:
+        """Largest angle from the curve's orientation, as the judge measured it [rad]; 0 where it is free."""
+        return self._measured(CheckKind.CURVE_ROTATION, default=0.0)
+
+    def _measured(self, kind: CheckKind, default: float = float("inf")) -> float:
+        if self.certificate is None:
+            return float("inf")
+        found = [check.value for check in self.certificate.checks if check.kind is kind]
+        return max((value for value in found if value is not None), default=default)
+
+    @checked
+    def require(self, fraction: float = 1.0) -> Plan:
+        """Return the plan if enough of the curve is followed.
+
+        Args:
+            fraction: Least part of the curve.
+
+        Raises:
+            PlanningFailed: If less is followed, or it is not proven; carries this result.
+        """
+        if (
+            self.path is None
+            or self.trajectory is None
+            or self.result.judged is None
+            or not self.verified
+            or self.fraction < fraction
+        ):
+            raise PlanningFailed(self.reason, self)
+        return Plan(self.problem, self.path, self.trajectory, self.result.judged)
+
+    @property
+    def reason(self) -> str:
+        """How far the curve is followed and why not farther, in a sentence or two."""
+        got = f"{self.fraction:.2%} of {in_length(self.required.curve.length)} followed"
+        if self.verified:
+            turn = f" and {in_degrees(self.turn)}" if self.turn > 0.0 else ""
+            got += f", proven, within {in_length(self.deviation)}{turn}"
+        if self.around is not None:
+            at = in_length(self.around.at)
+            got += f", around what blocks it {at} along the curve ({self.around.message})"
+        if self.stop is None:
+            return got
+        after = f"after pose {self.stop.pose}, {in_length(self.stop.at)} along the curve"
+        return f"{got}. {self.stop.status.name} {after}: {self.stop.status.value} ({self.stop.message})"
+
+    def explain(self) -> Summary:
+        """Return how far the curve is followed, why not farther, and how that is known: print it."""
+        if self.complete:
+            certainty, grounds = Certainty.PROVEN, "the judge verified the motion along the whole curve"
+        else:
+            certainty = Certainty.EVIDENCE
+            grounds = "the search found no motion that gets farther"
+            grounds += "; the judge verified the motion so far" if self.verified else ""
+        return Summary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
+
+    @checked
+    def write(self, path: FilePath | str) -> None:
+        """Write `as_dict` as JSON; a motion is read by `trajopt view`, `check` and `export`.
+
+        Raises:
+            FileFormatError: If the file cannot be written.
+        """
+        write_json(path, self.as_dict())
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; `trajopt.files.moveit.read_trajectory` reads the motion back."""
+        trajectory, stop = self.trajectory, self.stop
+        motion: dict[str, object] = {"joint_names": list(self.problem.reduced.joint_names), "points": []}
+        if trajectory is not None:
+            motion = trajectory.as_dict()
+        return {
+            "status": self.status.name,
+            "verified": self.verified,
+            "complete": self.complete,
+            "fraction": self.fraction,
+            "message": self.reason,
+            "stop": stop
+            and {
+                "cause": stop.status.name,
+                "at": stop.at,
+                "pose": stop.pose,
+                "joint": stop.joint,
+                "pair": None if stop.pair is None else list(stop.pair),
+                "amount": stop.amount,
+                "message": stop.message,
+            },
+            "deviation": None if self.certificate is None else self.deviation,
+            **motion,
+            "certificate": None if self.certificate is None else self.certificate.as_dict(),
+            "counts": dict(self.counts),
+            "cpu_seconds": dict(self.cpu_seconds),
+            "duration": None if trajectory is None else trajectory.duration,
+        }

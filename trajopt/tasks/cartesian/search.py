@@ -1,0 +1,199 @@
+"""Search for the joint path along a curve that gets farthest: tracking, look-ahead, one program for all."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.optimise.kinematics.goal_candidates import goal_candidates
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import Requirement, axis_alignment, frame_placement
+from trajopt.tasks.cartesian.blocked import clear_part, start_margins, untracked
+from trajopt.tasks.cartesian.on_curve import OnCurve
+from trajopt.tasks.cartesian.program import knot_stations, on_the_curve
+from trajopt.tasks.cartesian.result import StopReason
+from trajopt.tasks.cartesian.self_motion import SelfMotions
+from trajopt.tasks.cartesian.tracking import FARTHEST, Track, resampled, stations_of, track
+from trajopt.values.arrays import Floats, readonly
+
+LEAST = 1e-4
+"""Smallest part of a curve that is worth a motion."""
+POSTURES = 3
+"""Random postures that an arm with several redundant joints drifts to, to get farther."""
+FREEST = 1e-3
+"""Two paths that get equally far, to this part of the curve, are compared by their joint motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A joint path along a curve.
+
+    Attributes:
+        way: Configurations along it.
+        stop: What ends it; None if it gets to the end of the curve.
+    """
+
+    way: Track
+    stop: StopReason | None
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Searches joint paths along a curve.
+
+    Attributes:
+        problem: Start, scene and limits.
+        on_curve: The curve and the arm.
+        rng: Draws postures, and configurations of other branches.
+    """
+
+    problem: Problem
+    on_curve: OnCurve
+    rng: np.random.Generator
+
+    def tracked(self, starts: Floats) -> Found:
+        """Track the curve from configurations at its beginning, shape (b, n), each held as it is."""
+        return self._best(track(self.on_curve, stations_of(self.on_curve), starts, _still(starts)))
+
+    def looking_ahead(self, starts: Floats, tracked: Found) -> Found:
+        """Use redundant joints to get farther than tracking does."""
+        on_curve, stations = self.on_curve, stations_of(self.on_curve)
+        found = [tracked]
+        if on_curve.spare == 1:
+            margin = start_margins(on_curve, starts)
+            found.append(self._onward(SelfMotions(on_curve, margin).farthest(stations, starts)))
+        else:
+            limits = self.problem.reduced.limits
+            low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+            high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+            for posture in ((low + high) / 2.0, *self.rng.uniform(low, high, (POSTURES, len(low)))):
+                drifting = np.tile(posture, (len(starts), 1))
+                found.append(self._best(track(on_curve, stations, starts, drifting)))
+                if found[-1].stop is None:
+                    break
+        return max(found, key=lambda item: item.way.reached)
+
+    def _onward(self, way: Track) -> Found:
+        """Continue from the end of a path by tracking, which says what stops it there."""
+        stations = stations_of(self.on_curve)
+        rest = np.append(way.reached, stations[stations > way.reached])
+        last = way.positions[-1:]
+        (more,) = track(self.on_curve, rest, last, _still(last))
+        stations = np.concatenate((way.stations, more.stations[1:]))
+        return self._best([Track(stations, np.concatenate((way.positions, more.positions[1:])))])
+
+    def _best(self, tracks: list[Track]) -> Found:
+        """Return the clear part of the track that gets farthest; of equals the one that moves least."""
+        found: list[Found] = []
+        for each in tracks:
+            clear = clear_part(self.on_curve, each)
+            found.append(Found(self._shortened(each, clear.until), clear.stop))
+        length = self.on_curve.required.until
+        velocity = self.problem.limits.velocity
+
+        def rank(item: Found) -> tuple[float, float]:
+            travel = np.abs(np.diff(item.way.positions, axis=0)) / velocity
+            return round(item.way.reached / length / FREEST), -float(travel.sum(axis=0).max())
+
+        best = max(found, key=rank)
+        return Found(best.way, best.stop or untracked(self.on_curve, best.way, self.rng))
+
+    def _shortened(self, way: Track, until: float) -> Track:
+        """Return the part of a track up to a length, which becomes its last station."""
+        if until >= way.reached:
+            return way
+        kept = way.until(until)
+        if until - kept.reached < LEAST * self.on_curve.required.until:
+            return kept
+        stations = np.append(kept.stations, until)
+        return resampled(self.on_curve, way, stations)
+
+    def as_program(self, found: Found) -> Found:
+        """Plan a path as one program; return the result if it gets as far."""
+        way, required = found.way, self.on_curve.required
+        if way.reached < LEAST * required.until:
+            return found
+        part = replace(required, until=way.reached)
+        on_part = self.on_curve.along(part)
+        problem = replace(beginning(self.problem, way), goal=part)
+        with on_part.stage("track"):
+            seed = resampled(on_part, way, knot_stations(part))
+        solved = on_the_curve(problem, part, seed, on_part.tracker)
+        with on_part.stage("track"):
+            planned = _continuous(on_part, Track(seed.stations, solved.x))
+            clear = clear_part(on_part, planned)
+        if clear.stop is not None or planned.reached < way.reached:
+            return found
+        return Found(planned, found.stop)
+
+
+def beginning(problem: Problem, way: Track) -> Problem:
+    """Return the problem with the start where a path begins."""
+    return replace(problem, start=readonly(problem.reduced.all_positions(way.positions[0])))
+
+
+def _still(starts: Floats) -> Floats:
+    """No posture to drift to."""
+    return np.full_like(starts, np.nan)
+
+
+def _continuous(on_curve: OnCurve, planned: Track) -> Track:
+    """Move the knots of a program onto the curve, and keep them up to the first jump."""
+    stations = stations_of(on_curve)
+    dense = resampled(on_curve, planned, stations)
+    there = on_curve(dense.positions, stations)
+    moved = np.abs(np.diff(dense.positions, axis=0)).max(axis=1)
+    good = there.held & (np.append(0.0, moved) <= 2.0 * FARTHEST)
+    good[0] = True
+    kept = len(good) if good.all() else int(np.argmin(good))
+    return Track(stations[:kept], dense.positions[:kept])
+
+
+CONE = 1e-4
+"""How well the axis of a free spin is aligned before Newton's method takes over [rad]."""
+
+
+def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Floats:
+    """Search clear configurations at the beginning of the curve, nearest to the start first, shape (b, n).
+
+    Args:
+        on_curve: The curve and the arm.
+        most: How many at most.
+        rng: Draws the starts of the search.
+    """
+    counts = on_curve.query.counts
+    found = goal_candidates(
+        on_curve.reduced,
+        _at_beginning(on_curve),
+        rng=rng,
+        counts=counts,
+        check=lambda: on_curve.tracker.check(counts),
+    )
+    if not found.free:
+        return np.empty((0, len(on_curve.reduced.joint_names)))
+    drawn = np.array(found.free[:most])
+    exact = on_curve(drawn, np.zeros(len(drawn)))
+    return exact.positions[exact.held]
+
+
+def _at_beginning(on_curve: OnCurve) -> tuple[Requirement, ...]:
+    """What must hold there, in requirements that the search knows well."""
+    need = on_curve.required
+    place = need.curve.placement(0.0)
+    turned = need.rotation_tolerance if need.spin is None else np.inf
+    placed = frame_placement(
+        need.frame,
+        place,
+        reference=need.reference,
+        offset=need.offset,
+        position_tolerance=need.position_tolerance,
+        rotation_tolerance=turned,
+    )
+    if need.spin is None or np.isinf(need.rotation_tolerance):
+        return (placed,)
+    direction = place.rotation @ need.spin
+    return (
+        placed,
+        axis_alignment(
+            need.frame, axis=need.spin, direction=direction, reference=need.reference, tolerance=CONE
+        ),
+    )

@@ -1,0 +1,20 @@
+"""Picking and placing: an object is taken, carried and put down, in one sequence, all of it verified.
+
+`trajopt.tasks.grasping.simulation` executes such a sequence in MuJoCo, where only friction holds the object.
+"""
+
+from trajopt.tasks.grasping.generators import grasps_of as grasps_of
+from trajopt.tasks.grasping.grasp import Grasp as Grasp
+from trajopt.tasks.grasping.grasp import GraspingOptions as GraspingOptions
+from trajopt.tasks.grasping.grasp import Place as Place
+from trajopt.tasks.grasping.grasp import Straight as Straight
+from trajopt.tasks.grasping.gripper import Gripper as Gripper
+from trajopt.tasks.grasping.gripper import gripper_of as gripper_of
+from trajopt.tasks.grasping.planning import pick as pick
+from trajopt.tasks.grasping.planning import pick_and_place as pick_and_place
+from trajopt.tasks.grasping.planning import place as place
+from trajopt.tasks.grasping.result import PickPlaceResult as PickPlaceResult
+from trajopt.tasks.grasping.result import Refusal as Refusal
+from trajopt.tasks.grasping.result import Segment as Segment
+from trajopt.tasks.grasping.result import Stage as Stage
+from trajopt.tasks.grasping.result import Timeline as Timeline

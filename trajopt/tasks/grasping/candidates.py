@@ -1,0 +1,231 @@
+"""Candidates of a pick or a place: configurations that passed the cheap checks, then their motions."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from trajopt.geometry.gap import TOUCHING, gap
+from trajopt.planning.status import Status
+from trajopt.problem.requirements import Requirement, frame_placement
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.tasks.grasping.grasp import Grasp, Place
+from trajopt.tasks.grasping.gripper import Gripper
+from trajopt.tasks.grasping.result import Refusal, Segment, Stage
+from trajopt.tasks.grasping.straight import track_line, up, vector_of
+from trajopt.tasks.grasping.task import CandidateNames, Moment, Step, Task, in_turn
+from trajopt.values.arrays import Floats
+from trajopt.values.placement import WORLD, Placement
+
+
+@dataclass(frozen=True, eq=False)
+class PickCandidate:
+    """A grasp with configurations that passed the cheap checks; positions are those of all joints.
+
+    Attributes:
+        grasp: The grasp.
+        before: Where the approach begins, fingers open.
+        at: At the object, fingers open.
+        lifted: Where the lift ends.
+        lifting: The scene with the object in the hand, allowed to touch what it stands on.
+        held: The same without that allowance.
+    """
+
+    grasp: Grasp
+    before: Floats
+    at: Floats
+    lifted: Floats
+    lifting: Scene
+    held: Scene
+
+
+def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusal]:
+    """Yield configurations for a grasp, nearest to the start first, or why one fails."""
+    scene, gripper, names = task.scene, task.gripper, CandidateNames(grasp=grasp.name)
+    if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
+        yield names.refusal(
+            Stage.OPEN,
+            Status.GRIPPER_CANNOT,
+            f"needs {grasp.opening * 1e3:.1f} mm, closing to {grasp.width * 1e3:.1f} mm with "
+            f"{grasp.force:g} N; the gripper has {gripper.narrowest * 1e3:.1f} to "
+            f"{gripper.widest * 1e3:.1f} mm and {gripper.force:g} N",
+        )
+        return
+    start = task.opened(task.start, grasp.opening)
+    reduced = task.reduced(scene, start)
+    stands = scene.placement_of(task.name, start)
+    meets = hand_meets(reduced, gripper, stands * grasp.placement)
+    if meets:
+        yield names.refusal(
+            Stage.APPROACH, Status.GOAL_IN_COLLISION, f"{meets} at the object, wherever the arm is"
+        )
+        return
+    goal = frame_placement(gripper.tool, stands * grasp.placement)
+    found = task.configurations(reduced, (goal,), Stage.REACH, names)
+    if isinstance(found, Refusal):
+        yield found
+        return
+    supports = touched(scene, task.name, stands)
+    for at in found:
+        there = reduced.all_positions(at)
+        turned = scene.placement_of(gripper.tool, there).rotation
+        way = vector_of(grasp.approach, scene, there, turned @ gripper.approach)
+        approach = track_line(reduced, gripper.tool, at, -way, task.tracker)
+        if approach.status is not None:
+            yield names.refusal(Stage.APPROACH, approach.status, approach.reason)
+            continue
+        closed = task.opened(there, grasp.width)
+        held = lifting = task.held(grasp)
+        for support in supports:
+            lifting = lifting.allow_contact(
+                f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time
+            )
+        carrying = task.reduced(held, closed)
+        lift = track_line(
+            carrying, gripper.tool, at, vector_of(grasp.lift, scene, there, up(scene)), task.tracker
+        )
+        if lift.status is not None:
+            yield names.refusal(Stage.LIFT, lift.status, lift.reason)
+            continue
+        before, lifted = reduced.all_positions(approach.end), carrying.all_positions(lift.end)
+        yield PickCandidate(grasp, before, there, lifted, lifting, held)
+
+
+def plan_pick(task: Task, candidate: PickCandidate) -> tuple[Segment, ...] | Refusal:
+    """Plan the motions of a candidate, or return why one of them fails."""
+    names, grasp, scene = CandidateNames(grasp=candidate.grasp.name), candidate.grasp, task.scene
+    steps: tuple[Step, ...] = (
+        lambda at: task.fingers(Stage.OPEN, scene, at, grasp.opening, names),
+        lambda at: task.move(Stage.REACH, scene, at, candidate.before, names),
+        lambda at: task.straight(Stage.APPROACH, scene, at, candidate.at, names),
+        lambda at: task.fingers(Stage.CLOSE, scene, at, grasp.width, names, rest=task.options.grip_time),
+        lambda at: task.straight(Stage.LIFT, candidate.lifting, at, candidate.lifted, names),
+    )
+    return in_turn(steps, Moment(task.start))
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceCandidate:
+    """A place with configurations that passed the cheap checks; positions are those of all joints.
+
+    Attributes:
+        above: Where the lowering begins.
+        at: Where the object stands, fingers closed.
+        away: Where the retreat ends.
+        opening: Of the fingers that let go [m].
+        held: The scene with the object in the hand.
+        lowering: The same, allowed to touch what it will stand on.
+        put: The scene with the object where it stands.
+    """
+
+    above: Floats
+    at: Floats
+    away: Floats
+    opening: float
+    held: Scene
+    lowering: Scene
+    put: Scene
+
+
+def place_candidates(
+    task: Task, held: Scene, start: Floats, place: Place, *, opening: float, names: CandidateNames
+) -> Iterator[PlaceCandidate | Refusal]:
+    """Yield configurations for a place, nearest to a start first, or why one fails.
+
+    Args:
+        task: What is to be done.
+        held: The scene with the object in the hand.
+        start: Positions of all joints from which it is carried [rad | m].
+        place: The place.
+        opening: Of the fingers that let go [m].
+        names: For refusals.
+    """
+    gripper, options = task.gripper, task.options
+    lowering = held
+    for support in touched(held, task.name, held.placement_of(place.frame, start) * place.placement):
+        lowering = lowering.allow_contact(
+            f"{task.name} stands on {support}", task.name, support, last=options.contact_time
+        )
+    reduced = task.reduced(lowering, start)
+    kept = tuple(item for item in task.constraints if isinstance(item, Requirement))
+    found = task.configurations(reduced, (place.requirement(task.name), *kept), Stage.LOWER, names)
+    if isinstance(found, Refusal):
+        yield found
+        return
+    for at in found:
+        there = reduced.all_positions(at)
+        down = vector_of(place.lower, held, there, -up(held))
+        lower = track_line(task.reduced(held, start), gripper.tool, at, -down, task.tracker)
+        if lower.status is not None:
+            yield names.refusal(Stage.LOWER, lower.status, lower.reason)
+            continue
+        put = held.detach(task.name, at=there)
+        opened = task.opened(there, opening)
+        leaving = task.reduced(put, opened)
+        usual = -(put.placement_of(gripper.tool, opened).rotation @ gripper.approach)
+        retreat = track_line(
+            leaving, gripper.tool, at, vector_of(place.retreat, put, opened, usual), task.tracker
+        )
+        if retreat.status is not None:
+            yield names.refusal(Stage.RETREAT, retreat.status, retreat.reason)
+            continue
+        above, away = reduced.all_positions(lower.end), leaving.all_positions(retreat.end)
+        yield PlaceCandidate(above, there, away, opening, held, lowering, put)
+
+
+def plan_place(
+    task: Task, candidate: PlaceCandidate, start: Moment, names: CandidateNames
+) -> tuple[Segment, ...] | Refusal:
+    """Plan the motions of a candidate from a start, or return why one of them fails."""
+    held, put, rest = candidate.held, candidate.put, task.options.release_time
+    steps: tuple[Step, ...] = (
+        lambda at: task.move(Stage.CARRY, held, at, candidate.above, names),
+        lambda at: task.straight(Stage.LOWER, candidate.lowering, at, candidate.at, names, rest=rest),
+        lambda at: task.fingers(Stage.RELEASE, put, at, candidate.opening, names),
+        lambda at: task.straight(Stage.RETREAT, put, at, candidate.away, names),
+    )
+    return in_turn(steps, start)
+
+
+def touched(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
+    """Return the objects at rest that an object touches at a placement in the world.
+
+    Args:
+        scene: The scene.
+        name: The object.
+        where: Its placement in the world.
+    """
+    own = [(where * placed, shape) for shape, placed in scene.object(name).parts]
+    found = (
+        body.owner
+        for body in scene.object_bodies()
+        if body.owner != name
+        and body.frame == WORLD
+        and any(gap(placed, shape, body.placement, body.shape) < TOUCHING for placed, shape in own)
+    )
+    return tuple(dict.fromkeys(found))
+
+
+def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
+    """Return what the hand would overlap with its tool at a placement, wherever the arm is.
+
+    Args:
+        reduced: A model in which the fingers stand as they should.
+        gripper: The gripper.
+        tool: Placement of its tool frame in the world.
+
+    Returns:
+        Which link and which object; empty for none.
+    """
+    scene = reduced.scene
+    joint, held = reduced.attachment(gripper.tool)
+    hand = tool * held.inverse()
+    links = [body for body in reduced.bodies if body.owner in gripper.links and body.joint == joint]
+    for other in reduced.bodies:
+        if other.joint != 0 or other.owner in scene.robot.links:
+            continue
+        for body in links:
+            if scene.may_touch(body.owner, other.owner):
+                continue
+            if gap(hand * body.placement, body.shape, other.placement, other.shape) < 0.0:
+                return f"{body.owner} is inside {other.owner}"
+    return ""

@@ -1,0 +1,194 @@
+"""Grasp and place: how a gripper takes hold of an object, where it puts it down, and the options of both."""
+
+from dataclasses import InitVar, dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.optimise.methods import Knots, Method
+from trajopt.problem.requirements import POSITION_TOLERANCE, FramePlacement, frame_placement
+from trajopt.values.arrays import Floats, Value, direction_of, floats, number, one_of, positive
+from trajopt.values.errors import ShapeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD, Placement, as_placement
+
+FORCE = 30.0
+"""Default force of each finger [N]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Straight(Value):
+    """A straight motion of the gripper that does not turn it.
+
+    Attributes:
+        distance: Its length [m].
+        direction: In which the gripper moves, in `frame`, shape (3,), a unit vector. None for the
+            default: an approach goes along the gripper's approach axis and a retreat against it, a lift
+            goes against gravity and a lowering along it.
+        frame: What `direction` is seen from: "world", a link, a tool frame or an object, where it is
+            when the straight motion touches the object.
+    """
+
+    distance: float = 0.1
+    direction: ArrayLike | None = None
+    frame: str = WORLD
+
+    def __post_init__(self) -> None:
+        """Check the length and make the direction a unit vector."""
+        positive("distance", self.distance)
+        one_of("frame", self.frame, str)
+        if self.direction is not None:
+            object.__setattr__(self, "direction", direction_of("direction", self.direction))
+
+    @property
+    def unit(self) -> Floats | None:
+        """The direction as an array, shape (3,); None for the default one."""
+        return None if self.direction is None else np.asarray(self.direction, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Grasp:
+    """A way to take hold of an object with a parallel gripper.
+
+    Attributes:
+        placement: Of the gripper's tool frame in the object's frame.
+        width: Of the object between the pads: where the fingers stop [m].
+        opening: Between the pads on the way there [m].
+        force: That each finger presses with [N].
+        approach: The straight motion to the object with open fingers, ending in the grasp.
+        lift: The straight motion off what the object stands on.
+        name: For reports.
+    """
+
+    placement: Placement
+    width: float
+    opening: float
+    force: float = FORCE
+    approach: Straight = field(default_factory=Straight)
+    lift: Straight = field(default_factory=Straight)
+    name: str = "grasp"
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        object.__setattr__(self, "placement", as_placement("placement", self.placement))
+        for way in ("approach", "lift"):
+            one_of(way, getattr(self, way), Straight)
+        one_of("name", self.name, str)
+        positive("force", self.force)
+        if number("width", self.width) < 0.0:
+            raise ShapeError("width", f"is negative: {self.width:g} m")
+        if number("opening", self.opening) < self.width:
+            raise ShapeError(
+                "opening",
+                f"of grasp {shown(self.name)} is {self.opening:g} m, less than the object is wide: "
+                f"{self.width:g} m",
+            )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Place(Value):
+    """Where an object is put down.
+
+    Attributes:
+        placement: Of the object in `frame`.
+        frame: "world", or an object that stands still.
+        position_tolerance: Along the axes of `placement`, one or shape (3,) [m]; inf leaves an axis free.
+        rotation_tolerance: About them, one or shape (3,) [rad]; inf leaves an axis free, None is 1e-3 rad.
+        lower: The straight motion down to what it will stand on.
+        retreat: The straight motion of the opened gripper off the object.
+        name: For reports.
+        degrees: Whether the rotation tolerance is given in degrees.
+    """
+
+    placement: Placement
+    frame: str = WORLD
+    position_tolerance: ArrayLike = POSITION_TOLERANCE
+    rotation_tolerance: ArrayLike | None = None
+    lower: Straight = field(default_factory=Straight)
+    retreat: Straight = field(default_factory=Straight)
+    name: str = "place"
+    degrees: InitVar[bool] = False
+
+    def __post_init__(self, degrees: bool) -> None:
+        """Check the tolerances, and the types of all fields."""
+        object.__setattr__(self, "placement", as_placement("placement", self.placement))
+        for field_name in ("frame", "name"):
+            one_of(field_name, getattr(self, field_name), str)
+        for way in ("lower", "retreat"):
+            one_of(way, getattr(self, way), Straight)
+        asked = self.requirement(WORLD, degrees=degrees)
+        object.__setattr__(self, "rotation_tolerance", asked.rotation_tolerance)
+
+    @checked
+    def requirement(self, name: str, *, degrees: bool = False) -> FramePlacement:
+        """Return the requirement on the object of that name."""
+        return frame_placement(
+            name,
+            self.placement,
+            reference=self.frame,
+            position_tolerance=self.position_tolerance,
+            rotation_tolerance=self.rotation_tolerance,
+            degrees=degrees,
+        )
+
+    @checked
+    def error(self, placed: Placement, frame: Placement) -> Floats:
+        """Return how far a placed object is from here.
+
+        Args:
+            placed: Where the object is in the world.
+            frame: Where `frame` is in the world.
+
+        Returns:
+            Position [m] and rotation vector [rad] in the axes of `placement`, shape (6,): zero along
+            axes that are free.
+        """
+        from scipy.spatial.transform import Rotation
+
+        asked = self.requirement(WORLD)
+        between = (frame * self.placement).inverse() * placed
+        off = np.concatenate((between.translation, Rotation.from_matrix(between.rotation).as_rotvec()))
+        free = np.isinf(np.concatenate((asked.position_tolerance, asked.rotation_tolerance)))
+        return floats("error", np.where(free, 0.0, off), (6,))
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class GraspingOptions:
+    """Options of `pick`, `place` and `pick_and_place`.
+
+    Attributes:
+        velocity_scaling: Factor in (0, 1] on the velocity limits.
+        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        aside: How far the tool may leave the line of a straight motion [m].
+        turn: How far it may turn there [rad].
+        contact_time: How long the object may touch what it stands on, after the lift begins and before the
+            lowering ends [s].
+        grip_time: Rest after the fingers closed, in which the force builds up [s].
+        release_time: Rest before the fingers open, in which the object comes to rest [s].
+        configurations: Configurations of the arm that are tried for each grasp and each place.
+        method: Transcription and solver with their options.
+    """
+
+    velocity_scaling: float = 1.0
+    acceleration_scaling: float = 1.0
+    aside: float = 2e-3
+    turn: float = 0.02
+    contact_time: float = 0.15
+    grip_time: float = 0.3
+    release_time: float = 0.2
+    configurations: int = 4
+    method: Method = field(default_factory=Knots)
+
+    def __post_init__(self) -> None:
+        """Check that each number can be used."""
+        for name in ("velocity_scaling", "acceleration_scaling"):
+            if not 0.0 < number(name, getattr(self, name)) <= 1.0:
+                raise ShapeError(name, f"must lie in (0, 1], is {getattr(self, name)}")
+        one_of("configurations", self.configurations, int)
+        for name in ("aside", "turn", "contact_time", "configurations"):
+            if number(name, getattr(self, name)) <= 0.0:
+                raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")
+        for name in ("grip_time", "release_time"):
+            if number(name, getattr(self, name)) < 0.0:
+                raise ShapeError(name, f"is negative: {getattr(self, name):g} s")

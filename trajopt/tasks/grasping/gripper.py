@@ -1,0 +1,319 @@
+"""Gripper: two fingers that close on an object; `gripper_of` reads it from a robot's SRDF."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.robot.loading.srdf import EndEffector
+from trajopt.robot.robot import Robot
+from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Value, direction_of, floats, one_of, positive
+from trajopt.values.errors import GripperError, NameNotFound, ShapeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+
+
+@checked
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Gripper(Value):
+    """A gripper with two fingers whose pads stay parallel.
+
+    Attributes:
+        group: Planning group of the fingers' joints.
+        tool: Link or tool frame between the pads, fixed to the hand.
+        links: Links of hand and fingers: they may touch what is held.
+        fingers: Those of them that press on the object.
+        joint_names: The joints that drive the fingers.
+        openings: Distances between the pads, increasing, shape (k,) [m].
+        positions: Of those joints at each opening, shape (k, m) [rad | m].
+        force: Largest force that each finger presses with [N].
+        approach: Direction from the hand to the pads in the tool frame, shape (3,), a unit vector.
+        closing: Direction from one pad to the other in the tool frame, shape (3,), a unit vector.
+    """
+
+    group: str
+    tool: str
+    links: tuple[str, ...]
+    fingers: tuple[str, str]
+    joint_names: tuple[str, ...]
+    openings: Floats
+    positions: Floats
+    force: float
+    approach: Floats
+    closing: Floats
+
+    def __post_init__(self) -> None:
+        """Check shapes, that openings increase, and that the directions are at right angles."""
+        openings = floats("openings", self.openings, (None,))
+        if len(openings) < 2 or (np.diff(openings) <= 0.0).any() or openings[0] < 0.0:
+            raise ShapeError("openings", "need two or more, not negative and increasing")
+        positions = floats("positions", self.positions, (len(openings), len(self.joint_names)))
+        approach, closing = (direction_of(name, getattr(self, name)) for name in ("approach", "closing"))
+        if abs(float(approach @ closing)) > 1e-3:
+            raise ShapeError("closing", "is not at a right angle to the approach direction")
+        positive("force", self.force)
+        for name, value in (
+            ("openings", openings),
+            ("positions", positions),
+            ("approach", approach),
+            ("closing", closing),
+        ):
+            object.__setattr__(self, name, value)
+
+    @property
+    def narrowest(self) -> float:
+        """Smallest distance between the pads [m]."""
+        return float(self.openings[0])
+
+    @property
+    def widest(self) -> float:
+        """Largest distance between the pads [m]."""
+        return float(self.openings[-1])
+
+    @property
+    def axes(self) -> Placement:
+        """Placement in the tool frame of a frame whose z axis is the approach and whose y the closing."""
+        x = np.cross(self.closing, self.approach)
+        return Placement(floats("axes", np.stack((x, self.closing, self.approach), axis=1), (3, 3)))
+
+    @checked
+    def joints_at(self, opening: float) -> Mapping[str, float]:
+        """Return where the driven joints are at an opening, joint -> position [rad | m].
+
+        Args:
+            opening: Distance between the pads [m].
+
+        Raises:
+            ShapeError: If the gripper cannot open or close so far.
+        """
+        if not self.narrowest <= opening <= self.widest:
+            raise ShapeError(
+                "opening",
+                f"{opening:g} m is not between {self.narrowest:g} and {self.widest:g} m, "
+                "which is how far the fingers open",
+            )
+        columns = zip(self.joint_names, self.positions.T, strict=True)
+        return {
+            name: float(np.interp(opening, self.openings, np.asarray(column))) for name, column in columns
+        }
+
+    @checked
+    def opening_at(self, robot: Robot, positions: Floats) -> float:
+        """Return how far the fingers are open at positions of all joints, by the first driven joint [m]."""
+        joint = float(positions[robot.index(self.joint_names[:1])][0])
+        column = self.positions[:, 0]
+        order = np.argsort(column)
+        return float(np.interp(joint, column[order], self.openings[order]))
+
+    @checked
+    def pressing(self, width: float, force: float) -> Mapping[str, float]:
+        """Return the effort of the driven joints with which each finger presses, by joint [N | Nm].
+
+        By virtual work: the pads come nearer by the sum of what each of the m joints contributes, which is
+        as much for each: tau_i = -F d(opening)/dq_i, with d(opening)/dq_i = 1 / (m dq_i/d(opening)).
+
+        Args:
+            width: Between the pads [m].
+            force: That each finger presses with [N].
+        """
+        return dict(zip(self.joint_names, (-force / self._yield(width)).tolist(), strict=True))
+
+    @checked
+    def driven_together(self, robot: Robot, positions: Floats) -> Mapping[str, tuple[str, float, float]]:
+        """Return the driven joints that follow the first in proportion, with factor and offset.
+
+        A gripper opens and closes as one, so its fingers are moved by one drive also where each is a joint of
+        its own: two that are pressed alone would let go of nothing, and hold nothing in its place either.
+
+        Args:
+            robot: The robot.
+            positions: Of all its joints; one that does not stand as it would have to is left out [rad | m].
+        """
+        first, lead = self.joint_names[0], self.positions[:, 0]
+        stroke = float(lead[-1] - lead[0])
+        found: dict[str, tuple[str, float, float]] = {}
+        for joint, follows in zip(self.joint_names[1:], self.positions.T[1:], strict=True):
+            factor = float(follows[-1] - follows[0]) / stroke if stroke else 0.0
+            offset = float(follows[0] - factor * lead[0])
+            here, there = positions[robot.index([first, joint])].tolist()
+            strays = max(np.abs(factor * lead + offset - follows).max(), abs(factor * here + offset - there))
+            if strays < IN_PROPORTION:
+                found[joint] = first, factor, offset
+        return found
+
+    def _yield(self, width: float) -> Floats:
+        """Return m dq_i/d(opening) at an opening, shape (m,)."""
+        place = int(np.clip(np.searchsorted(self.openings, width), 1, len(self.openings) - 1))
+        rise = self.positions[place] - self.positions[place - 1]
+        return len(self.joint_names) * rise / (self.openings[place] - self.openings[place - 1])
+
+    @checked
+    def opened(self, robot: Robot, positions: Floats, opening: float) -> Floats:
+        """Return positions of all joints with the fingers at an opening [rad | m].
+
+        Args:
+            robot: The robot.
+            positions: Of all joints, shape (number of joints,) [rad | m].
+            opening: Distance between the pads [m].
+        """
+        moved = np.array(positions)
+        for joint, value in self.joints_at(opening).items():
+            moved[robot.index([joint])] = value
+        return robot.followed(moved)
+
+
+IN_PROPORTION = 1e-6
+"""Joints of a gripper that stray less than this from proportion are moved by one drive [rad | m]."""
+SAMPLES = 17
+"""Openings that are measured."""
+FAR = 10.0
+"""Distance up to which the pads are measured [m]."""
+
+
+def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: str | None = None) -> Gripper:
+    """Return the gripper that a robot's SRDF describes, measured on its collision bodies.
+
+    The group of the end effector must move exactly two links towards each other. From one end of their
+    joints' range to the other, the distance between the two is measured; the approach direction leads
+    from the link that the end effector is fixed to, to the tool frame.
+
+    Args:
+        robot: The robot; or a scene with it, whose tools count too.
+        end_effector: Its name; may be left out where there is one only.
+        tool: The frame between the pads; the last frame of the arm when None.
+
+    Raises:
+        GripperError: If there is no end effector, or it is no gripper with two fingers.
+        NameNotFound: If there is no end effector of that name.
+        FrameNotFound: If there is no such tool frame.
+    """
+    for label, given in (("end_effector", end_effector), ("tool", tool)):
+        if given is not None:
+            one_of(label, given, str)
+    given = robot if isinstance(robot, Scene) else Scene(one_of("robot", robot, Robot))
+    robot, scene = given.robot, Scene(given.robot, tools=given.tools_on_links)
+    effector, standing = _effector(robot, end_effector), robot.positions()
+    reduced = reduce_model(scene, effector.group, standing)
+    limits = reduced.limits
+    if not (np.isfinite(limits.lower).all() and np.isfinite(limits.upper).all()):
+        raise GripperError(robot.name, f"the joints of group {shown(effector.group)} turn without end")
+    if not np.isfinite(limits.effort).any():
+        raise GripperError(robot.name, f"the joints of group {shown(effector.group)} state no effort limit")
+    fingers = _fingers(reduced)
+    parted = _parted(reduced, fingers)
+    frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
+    at = scene.placement_of(frame, standing)
+    closing = at.rotation.T @ parted.direction
+    base = scene.placement_of(effector.parent_link, standing)
+    reach = at.rotation.T @ (at.translation - base.translation)
+    approach = reach - (reach @ closing) * closing
+    if np.linalg.norm(approach) < 1e-6:
+        reason = f"{shown(frame)} is not before {shown(effector.parent_link)}; name its tool frame"
+        raise GripperError(robot.name, reason)
+    known = Gripper(
+        group=effector.group,
+        tool=frame,
+        links=robot.group(effector.group).links,
+        fingers=fingers,
+        joint_names=reduced.joint_names,
+        openings=parted.openings,
+        positions=parted.positions,
+        force=1.0,
+        approach=approach,
+        closing=closing,
+    )
+    # With a newton at each pad, the motor nearest to its limit decides how many there can be.
+    each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
+    return replace(known, force=float((limits.effort / each).min()))
+
+
+def arm_of(robot: Robot, gripper: Gripper) -> str:
+    """Return the name of the group that moves a gripper, by the robot's SRDF.
+
+    Raises:
+        GripperError: If the SRDF does not say it.
+    """
+    for effector in robot.end_effectors.values():
+        if effector.group == gripper.group:
+            return _arm(robot, effector)
+    raise GripperError(robot.name, f"its SRDF does not say what group {shown(gripper.group)} is mounted on")
+
+
+@dataclass(frozen=True, eq=False)
+class _Parted:
+    """Two fingers from closed to open.
+
+    Attributes:
+        openings: Distances between them, shape (k,) [m].
+        positions: Of the group at each, shape (k, m) [rad | m].
+        direction: From one to the other where they are widest, shape (3,) in the world.
+    """
+
+    openings: Floats
+    positions: Floats
+    direction: Floats
+
+
+def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
+    """Measure how far two fingers are apart, from one end of their range to the other."""
+    limits, robot = reduced.limits, reduced.scene.robot
+    apart = reduce_model(reduced.scene.allow(*fingers, allowed=False), reduced.group, reduced.start)
+    positions = limits.lower + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (limits.upper - limits.lower)
+    contacts = Query(apart).close_pairs(positions, np.full(len(apart.pairs.margin), FAR))
+    between = [set(apart.owners(int(pair))) == set(fingers) for pair in contacts.pair]
+    sample, distance = contacts.sample[between], contacts.distance[between]
+    gaps = np.full(SAMPLES, np.inf)
+    np.minimum.at(gaps, sample, distance)
+    widest = int(np.argmin(np.where(sample == int(np.argmax(gaps)), distance, np.inf)))
+    if gaps[0] > gaps[-1]:
+        gaps, positions = gaps[::-1], positions[::-1]
+    # Fingers that overlap count as closed up to the last such position.
+    first = max(int(np.argmax(gaps > 0.0)) - 1, 0)
+    openings = np.maximum(gaps[first:], 0.0)
+    if openings[-1] == 0.0 or (np.diff(openings) <= 0.0).any():
+        raise GripperError(robot.name, f"{' and '.join(fingers)} do not open steadily")
+    return _Parted(openings, positions[first:], contacts.normal[between][widest])
+
+
+def _fingers(reduced: ReducedModel) -> tuple[str, str]:
+    """Return the two links with a shape that the group moves."""
+    moved = tuple(dict.fromkeys(body.owner for body in reduced.bodies if body.joint > 0))
+    if len(moved) != 2:
+        named = ", ".join(moved) or "none"
+        reason = f"group {shown(reduced.group)} should move two fingers with a shape, moves {named}"
+        raise GripperError(reduced.scene.robot.name, reason)
+    return moved[0], moved[1]
+
+
+def _effector(robot: Robot, name: str | None) -> EndEffector:
+    known = {
+        key: item
+        for key, item in robot.end_effectors.items()
+        if item.group in robot.groups and robot.group(item.group).joints
+    }
+    if name is not None:
+        if name not in robot.end_effectors:
+            raise NameNotFound("end effector", name, robot.end_effectors)
+        if name not in known:
+            raise GripperError(robot.name, f"end effector {shown(name)} has no joint to close")
+        return known[name]
+    if len(known) != 1:
+        reason = (
+            "its SRDF names no <end_effector> with joints"
+            if not known
+            else (f"name the end effector: {', '.join(known)}")
+        )
+        raise GripperError(robot.name, reason)
+    return next(iter(known.values()))
+
+
+def _arm(robot: Robot, effector: EndEffector) -> str:
+    if effector.parent_group:
+        return effector.parent_group
+    for group in robot.groups.values():
+        if group.tip == effector.parent_link:
+            return group.name
+    raise GripperError(robot.name, f"no group ends at {shown(effector.parent_link)}; state its parent_group")

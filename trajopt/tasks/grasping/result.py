@@ -1,0 +1,279 @@
+"""Result of picking and placing: the planned motions stage by stage, or why there is none."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from trajopt.planning.budget import Stop
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.summary import Summary
+from trajopt.scene.scene import Scene
+from trajopt.tasks.grasping.grasp import Grasp, Place
+from trajopt.tasks.grasping.gripper import Gripper
+from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.errors import PlanningFailed, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+
+
+class Stage(Enum):
+    """The stages of picking and placing, in order; each value says what happens in it."""
+
+    OPEN = "the fingers open"
+    REACH = "the arm moves in front of the object"
+    APPROACH = "the open fingers go straight to the object"
+    CLOSE = "the fingers close on the object"
+    LIFT = "the object is lifted straight off what it stands on"
+    CARRY = "the object is carried"
+    LOWER = "the object is lowered straight to where it will stand"
+    RELEASE = "the fingers open and let go"
+    RETREAT = "the open fingers go straight off the object"
+
+    @property
+    def holds(self) -> bool:
+        """Whether the object is in the hand."""
+        return self in {Stage.LIFT, Stage.CARRY, Stage.LOWER}
+
+
+STAGES = tuple(Stage)
+"""All stages, in order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """One motion of a pick and place, of the arm or of the fingers.
+
+    Attributes:
+        stage: What it is for.
+        result: What planning returned: its problem has the scene of this stage, its certificate the
+            judge's verdict.
+        rest: How long its end is held before the next begins [s].
+    """
+
+    stage: Stage
+    result: Result
+    rest: float = 0.0
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of this stage: the object stands in it, or is attached; its clock begins with it."""
+        return self.result.problem.scene
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion, of the joints of its group."""
+        return self.result.require().trajectory
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        return self.trajectory.duration + self.rest
+
+    @checked
+    def positions(self, time: float) -> Floats:
+        """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
+        return self.result.problem.reduced.all_positions(self.trajectory(time))
+
+    @property
+    def end(self) -> Floats:
+        """Positions of all joints at its end, shape (number of joints,) [rad | m]."""
+        return self.positions(self.trajectory.duration)
+
+
+class Timeline:
+    """All joints over the whole sequence: arm, fingers and the rests in between.
+
+    Attributes:
+        segments: The motions, in order.
+        begins: When each begins, shape (number of segments,) [s].
+        duration: Of all [s].
+    """
+
+    def __init__(self, segments: Sequence[Segment]) -> None:
+        """Put the motions one after the other."""
+        self.segments = tuple(segments)
+        ends = np.cumsum([0.0, *(segment.duration for segment in self.segments)])
+        self.begins = readonly(ends[:-1])
+        self.duration = float(ends[-1])
+
+    @checked
+    def segment_at(self, t: float) -> int:
+        """Return the index of the motion that runs, or rests, at a time [s]; clipped to the duration."""
+        return max(int(np.searchsorted(self.begins, t, side="right")) - 1, 0)
+
+    def __call__(self, t: float) -> Floats:
+        """Return positions of all joints at a time [s], clipped to the duration; shape (joints,)."""
+        place = self.segment_at(t)
+        return self.segments[place].positions(t - float(self.begins[place]))
+
+    @property
+    def gap(self) -> float:
+        """Largest difference of any joint between the end of a motion and the start of the next [rad | m]."""
+        pairs = zip(self.segments[:-1], self.segments[1:], strict=True)
+        return max((float(np.abs(a.end - b.positions(0.0)).max()) for a, b in pairs), default=0.0)
+
+    def __repr__(self) -> str:
+        """List the stages with their beginnings."""
+        lines = (f"{t:7.2f} s  {s.stage.name}" for t, s in zip(self.begins, self.segments, strict=True))
+        return "\n".join((f"Timeline of {self.duration:.2f} s", *lines))
+
+
+@dataclass(frozen=True, eq=False)
+class Refusal:
+    """Why a grasp or a place was rejected.
+
+    Attributes:
+        grasp: Name of the grasp; empty where the object was in the hand from the beginning.
+        place: Name of the place; empty where the grasp alone failed.
+        stage: The stage that failed.
+        status: How it failed.
+        reason: The same in words.
+        result: What planning returned; None where a configuration was missing already.
+    """
+
+    grasp: str
+    place: str
+    stage: Stage
+    status: Status
+    reason: str
+    result: Result | None = None
+
+    def __str__(self) -> str:
+        """Return one line."""
+        which = [f"grasp {shown(self.grasp)}"] * bool(self.grasp) + [f"place {shown(self.place)}"] * bool(
+            self.place
+        )
+        return f"{', '.join(which)}: {self.stage.name}: {self.reason}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PickPlaceResult(Value):
+    """A planned sequence of picking, placing or both; or why there is none.
+
+    Attributes:
+        name: The object.
+        scene: The scene before.
+        final_scene: The scene after: the object attached to the hand, or standing where it was put, its clock
+            at 0 when the sequence is over; as before where there is no sequence.
+        start: Positions of all joints before, shape (number of joints,) [rad | m].
+        group: The arm's planning group.
+        gripper: The gripper.
+        status: How planning ended: of candidates that failed, the status of the one that got farthest.
+        grasp: The grasp that was chosen; None if none was, or the object was in the hand already.
+        place: The place that was chosen; None if none was, or no place was to be chosen.
+        segments: The motions, in order; empty if there is no solution.
+        refusals: Which candidates were rejected and why, in the order of the search.
+        counts: Exact numbers of the work done.
+        cpu_seconds: Process time of each stage of planning [s].
+        stopped: What ended planning before it was done; None if nothing did.
+    """
+
+    name: str
+    scene: Scene
+    final_scene: Scene
+    start: Floats
+    group: str
+    gripper: Gripper
+    status: Status
+    grasp: Grasp | None
+    place: Place | None
+    segments: tuple[Segment, ...]
+    refusals: tuple[Refusal, ...]
+    counts: Mapping[str, int]
+    cpu_seconds: Mapping[str, float]
+    stopped: Stop | None = None
+
+    @property
+    def verified(self) -> bool:
+        """Whether there is a sequence, each motion of which the judge verified."""
+        return self.status is Status.SOLVED
+
+    @property
+    def failed(self) -> Stage | None:
+        """The last stage that any candidate got to; None if there is a sequence."""
+        if self.segments or not self.refusals:
+            return None
+        return max((refusal.stage for refusal in self.refusals), key=STAGES.index)
+
+    @property
+    def timeline(self) -> Timeline:
+        """The whole motion, fingers included."""
+        return Timeline(self.require())
+
+    @property
+    def final_positions(self) -> Floats:
+        """Positions of all joints after, shape (number of joints,) [rad | m]."""
+        return self.require()[-1].end
+
+    @checked
+    def segment(self, stage: Stage) -> Segment | None:
+        """Return the motion of a stage; None if it has none."""
+        return next((item for item in self.segments if item.stage is stage), None)
+
+    def require(self) -> tuple[Segment, ...]:
+        """Return the motions.
+
+        Raises:
+            PlanningFailed: If there is no verified sequence; carries this result.
+        """
+        if not self.verified:
+            raise PlanningFailed(str(self.explain()), self)
+        return self.segments
+
+    @property
+    def reason(self) -> str:
+        """How planning ended, in a sentence: what was planned, or which stage failed."""
+        if self.segments:
+            how = f" by grasp {shown(self.grasp.name)}" if self.grasp else ""
+            where = f", put at {shown(self.place.name)}" if self.place else ""
+            steps = ", ".join(f"{item.stage.name} {item.duration:.2f} s" for item in self.segments)
+            return f"{shown(self.name)} is taken{how}{where}: {steps}"
+        stage = "" if self.failed is None else f"; the farthest candidate failed in {self.failed.name}"
+        return f"{self.status.name}: {self.status.value} (no sequence for {shown(self.name)}{stage})"
+
+    def explain(self) -> Summary:
+        """Return what was planned, or for each grasp and place why it was rejected: print it."""
+        if self.verified:
+            grounds = "the judge verified every motion in the scene of its stage"
+        else:
+            ended = "" if self.stopped is None else "; the search was not finished"
+            grounds = f"{len(self.refusals)} candidates were tried and rejected{ended}"
+        return Summary(
+            status=self.status,
+            reason=self.reason,
+            certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
+            grounds=grounds,
+            details=() if self.verified else tuple(map(str, self.refusals)),
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold: the motions with their times, and the rejected candidates."""
+        begins: list[float] = list(self.timeline.begins) if self.segments else []
+        return {
+            "status": self.status.name,
+            "verified": self.verified,
+            "message": str(self.explain()),
+            "object": self.name,
+            "grasp": None if self.grasp is None else self.grasp.name,
+            "place": None if self.place is None else self.place.name,
+            "segments": [
+                {"stage": item.stage.name, "begin": float(begin), "rest": item.rest, **item.result.as_dict()}
+                for begin, item in zip(begins, self.segments, strict=True)
+            ],
+            "refusals": [
+                {
+                    "grasp": item.grasp,
+                    "place": item.place,
+                    "stage": item.stage.name,
+                    "status": item.status.name,
+                    "reason": item.reason,
+                }
+                for item in self.refusals
+            ],
+            "counts": dict(self.counts),
+            "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
+            "stopped": None if self.stopped is None else self.stopped.name,
+        }

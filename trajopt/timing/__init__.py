@@ -1,0 +1,16 @@
+"""Retiming: a path q(s) becomes the fastest trajectory q(t) along it that holds the joints' limits."""
+
+from trajopt.timing.functions import DeviationBound, InverseDynamics, SpeedOfTools, ToolLimits
+from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.timing.retiming import retime
+
+__all__ = [
+    "DeviationBound",
+    "InverseDynamics",
+    "RetimeFailure",
+    "RetimeOptions",
+    "Retimed",
+    "SpeedOfTools",
+    "ToolLimits",
+    "retime",
+]

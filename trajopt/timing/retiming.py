@@ -1,0 +1,115 @@
+"""From a path to a trajectory: time-optimal along it under velocity, acceleration and torque limits."""
+
+import numpy as np
+
+from trajopt.native import timing
+from trajopt.robot.limits import JointLimits
+from trajopt.timing.functions import DeviationBound, InverseDynamics, ToolLimits
+from trajopt.timing.refusal import ROOM, STILL, endless, immovable, untimed
+from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.values.errors import ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import LONGEST, Path, Trajectory
+
+DEFAULT_OPTIONS = RetimeOptions()
+"""The default options of `retime`."""
+KINDS = ("velocity", "tool speed", "acceleration", "torque", "jerk")
+"""Kinds of limits, in the order of the core's `Kind`."""
+
+
+@checked
+def retime(
+    path: Path,
+    limits: JointLimits,
+    *,
+    inverse_dynamics: InverseDynamics | None = None,
+    tools: ToolLimits | None = None,
+    deviation: DeviationBound | None = None,
+    options: RetimeOptions = DEFAULT_OPTIONS,
+) -> Retimed | RetimeFailure:
+    """Make a path smooth and find the fastest trajectory along it, from rest to rest.
+
+    The trajectory holds the velocity, acceleration and jerk limits at all times (the extremes of its
+    polynomials are computed), and the limits of torques and tools at its points and densely between.
+
+    Args:
+        path: A polyline; it may have repeated knots, or go nowhere at all.
+        limits: Limits of its joints; `JointLimits.scaled` makes motions slower.
+            Where a joint that moves has a jerk limit, jerks are limited.
+        inverse_dynamics: Torques of the joints at positions, velocities and accelerations; without
+            it effort limits are not used. Joints with infinite effort limits have none.
+        tools: Limited speeds of tools.
+        deviation: Bound on how far any body point moves between a position of the smooth path and
+            one of the polyline [m]; without it, the largest joint difference counts [rad | m].
+        options: Tolerance of the smooth path, number of points and of passes.
+
+    Returns:
+        The trajectory, or the reason why there is none.
+
+    Raises:
+        ShapeError: If the limits are of other joints than the path, a velocity or acceleration limit is
+            not finite, a function returns another shape or a number that is not finite, or the distances of
+            knots overflow.
+    """
+    _check(path, limits)
+    failure = endless(path.knots, limits)
+    if failure is not None:
+        return failure
+    if float(np.abs(path.knots - path.knots[0]).max()) <= STILL:
+        return Retimed(_standing(path, options.shortest), 0.0, 0.0, 0, {})
+    failure = immovable(path.knots, limits)
+    if failure is not None:
+        return failure
+    found = timed(
+        path, limits, inverse_dynamics=inverse_dynamics, tools=tools, deviation=deviation, options=options
+    )
+    failure = untimed(found, limits)
+    if failure is not None:
+        return failure
+    trajectory = Trajectory(
+        path.joint_names, found.times, found.positions, found.velocities, found.accelerations
+    )
+    parts = sorted(zip(KINDS, found.binding, strict=True), key=lambda item: -item[1])
+    binding = {kind: part for kind, part in parts if part > 0.0}
+    return Retimed(trajectory, found.deviation, found.added, found.passes, binding)
+
+
+def timed(
+    path: Path,
+    limits: JointLimits,
+    *,
+    inverse_dynamics: InverseDynamics | None,
+    tools: ToolLimits | None,
+    deviation: DeviationBound | None,
+    options: RetimeOptions,
+) -> timing.Retimed:
+    """Ask the core; arguments as of `retime`, of a path that moves."""
+    return timing.retime(
+        path.knots,
+        positions=(limits.lower, limits.upper),
+        limits=(limits.velocity, limits.acceleration, limits.jerk, limits.effort),
+        inverse_dynamics=inverse_dynamics,
+        tools=np.empty(0) if tools is None else tools.limit,
+        speeds=None if tools is None else tools.speeds,
+        deviation=deviation,
+        tolerance=options.path_tolerance,
+        points=options.points,
+        passes=options.passes,
+        remainder=options.remainder,
+        shortest=options.shortest,
+        longest=ROOM * LONGEST,
+    )
+
+
+def _check(path: Path, limits: JointLimits) -> None:
+    if limits.joint_names != path.joint_names:
+        raise ShapeError("limits", f"are of {limits.joint_names}, the path is of {path.joint_names}")
+    for name, limit in (("velocity", limits.velocity), ("acceleration", limits.acceleration)):
+        if not np.isfinite(limit).all():
+            raise ShapeError(f"limits.{name}", f"must be finite, else time would vanish: {limit.tolist()}")
+
+
+def _standing(path: Path, duration: float) -> Trajectory:
+    """Stay at the start for a moment (and move the last 1e-12 rad to the goal)."""
+    still = np.zeros((2, len(path.joint_names)))
+    return Trajectory(path.joint_names, np.array((0.0, duration)), path.knots[[0, -1]], still, still.copy())

@@ -1,0 +1,301 @@
+"""Read-only float arrays, immutable values, and checks of arguments."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
+from math import isfinite
+from pathlib import Path
+from typing import Any, Self, TypeAlias, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from trajopt.values.errors import ProblemError, ShapeError, shown
+from trajopt.values.errors.arguments import kind_words
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Bools: TypeAlias = NDArray[np.bool_]
+
+K = TypeVar("K")
+V = TypeVar("V")
+F = TypeVar("F")
+
+
+NUMBERS = "iufO"
+"""Kinds of arrays that hold numbers: numpy makes them of text, truth values and dates as well."""
+
+
+def readonly(array: Floats) -> Floats:
+    """Return the array with writing forbidden (the same memory, flag cleared)."""
+    array.flags.writeable = False
+    return array
+
+
+def floats(
+    name: str,
+    value: ArrayLike,
+    shape: Sequence[int | None],
+    *,
+    infinite: bool = False,
+) -> Floats:
+    """Copy `value` into a read-only float array and check it.
+
+    Args:
+        name: Name of the argument, for the error.
+        value: Anything that numpy can read.
+        shape: Required shape; None stands for any length.
+        infinite: Whether infinities are allowed (not-a-number never is).
+
+    Returns:
+        A fresh read-only array of that shape.
+
+    Raises:
+        ShapeError: If the shape differs, or a number is not finite, or is text or a truth value.
+    """
+    what = "must be a number" if not tuple(shape) else "must be numbers"
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind not in NUMBERS or (given.dtype == object and any(map(_no_number, given.flat))):
+            raise TypeError("no numbers")
+        array = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise ShapeError(name, f"{what}, is {shown(value)}") from error
+    expected = tuple(shape)
+    if array.ndim != len(expected) or (
+        array.shape != expected
+        and any(want not in (None, have) for want, have in zip(expected, array.shape, strict=True))
+    ):
+        wanted = ", ".join("any" if n is None else str(n) for n in expected) + "," * (len(expected) == 1)
+        if not expected:
+            raise ShapeError(name, f"must be one number, has shape {array.shape}")
+        raise ShapeError(name, f"needs shape ({wanted}), has {array.shape}")
+    if not np.isfinite(array).all() and (not infinite or np.isnan(array).any()):
+        raise ShapeError(name, f"holds a number that is not finite: {shown(array.tolist())}")
+    return readonly(array)
+
+
+def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
+    """Return one number, or an array of them, as a float array; cheap, for what is asked a million times.
+
+    Args:
+        name: Name of the argument, for the error.
+        value: Anything that numpy can read as whole or real numbers.
+
+    Raises:
+        ShapeError: If it holds something else, or what is not a number.
+    """
+    try:
+        given = np.asarray(value)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise ShapeError(name, f"must be a number or an array of them, is {shown(value)}") from error
+    if (given.dtype.kind not in "fiu" and given.size > 0) or np.isnan(given).any():
+        raise ShapeError(name, f"must be a number or an array of them, is {shown(value)}")
+    return given.astype(np.float64, copy=False)
+
+
+def _no_number(value: object) -> bool:
+    return value is None or isinstance(value, str | bytes | bool | np.bool_)
+
+
+def number(name: str, value: float, *, infinite: bool = False) -> float:
+    """Return `value` as a finite float.
+
+    Raises:
+        ShapeError: If it is not a number, or not finite.
+    """
+    if type(value) is float and isfinite(value):
+        return value
+    return float(floats(name, value, (), infinite=infinite))
+
+
+def at_least(options: object, least: float, *names: str) -> None:
+    """Check fields of options that must not be smaller than a bound.
+
+    Raises:
+        ShapeError: If one is no number.
+        ProblemError: If one is smaller.
+    """
+    for name in names:
+        value = number(name, getattr(options, name), infinite=True)
+        if value < least:
+            raise ProblemError(f"{type(options).__name__}: {name} must be at least {least:g}, is {value:g}")
+
+
+def above_zero(options: object, *names: str) -> None:
+    """Check fields of options that must be positive.
+
+    Raises:
+        ShapeError: If one is no number.
+        ProblemError: If one is not positive.
+    """
+    for name in names:
+        value = number(name, getattr(options, name), infinite=True)
+        if value <= 0.0:
+            raise ProblemError(f"{type(options).__name__}: {name} must be positive, is {value:g}")
+
+
+class Printed:
+    """A dataclass that prints in one line: each field cut short, large arrays by their shape."""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Keep the printed form of the base: `dataclass` writes its own where the class holds none."""
+        super().__init_subclass__(**options)
+        if "__repr__" not in cls.__dict__:
+            cls.__repr__ = cls.__repr__
+
+    def __repr__(self) -> str:
+        """Show the fields, each cut short."""
+        shown_fields = (item for item in fields(cast("Any", self)) if item.repr)
+        parts = (f"{item.name}={shown(getattr(self, item.name))}" for item in shown_fields)
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+
+class Value(Printed):
+    """An immutable dataclass whose copies and pickles are as immutable as itself.
+
+    They hold its fields, nothing computed from them, and arrays that were read-only stay so.
+    """
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return the fields by name."""
+        return {item.name: _kept(getattr(self, item.name)) for item in fields(cast("Any", self))}
+
+    def __copy__(self) -> Self:
+        """Return another value of the same fields."""
+        other = object.__new__(type(self))
+        for item in fields(cast("Any", self)):
+            object.__setattr__(other, item.name, getattr(self, item.name))
+        return other
+
+
+class _ReadOnly:
+    """Stands for a read-only array in a pickle: numpy itself forgets that it was."""
+
+    def __init__(self, array: NDArray[Any]) -> None:
+        self._array = array
+
+    def __reduce__(self) -> tuple[Any, tuple[NDArray[Any]]]:
+        return _closed, (self._array,)
+
+
+def _closed(array: NDArray[Any]) -> NDArray[Any]:
+    array.flags.writeable = False
+    return array
+
+
+def _kept(item: object) -> object:
+    """Return what to pickle in place of a field."""
+    if isinstance(item, np.ndarray):
+        array = cast("NDArray[Any]", item)
+        return array if array.flags.writeable else _ReadOnly(array)
+    if type(item) is tuple:
+        several = cast("tuple[object, ...]", item)
+        kept = tuple(map(_kept, several))
+        return kept if any(a is not b for a, b in zip(kept, several, strict=True)) else several
+    if type(item) is dict:
+        named = cast("dict[object, object]", item)
+        by_name = {name: _kept(each) for name, each in named.items()}
+        return by_name if any(each is not named[name] for name, each in by_name.items()) else named
+    return item
+
+
+def mapping(name: str, value: Mapping[K, V]) -> Mapping[K, V]:
+    """Return a mapping.
+
+    Raises:
+        ProblemError: If it is none.
+    """
+    if not isinstance(value, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"{name} must be a mapping by name, is {shown(value)}")
+    return value
+
+
+def sequence(name: str, value: Iterable[V]) -> Sequence[V]:
+    """Return the items of a collection.
+
+    Raises:
+        ProblemError: If it is none, or a single text.
+    """
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
+        raise ProblemError(f"{name} must be a list or another collection, is {shown(value)}")
+    return tuple(value)
+
+
+def one_of(name: str, value: object, kind: type[V]) -> V:
+    """Return a value of a class.
+
+    Raises:
+        ProblemError: If it is of another.
+    """
+    if not isinstance(value, kind):
+        raise ProblemError(f"{name} must be {kind_words(kind)}, is {shown(value)}")
+    return value
+
+
+def unless_none(name: str, value: object, kind: type[V]) -> V | None:
+    """Return a value of a class, or None.
+
+    Raises:
+        ProblemError: If it is neither.
+    """
+    return None if value is None else one_of(name, value, kind)
+
+
+def function(name: str, value: F) -> F:
+    """Return a function, or whatever else can be called; None where there is none.
+
+    Raises:
+        ProblemError: If it is neither.
+    """
+    if value is not None and not callable(value):
+        raise ProblemError(f"{name} must be a function, is {shown(value)}")
+    return value
+
+
+def several(name: str, value: Iterable[V], kind: type[V]) -> tuple[V, ...]:
+    """Return the items of a collection that are all of a class.
+
+    Raises:
+        ProblemError: If it is no collection, or an item is of another class.
+    """
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
+        words = "a list of names" if kind is str else f"{kind_words(kind)} or several"
+        raise ProblemError(f"{name} must be {words}, is {shown(value)}")
+    return tuple(one_of(f"each of {name}", item, kind) for item in value)
+
+
+def path(name: str, value: Path | str) -> Path:
+    """Return the path of a file.
+
+    Raises:
+        ProblemError: If it is none.
+    """
+    if not isinstance(value, Path | str):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"{name} must be the path of a file, is {shown(value)}")
+    return Path(value)
+
+
+def direction_of(name: str, value: ArrayLike) -> Floats:
+    """Return a vector scaled to length one, shape (3,).
+
+    Raises:
+        ShapeError: If it has no length or is no vector.
+    """
+    vector = floats(name, value, (3,))
+    length = float(np.linalg.norm(vector))
+    if length < 1e-9:
+        raise ShapeError(name, "has no length, so it is no direction")
+    return readonly(vector / length)
+
+
+def positive(name: str, value: float, *, infinite: bool = False) -> float:
+    """Return a number that must be positive.
+
+    Raises:
+        ShapeError: If it is no number.
+        ProblemError: If it is not positive.
+    """
+    checked = number(name, value, infinite=infinite)
+    if checked <= 0.0:
+        raise ProblemError(f"{name} must be positive, is {checked:g}")
+    return checked

@@ -1,0 +1,193 @@
+"""Curve: the path of a frame through space, as a value: pieces of polynomials and arcs, over their length.
+
+Rotations are polynomials of rotation vectors, R(u) = R_0 exp(w(u)), so that turning evenly about one axis
+(slerp) is a polynomial of degree one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from trajopt.values.arrays import Floats, Value, floats_of_any_shape, readonly
+from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+from trajopt.values.printed import in_degrees, in_length, in_number
+
+TURN_LENGTH = 1.0 / 3.5
+"""Length that turning by one radian counts as, where turning takes longer than moving [m/rad].
+
+MoveIt's ratio (`MaxEEFStep`): a step of 1 m goes with one of 3.5 rad."""
+JOINED = 1e-7
+"""Pieces that follow each other must meet this well [m | rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece(Value):
+    """A smooth piece of a curve, over a parameter u from 0 to 1.
+
+    The point is b(u) + cosine cos(sweep u) + sine sin(sweep u), b the Bezier polynomial of `points`; the
+    rotation is `rotation` exp(w(u)), w the Bezier polynomial of `turns`.
+
+    Attributes:
+        points: Control points, shape (d + 1, 3) [m].
+        rotation: Where rotation vectors are counted from, shape (3, 3).
+        turns: Control points of rotation vectors, shape (e + 1, 3) [rad].
+        length: What the piece counts along the curve [m].
+        cosine: Arm of an arc at its beginning, shape (3,) [m]; zero where the piece is no arc.
+        sine: Arm of the arc a right angle later, shape (3,) [m].
+        sweep: Angle of the arc [rad].
+    """
+
+    points: Floats
+    rotation: Floats
+    turns: Floats
+    length: float
+    cosine: Floats = field(default_factory=lambda: readonly(np.zeros(3)))
+    sine: Floats = field(default_factory=lambda: readonly(np.zeros(3)))
+    sweep: float = 0.0
+
+    def __call__(self, u: Floats) -> "Places":
+        """Return places at parameters of shape (s,)."""
+        from scipy.spatial.transform import Rotation
+
+        angle = (self.sweep * u)[:, None]
+        point = bezier(self.points, u) + np.cos(angle) * self.cosine + np.sin(angle) * self.sine
+        turned = Rotation.from_rotvec(bezier(self.turns, u)).as_matrix()
+        return Places(self.rotation @ turned, point)
+
+
+@dataclass(frozen=True, eq=False)
+class Places(Value):
+    """Placements of a frame at s places of a curve.
+
+    Attributes:
+        rotation: Shape (s, 3, 3).
+        translation: Shape (s, 3) [m].
+    """
+
+    rotation: Floats
+    translation: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Curve(Value):
+    """A path through space that a frame can be required to follow; pieces joined end to end.
+
+    Locations are given by s, the length along the curve [m]: that of the point's path, or `TURN_LENGTH` times
+    the angle where that is more.
+
+    Attributes:
+        pieces: In order; each begins where the one before it ends.
+        poses: Where along the curve the poses that it was made from are, increasing, shape (p,) [m].
+    """
+
+    pieces: tuple[Piece, ...]
+    poses: Floats
+
+    def __post_init__(self) -> None:
+        """Refuse a curve without length, or with gaps."""
+        if not self.pieces or not all(piece.length > 0.0 for piece in self.pieces):
+            raise ProblemError("a curve needs pieces with a length")
+        at = np.array((0.0, 1.0))
+        for before, after in pairwise(self.pieces):
+            end, begin = before(at), after(at)
+            gap = float(np.abs(end.translation[1] - begin.translation[0]).max())
+            if gap > JOINED:
+                raise ProblemError(f"pieces of a curve do not meet: {in_length(gap)} apart")
+            change = end.rotation[1] - begin.rotation[0]
+            if np.abs(change).max() > JOINED:
+                angle = 2.0 * np.arcsin(min(float(np.linalg.norm(change)) / np.sqrt(8.0), 1.0))
+                raise ProblemError(f"pieces of a curve do not meet: turned by {in_degrees(angle)}")
+
+    @cached_property
+    def edges(self) -> Floats:
+        """Where pieces begin and end, shape (number of pieces + 1,) [m]."""
+        lengths = [piece.length for piece in self.pieces]
+        return readonly(np.concatenate(((0.0,), np.cumsum(lengths))))
+
+    @property
+    def length(self) -> float:
+        """Of the whole curve [m]."""
+        return float(self.edges[-1])
+
+    def __call__(self, s: Floats) -> Places:
+        """Return places at lengths along the curve, which are clipped to it.
+
+        Args:
+            s: Shape (m,) [m].
+
+        Raises:
+            ShapeError: If they are no numbers, or not in a row.
+        """
+        lengths = floats_of_any_shape("s", s)
+        if lengths.ndim != 1:
+            raise ShapeError("s", f"needs shape (any,), has {lengths.shape}")
+        along = np.clip(lengths, 0.0, self.length)
+        number = np.clip(np.searchsorted(self.edges, along, side="right") - 1, 0, len(self.pieces) - 1)
+        rotation, translation = np.empty((len(along), 3, 3)), np.empty((len(along), 3))
+        for index in sorted(set(map(int, number))):
+            piece, here = self.pieces[index], number == index
+            places = piece((along[here] - self.edges[index]) / piece.length)
+            rotation[here], translation[here] = places.rotation, places.translation
+        return Places(rotation, translation)
+
+    @checked
+    def placement(self, s: float) -> Placement:
+        """Return the placement at a length along the curve [m]."""
+        place = self(np.array((s,)))
+        return Placement(readonly(place.rotation[0]), readonly(place.translation[0]))
+
+    @checked
+    def pose_before(self, s: float) -> int:
+        """Return the number, from 0, of the last pose that is reached before or at a length [m]."""
+        return int(np.searchsorted(self.poses, s + JOINED, side="right")) - 1
+
+    def __add__(self, other: "Curve") -> "Curve":
+        """Join another curve, which begins where this one ends.
+
+        Raises:
+            ProblemError: If it does not.
+        """
+        poses = np.concatenate((self.poses, self.length + other.poses[1:]))
+        return Curve((*self.pieces, *other.pieces), readonly(poses))
+
+    def __repr__(self) -> str:
+        """Show length, pieces and ends."""
+        first, last = self.placement(0.0), self.placement(self.length)
+        return f"Curve({self.length:.4g} m, {in_number(self.pieces, 'piece')}, from {first} to {last})"
+
+
+@checked
+def joined(curves: Sequence[Curve]) -> Curve:
+    """Join curves end to end.
+
+    Raises:
+        ProblemError: If there is none, or one does not begin where the one before it ends.
+    """
+    if not curves:
+        raise ProblemError("a curve needs pieces that go somewhere")
+    whole = curves[0]
+    for curve in curves[1:]:
+        whole = whole + curve
+    return whole
+
+
+def bezier(control: Floats, u: Floats) -> Floats:
+    """Evaluate a Bezier polynomial by de Casteljau's algorithm.
+
+    Args:
+        control: Control points, shape (d + 1, k).
+        u: Parameters, shape (s,).
+
+    Returns:
+        Shape (s, k).
+    """
+    weight = u[:, None, None]
+    level = np.broadcast_to(control, (len(u), *control.shape))
+    while level.shape[1] > 1:
+        level = (1.0 - weight) * level[:, :-1] + weight * level[:, 1:]
+    return np.array(level[:, 0])

@@ -1,0 +1,198 @@
+"""Documents on disk, read value by value: every error names the file and the place in it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import date
+from difflib import get_close_matches
+from math import isfinite, isnan
+from pathlib import Path
+from typing import cast
+
+from trajopt.values.documents.files import number_of, parse_json, read_text
+from trajopt.values.documents.whole import written_whole
+from trajopt.values.errors import FileFormatError, shown
+
+
+@dataclass(frozen=True)
+class Node:
+    """One value of a document, and where it is.
+
+    Attributes:
+        value: What the parser made of it; None where the document has nothing.
+        path: The file.
+        place: The path to it from the top, such as `world.collision_objects[3].pose`.
+    """
+
+    value: object
+    path: str
+    place: str = ""
+
+    def error(self, reason: str) -> FileFormatError:
+        """Return the error that says what is wrong here."""
+        return FileFormatError(self.path, f"{self.place}: {reason}" if self.place else reason)
+
+    @property
+    def missing(self) -> bool:
+        """Whether the document has nothing here."""
+        return self.value is None
+
+    def __getitem__(self, key: str) -> "Node":
+        """Return a member of a mapping; a missing one where there is none of that name."""
+        return Node(self._mapping().get(key), self.path, f"{self.place}.{key}" if self.place else key)
+
+    def only(self, fields: Iterable[str]) -> "Node":
+        """Return this mapping after making sure that it has no other members than these.
+
+        Raises:
+            FileFormatError: If it has one, or is no mapping.
+        """
+        known = sorted(fields)
+        for key in self._mapping():
+            if key not in known:
+                near = get_close_matches(shown(key), known, n=1)
+                hint = f"; did you mean {shown(near[0])}?" if near else f"; known: {', '.join(known)}"
+                raise self.error(f"unknown key {shown(key)}{hint}")
+        return self
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of this mapping's members; none where it is missing."""
+        return tuple(str(key) for key in self._mapping())
+
+    def has_only(self, fields: Iterable[str]) -> bool:
+        """Say whether this mapping has no other members than these."""
+        return self._mapping().keys() <= set(fields)
+
+    def has(self, key: str) -> bool:
+        """Say whether this is a mapping with something under that key."""
+        return isinstance(self.value, dict) and self._mapping().get(key) is not None
+
+    def elements(self) -> list["Node"]:
+        """Return the elements of a list; none where it is missing."""
+        if self.value is None:
+            return []
+        value = self.value
+        if not isinstance(value, list):
+            raise self.error(f"must be a list, is {_say(value)}")
+        values = cast("list[object]", value)
+        return [Node(inner, self.path, f"{self.place}[{i}]") for i, inner in enumerate(values)]
+
+    def members(self) -> dict[str, "Node"]:
+        """Return the members of a mapping by name; none where it is missing."""
+        return {str(key): self[str(key)] for key in self._mapping()}
+
+    def text(self, default: str | None = None) -> str:
+        """Return a string; the default where it is missing, if there is one.
+
+        Raises:
+            FileFormatError: If it is none; of what YAML takes for a number or a truth value it says so.
+        """
+        if self.value is None and default is not None:
+            return default
+        if not isinstance(self.value, str):
+            bare = isinstance(self.value, bool | int | float | date) and not self.path.endswith(".json")
+            hint = " (YAML reads it so unless it stands in quotes)" if bare else ""
+            raise self.error(f"must be text, is {_say(self.value)}{hint}")
+        return self.value
+
+    def number(self, default: float | None = None, *, infinite: bool = False) -> float:
+        """Return a number; the default where it is missing, if there is one.
+
+        Args:
+            default: What a missing number means.
+            infinite: Whether infinities are allowed (not-a-number never is).
+
+        Raises:
+            FileFormatError: If it is no number, or not finite.
+        """
+        value = default if self.value is None else self.value
+        result = number_of(value)
+        if result is None:
+            raise self.error(f"must be a number, is {_say(value)}")
+        if isnan(result) or not (infinite or isfinite(result)):
+            raise self.error(f"must be finite, is {result}")
+        return result
+
+    def numbers(self) -> tuple[float, ...]:
+        """Return a list of finite numbers; none where it is missing."""
+        return tuple(element.number() for element in self.elements())
+
+    def flag(self) -> bool:
+        """Return a truth value (0 and 1 count); false where it is missing."""
+        if self.value is None:
+            return False
+        if self.value not in (False, True):
+            raise self.error(f"must be true or false, is {_say(self.value)}")
+        return bool(self.value)
+
+    def _mapping(self) -> dict[object, object]:
+        value = self.value
+        if value is None:
+            return {}
+        if not isinstance(value, dict):
+            raise self.error(f"must be a mapping, is {_say(value)}")
+        return cast("dict[object, object]", value)
+
+
+def read_document(path: Path | str) -> Node:
+    """Parse a file: JSON where its name ends so, YAML otherwise.
+
+    Raises:
+        FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one mapping.
+    """
+    return parse_document(read_text(path), path)
+
+
+def parse_document(text: str, path: Path | str) -> Node:
+    """Parse the text of a file, as `read_document` does.
+
+    Args:
+        text: The text.
+        path: The file that it is from: JSON where its name ends so, YAML otherwise.
+
+    Raises:
+        FileFormatError: If it cannot be parsed, or does not hold exactly one mapping.
+    """
+    return _the_only(text, path, dict, "one mapping (key: value)")
+
+
+def read_list(path: Path | str) -> Node:
+    """Parse a file that holds a list, as `read_document` parses one that holds a mapping.
+
+    Raises:
+        FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one list.
+    """
+    return parse_list(read_text(path), path)
+
+
+def parse_list(text: str, path: Path | str) -> Node:
+    """Parse the text of a file that holds a list, as `parse_document` parses one that holds a mapping.
+
+    Raises:
+        FileFormatError: If it cannot be parsed, or does not hold exactly one list.
+    """
+    return _the_only(text, path, list, "one list (- item)")
+
+
+def _the_only(text: str, path: Path | str, kind: type[object], words: str) -> Node:
+    from trajopt.values.documents.yaml_files import parse_yaml  # slow to import
+
+    documents = [parse_json(text, path)] if Path(path).suffix == ".json" else parse_yaml(text, path)
+    if len(documents) != 1 or not isinstance(documents[0], kind):
+        raise FileFormatError(str(path), f"must hold {words}")
+    return Node(documents[0], str(path))
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write a file atomically: a reader finds the old content or the new, never half of it.
+
+    Missing folders are created.
+
+    Raises:
+        FileFormatError: If it cannot be written.
+    """
+    with written_whole(path) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def _say(value: object) -> str:
+    return "missing" if value is None else shown(value)

@@ -1,0 +1,120 @@
+"""Text and JSON files, read with bounds: what cannot be read is a typed error that names the file.
+
+A file holds at most 256 MB and is nested at most 100 levels deep. A key that a mapping has twice is an
+error: the parser itself would silently keep the last and drop the others.
+"""
+
+import json
+import os
+import re
+from math import inf
+from pathlib import Path
+from typing import cast
+
+from trajopt.values.errors import FileFormatError, shown
+
+LARGEST_FILE = 2**28
+"""Bytes of a text file; a larger one is refused."""
+DEEPEST = 100
+"""Levels that a file may be nested."""
+_NESTING = re.compile(r"[\[{]|[\]}]|(?:[-?:][ \t]+){100}|\n {1000}")
+# YAML 1.1 takes 1e-05 (no point) for a string; writers in other languages mean the number.
+_EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
+
+
+def is_file(path: Path) -> bool:
+    """Say whether there is a file of that name; a name that no file can have is none."""
+    return os.path.isfile(path)  # Path.is_file raises where a name is too long.
+
+
+def read_bytes(path: Path | str) -> bytes:
+    """Return what a file holds.
+
+    Raises:
+        FileFormatError: If it cannot be read, or holds more than `LARGEST_FILE` bytes.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:  # ValueError: a name with a zero in it
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileFormatError(str(path), f"cannot be read: {reason}") from error
+    if len(data) > LARGEST_FILE:
+        raise FileFormatError(str(path), f"holds more than {LARGEST_FILE >> 20} MB")
+    return data
+
+
+def read_text(path: Path | str) -> str:
+    """Return the text of a file, without the mark of its byte order.
+
+    Raises:
+        FileFormatError: If it cannot be read, is too large, or is no UTF-8.
+    """
+    try:
+        return read_bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileFormatError(str(path), f"cannot be read: it is no UTF-8 text: {error}") from error
+
+
+def read_json(path: Path | str) -> object:
+    """Parse a JSON file.
+
+    Raises:
+        FileFormatError: If it cannot be read or parsed, or a mapping has a key twice.
+    """
+    return parse_json(read_text(path), path)
+
+
+def parse_json(text: str, path: Path | str) -> object:
+    """Parse JSON text.
+
+    Args:
+        text: The text.
+        path: The file that it is from, or what complaints call it.
+
+    Raises:
+        FileFormatError: If it cannot be parsed, is nested too deep, or a mapping has a key twice.
+    """
+    refuse_deep_nesting(path, text)
+
+    def mapping(pairs: list[tuple[str, object]]) -> dict[str, object]:
+        found: dict[str, object] = {}
+        for key, value in pairs:
+            if key in found:
+                raise FileFormatError(str(path), f"the key {shown(key)} is there twice in one mapping")
+            found[key] = value
+        return found
+
+    try:
+        return cast("object", json.loads(text, object_pairs_hook=mapping))
+    except FileFormatError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(str(path), f"cannot be parsed: {error}") from error
+
+
+def number_of(value: object) -> float | None:
+    """Return the number that a parser read, not finite where it is too large; None if it is none."""
+    if isinstance(value, str) and _EXPONENT.fullmatch(value):
+        return float(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return inf if value > 0 else -inf
+
+
+def refuse_deep_nesting(path: Path | str, text: str) -> None:
+    """Make sure that a text is nested no deeper than `DEEPEST` levels, before anything parses it.
+
+    Raises:
+        FileFormatError: If it is.
+    """
+    # The C parser of YAML descends by recursion, and ends the process where the stack does.
+    depth = 0
+    for match in _NESTING.finditer(text):
+        mark = match.group()
+        depth += 1 if mark in "[{" else -1 if mark in "]}" else DEEPEST
+        if depth >= DEEPEST:
+            raise FileFormatError(str(path), f"is nested more than {DEEPEST} levels deep")

@@ -1,0 +1,269 @@
+"""Arguments of the wrong kind, refused by name: what a function is annotated with is what it takes."""
+
+import inspect
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import InitVar
+from functools import cache, wraps
+from math import isnan
+from pathlib import Path
+from typing import Any, TypeVar, Union, cast
+
+import numpy as np
+
+from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.values.errors.shown import listed, shown
+
+Target = TypeVar("Target", bound=Callable[..., Any])
+Test = Callable[[Any], bool]
+
+NUMBERS: Mapping[object, tuple[type[object], ...]] = {
+    float: (int, float, np.integer, np.floating),
+    int: (int, np.integer),
+}
+"""What counts as a number: truth values do not, nor do texts that look like one."""
+WORDS: Mapping[object, str] = {
+    str: "a name", float: "a number", int: "a whole number", bool: "true or false", type(None): "None",
+}  # fmt: skip
+SEVERAL = (list, tuple, set, frozenset)
+"""Collections whose members are looked at; others may be read once only."""
+
+
+def checked(target: Target) -> Target:
+    """Have a function, or the constructor of a class, refuse arguments that are not as annotated.
+
+    What an annotation leaves open stays open: shapes, ranges, and anything that numpy can read as an array.
+
+    Args:
+        target: The function or class; a class is changed.
+
+    Raises:
+        ProblemError: By the function, if an argument is of another kind; it names the argument.
+        ShapeError: By the function, if it must be a number and is none.
+    """
+    if inspect.isclass(target):
+        cast("Any", target).__init__ = checked(target.__init__)
+        return cast("Target", target)
+    kinds, code = Kinds(target), inspect.unwrap(target).__code__
+    names = code.co_varnames[: code.co_argcount]
+
+    @wraps(target)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        for given in (zip(names, args, strict=False), kwargs.items()):
+            for name, value in given:
+                test, hint = kinds[name]
+                if not test(value):
+                    raise _refusal(name, hint, value)
+        return target(*args, **kwargs)
+
+    return cast("Target", call)
+
+
+def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    """Refuse arguments that are not as annotated: as `checked`, for a function that is to be called directly.
+
+    Args:
+        function: The function.
+        given: Its arguments by name: `locals()`, at its beginning.
+
+    Raises:
+        ProblemError: If an argument is of another kind; it names the argument.
+        ShapeError: If it must be a number and is none.
+    """
+    kinds = _kinds_once(function)
+    for name, value in given.items():
+        test, hint = kinds[name]
+        if not test(value):
+            raise _refusal(name, hint, value)
+
+
+def _anything(value: object) -> bool:
+    del value
+    return True
+
+
+class Kinds(dict[str, tuple[Test, Any]]):
+    """For each parameter of a function a test of its kind, and its annotation; made when first asked for.
+
+    Few functions are called with all that they take, and reading an annotation takes longer than a check.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Keep the annotations of a function, or of the constructor of a class."""
+        super().__init__()
+        made: Any = function.__init__ if inspect.isclass(function) else function
+        self._annotations, self._seen = made.__annotations__, getattr(inspect.unwrap(made), "__globals__", {})
+
+    def __missing__(self, name: str) -> tuple[Test, Any]:
+        """Read the annotation of a parameter; anything goes where it has none."""
+        hint = self._annotations.get(name, Any)
+        if isinstance(hint, str):
+            try:
+                only = types.SimpleNamespace(__annotations__={name: hint})
+                hint = typing.get_type_hints(only, globalns=self._seen)[name]
+            except NameError:  # only type checkers import what it names
+                pass
+        self[name] = _test(hint), hint
+        return self[name]
+
+
+def _parts(hint: Any) -> tuple[Any, ...]:
+    """Return the members of a union, or the one kind."""
+    if isinstance(hint, InitVar):
+        return _parts(cast(Any, hint).type)
+    if typing.get_origin(hint) in (Union, types.UnionType):
+        return tuple(part for each in typing.get_args(hint) for part in _parts(each))
+    return (hint,)
+
+
+def _open(hint: Any) -> bool:
+    """Say whether anything may be a value of this kind, or only numpy can tell."""
+    if hint is Any or hint is object or isinstance(hint, TypeVar | typing.ForwardRef | str):
+        return True
+    kind = typing.get_origin(hint) or hint
+    return getattr(kind, "__module__", "").startswith("numpy._typing")
+
+
+@cache
+def _kinds_once(function: Callable[..., Any]) -> Kinds:
+    return Kinds(function)
+
+
+def _within(kind: Any, base: type[object]) -> bool:
+    """Say whether a kind is a class of a base."""
+    return inspect.isclass(kind) and issubclass(kind, base)
+
+
+@cache
+def _test(hint: Any) -> Test:
+    """Return the test of a kind of value."""
+    parts = _parts(hint)
+    if any(map(_open, parts)):
+        return _anything
+    tests = tuple(_test_of_one(part) for part in parts)
+    if len(tests) == 2:  # mostly something or None
+        first, second = tests
+        return lambda value: first(value) or second(value)
+    return tests[0] if len(tests) == 1 else lambda value: any(test(value) for test in tests)
+
+
+def _test_of_one(hint: Any) -> Test:
+    kind: Any = typing.get_origin(hint) or hint
+    inner = typing.get_args(hint)
+    if kind in NUMBERS:
+        numbers = NUMBERS[kind]
+        return lambda value: isinstance(value, numbers) and _is_number(value)
+    if kind is type(None):
+        return lambda value: value is None
+    if kind is np.ndarray:
+        return lambda value: isinstance(value, np.ndarray | list | tuple)
+    if kind in (Callable, typing.get_origin(Callable[..., Any])):
+        return callable
+    if inner and _within(kind, Mapping):
+        return lambda value: isinstance(value, Mapping)
+    if inner and _within(kind, Iterable):
+        return _test_of_several(kind, inner)
+    if getattr(kind, "_is_protocol", False):
+        members = _members(kind)
+        return lambda value: all(hasattr(value, name) for name in members)
+    return lambda value: isinstance(value, kind)
+
+
+def _is_number(value: object) -> bool:
+    """Say whether a value is a number that a float can hold, and not a truth value."""
+    try:
+        return not isinstance(value, bool) and not isnan(cast("float", value))
+    except OverflowError:
+        return False
+
+
+def _test_of_several(kind: type[object], inner: tuple[Any, ...]) -> Test:
+    """Return the test of a collection: not a text, and with members of their kind where it holds them."""
+    of_kind: tuple[type[object], ...] = (list, tuple) if kind in (list, tuple) else (kind, np.ndarray)
+    record = kind is tuple and Ellipsis not in inner
+    tests = tuple(map(_test, inner)) if record else (_test(inner[0]),)
+
+    def test(value: Any) -> bool:
+        if isinstance(value, str | bytes) or not isinstance(value, of_kind):
+            return False
+        if not isinstance(value, SEVERAL):
+            return True
+        members = tuple(cast("Iterable[Any]", value))
+        if record:
+            return len(members) == len(tests) and all(
+                each(item) for each, item in zip(tests, members, strict=True)
+            )
+        return all(map(tests[0], members))
+
+    return test
+
+
+@cache
+def _members(protocol: type[object]) -> frozenset[str]:
+    """Return the names that a protocol asks for."""
+    own = (kind for kind in protocol.__mro__ if getattr(kind, "_is_protocol", False))
+    names = {name for kind in own for name in (*vars(kind), *vars(kind).get("__annotations__", ()))}
+    return frozenset(name for name in names if not name.startswith("_") or name == "__call__")
+
+
+def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
+    """Return the error for an argument of another kind, or for the first such member of a collection."""
+    parts = _parts(hint)
+    holds = [part for part in parts if _is_collection(part)]
+    if len(holds) == 1 and isinstance(value, SEVERAL):
+        inner = typing.get_args(holds[0])[0]
+        test = _test(inner)
+        for member in cast("Iterable[Any]", value):
+            if not test(member):
+                return ProblemError(f"each of {name} must be {_words(_parts(inner))}, is {shown(member)}")
+    if set(parts) <= {float, type(None)}:
+        return ShapeError(name, f"must be a number, is {shown(cast('object', value))}")
+    return ProblemError(f"{name} must be {_words(parts)}, is {shown(cast('object', value))}")
+
+
+def _is_collection(hint: Any) -> bool:
+    """Say whether a kind is a collection whose members are all of one kind."""
+    kind, inner = typing.get_origin(hint), typing.get_args(hint)
+    several = _within(kind, Iterable) and not _within(kind, Mapping) and kind is not np.ndarray
+    return several and (kind is not tuple or Ellipsis in inner)
+
+
+def _words(parts: tuple[Any, ...]) -> str:
+    """Return what the kinds of a union are called; None goes without saying."""
+    kinds = [part for part in parts if part is not type(None)] or [type(None)]
+    if kinds[0] is Path:  # a text is a path too
+        kinds = [part for part in kinds if part is not str]
+    words: dict[str, None] = {}
+    for part in kinds:
+        again = _is_collection(part) and all(each in kinds for each in _parts(typing.get_args(part)[0]))
+        words["several" if again else _words_of_one(part)] = None
+    *others, last = words
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _words_of_one(hint: Any) -> str:
+    kind: Any = typing.get_origin(hint) or hint
+    if kind in WORDS:
+        return WORDS[kind]
+    if kind is np.ndarray:
+        return "an array"
+    if kind in (Callable, typing.get_origin(Callable[..., Any])):
+        return "a function"
+    if _within(kind, Mapping):
+        return "a mapping"
+    if _is_collection(hint):
+        return "a list of names" if typing.get_args(hint)[0] is str else "a list or another collection"
+    if kind is Path:
+        return "the path of a file"
+    asked = f" (it has {listed(sorted(_members(kind)))})" if getattr(kind, "_is_protocol", False) else ""
+    return kind_words(kind) + asked
+
+
+def kind_words(kind: type[object]) -> str:
+    """Return what a class is called in messages, with its article."""
+    if kind is str:
+        return "a name"
+    module = "" if kind.__module__.startswith(("trajopt", "builtins")) else kind.__module__
+    name = ".".join(part for part in (*module.split("."), kind.__name__) if part and part[0] != "_")
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"

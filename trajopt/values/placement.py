@@ -1,0 +1,207 @@
+"""Placement: where one frame is, seen from another (an element of SE(3))."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias, cast, overload
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from trajopt.values.arrays import Floats, Value, floats, readonly
+from trajopt.values.errors import ShapeError, SizeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.likely_units import stated_angles
+from trajopt.values.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
+
+WORLD = "world"
+"""Name of the frame that all others are placed in in the end."""
+
+
+FARTHEST = 1e6
+"""Coordinates of a given placement are within this [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placement(Value):
+    """Rotation and translation of a frame, seen from a reference frame.
+
+    A point with coordinates x in the placed frame has `rotation @ x + translation` in the
+    reference frame. Build one with `placement(...)`, which checks its input.
+
+    Attributes:
+        rotation: Rotation matrix, shape (3, 3), read-only.
+        translation: Origin of the placed frame, shape (3,) [m], read-only.
+    """
+
+    rotation: Floats = field(default_factory=lambda: readonly(np.eye(3)))
+    translation: Floats = field(default_factory=lambda: readonly(np.zeros(3)))
+
+    @overload
+    def __mul__(self, other: Placement) -> Placement: ...
+    @overload
+    def __mul__(self, other: Floats) -> Floats: ...
+    def __mul__(self, other: Placement | Floats) -> Placement | Floats:
+        """Compose with another placement, or place points of shape (..., 3)."""
+        if other is IDENTITY:
+            return self
+        if isinstance(other, Placement):
+            if self is IDENTITY:
+                return other
+            return Placement(
+                readonly(self.rotation @ other.rotation),
+                readonly(self.rotation @ other.translation + self.translation),
+            )
+        return other @ self.rotation.T + self.translation
+
+    def inverse(self) -> Placement:
+        """Return the placement of the reference frame, seen from the placed one."""
+        return Placement(readonly(self.rotation.T.copy()), readonly(-self.rotation.T @ self.translation))
+
+    @property
+    def quaternion(self) -> Floats:
+        """Unit quaternion (x, y, z, w), shape (4,), w >= 0."""
+        return as_quaternion(self.rotation)
+
+    @property
+    def rpy(self) -> tuple[float, float, float]:
+        """Roll, pitch, yaw about the fixed axes x, y, z in this order [rad]."""
+        return as_rpy(self.rotation)
+
+    @property
+    def homogeneous(self) -> Floats:
+        """Homogeneous matrix, shape (4, 4)."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.rotation
+        matrix[:3, 3] = self.translation
+        return matrix
+
+    def __eq__(self, other: object) -> bool:
+        """Compare entry by entry, exactly."""
+        return (
+            isinstance(other, Placement)
+            and np.array_equal(self.rotation, other.rotation)
+            and np.array_equal(self.translation, other.translation)
+        )
+
+    def __hash__(self) -> int:
+        """Hash the entries."""
+        return hash((self.rotation.tobytes(), self.translation.tobytes()))
+
+    def __str__(self) -> str:
+        """Say the position in metres and, unless it is none, the rotation in degrees."""
+        xyz = ", ".join(f"{value + 0.0:.4g}" for value in self.translation.round(4).tolist())
+        rpy = [f"{value + 0.0:.4g}" for value in np.rad2deg(self.rpy).round(2).tolist()]
+        turned = "" if rpy == ["0", "0", "0"] else f" turned by rpy ({', '.join(rpy)}) deg"
+        return f"({xyz}) m{turned}"
+
+    def __repr__(self) -> str:
+        """Show position and roll-pitch-yaw."""
+        x, y, z = (round(float(value), 6) + 0.0 for value in self.translation)
+        roll, pitch, yaw = (round(value, 6) + 0.0 for value in self.rpy)
+        return f"placement(xyz=({x}, {y}, {z}), rpy=({roll}, {pitch}, {yaw}))"
+
+
+PlacementLike: TypeAlias = Placement | pin.SE3 | ArrayLike | tuple[ArrayLike, ArrayLike]
+"""What is accepted as a placement: a `Placement`, Pinocchio's SE3, a homogeneous matrix of shape (4, 4), or a
+pair (position [m], quaternion (x, y, z, w))."""
+
+IDENTITY = Placement()
+"""Where a frame is, seen from itself; it costs nothing to compose with."""
+
+
+@checked
+def placement(
+    xyz: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    rpy: ArrayLike | None = None,
+    quaternion: ArrayLike | None = None,
+    rotation: ArrayLike | None = None,
+    degrees: bool = False,
+) -> Placement:
+    """Place a frame by its position and one form of its orientation.
+
+    Args:
+        xyz: Position of the frame's origin, shape (3,) [m].
+        rpy: Roll, pitch, yaw about the fixed axes x, y, z in this order (URDF's), shape (3,) [rad].
+        quaternion: (x, y, z, w), shape (4,); normalised here.
+        rotation: Rotation matrix, shape (3, 3), orthonormal to 1e-6, right-handed.
+        degrees: Whether `rpy` is in degrees.
+
+    Returns:
+        The placement; identity orientation when none of the three is given.
+
+    Raises:
+        ShapeError: If a number is not finite, the quaternion has no length, the matrix is no
+            rotation, or more than one orientation is given.
+        SizeError: If the position is farther than 1e6 m: there a micrometre would be lost in rounding.
+        ProblemError: If `degrees` is neither true nor false.
+
+    Warns:
+        UnitWarning: If an angle in radians is beyond a whole turn.
+    """
+    translation = floats("xyz", xyz, (3,))
+    if np.abs(translation).max() > FARTHEST:
+        raise SizeError("xyz", f"is {translation.tolist()} m; {FARTHEST:g} m is the farthest")
+    if sum(value is not None for value in (rpy, quaternion, rotation)) > 1:
+        raise ShapeError("orientation", "give one of rpy, quaternion and rotation, not several")
+    matrix = np.eye(3)
+    if rpy is not None:
+        matrix = from_rpy(*stated_angles("rpy", rpy, (3,), degrees=degrees).tolist())
+    elif quaternion is not None:
+        parts = floats("quaternion", quaternion, (4,))
+        length = float(np.linalg.norm(parts))
+        if length < 1e-9:
+            raise ShapeError("quaternion", "has no length, so it is no orientation")
+        matrix = from_quaternion(*(parts / length).tolist())
+    elif rotation is not None:
+        matrix = _rotation("rotation", rotation)
+    return Placement(readonly(matrix), translation)
+
+
+def as_placement(name: str, value: PlacementLike) -> Placement:
+    """Return an argument as a placement: every function that takes one converts it here.
+
+    Args:
+        name: Name of the argument, for the error.
+        value: A `Placement` (returned itself), a `pinocchio.SE3`, a homogeneous matrix of shape (4, 4), or
+            a pair (position [m], quaternion (x, y, z, w)).
+
+    Raises:
+        ShapeError: If it is none of these, a number is not finite, or its rotation is no rotation.
+        SizeError: If its position is farther than 1e6 m.
+    """
+    if value is IDENTITY:
+        return IDENTITY
+    if isinstance(value, Placement):
+        _rotation(f"{name}.rotation", value.rotation)
+        floats(f"{name}.translation", value.translation, (3,))
+        return value
+    stated = cast("Sequence[ArrayLike]", value)
+    try:
+        if isinstance(value, pin.SE3):
+            return placement(value.translation, rotation=value.rotation)
+        if isinstance(value, list | tuple) and len(stated) == 2:
+            return placement(stated[0], quaternion=stated[1])
+        matrix = floats("matrix", cast("ArrayLike", value), (4, 4))
+        if np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-6:
+            raise ShapeError("matrix", f"its last row is {matrix[3].tolist()}, not (0, 0, 0, 1)")
+        return placement(matrix[:3, 3], rotation=matrix[:3, :3])
+    except SizeError as error:
+        raise SizeError(name, str(error)) from error
+    except ShapeError as error:
+        forms = "a Placement, a pinocchio.SE3, a 4x4 matrix or (xyz, quaternion xyzw)"
+        # A position is no placement by itself: unturned is right for most objects and for hardly any hand.
+        alone = isinstance(value, list | tuple | np.ndarray) and len(stated) == 3 and np.ndim(stated[0]) == 0
+        why = f"a position alone; placement({shown(stated)}) is unturned" if alone else str(error)
+        raise ShapeError(name, f"must be {forms}, is {shown(stated)} ({why})") from error
+
+
+def _rotation(name: str, value: ArrayLike) -> Floats:
+    matrix = np.array(floats(name, value, (3, 3)))
+    far = np.abs(matrix).max() > 2.0  # before its square overflows
+    if far or np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-6 or np.linalg.det(matrix) < 0.0:
+        raise ShapeError(name, "is not orthonormal and right-handed")
+    return matrix

@@ -1,0 +1,155 @@
+"""How numbers are printed: short, in the units that people use: mm, m, deg, s, Nm."""
+
+from collections.abc import Sequence, Sized
+
+import numpy as np
+
+from trajopt.values.arrays import Floats
+
+SMALL = 0.1
+"""Lengths below this are printed in millimetres [m]."""
+PRINTED_UNITS = {"m": ("mm", 1e3), "rad": ("deg", float(np.degrees(1.0)))}
+"""What metres and radians are printed in, and how many of it one of them is."""
+LONGEST_LINE = 200
+"""Characters of what prints in one line."""
+
+
+def in_length(metres: float) -> str:
+    """Print a length: 12 mm, or 0.25 m."""
+    return f"{metres * 1e3:.3g} mm" if abs(metres) < SMALL else f"{metres:.4g} m"
+
+
+def in_degrees(radians: float) -> str:
+    """Print an angle in degrees."""
+    return f"{np.rad2deg(radians):.3g} deg"
+
+
+def shown_in(unit: str) -> tuple[str, float]:
+    """Return the unit that numbers of a unit are printed in, and what to multiply them by.
+
+    Millimetres for metres and degrees for radians, in speeds and accelerations too; others stay.
+    """
+    base, per, rest = unit.partition("/")
+    name, size = PRINTED_UNITS.get(base, (base, 1.0))
+    return name + per + rest, size
+
+
+def in_unit(value: float, unit: str) -> str:
+    """Print a number of a unit: 0.004 m as 4 mm, 0.5 rad/s as 28.65 deg/s, others as they are."""
+    if unit == "m":
+        return in_length(value)
+    name, size = shown_in(unit)
+    return f"{value * size + 0.0:.4g} {name}".rstrip()
+
+
+def in_unit_apart(value: float, other: float, unit: str) -> tuple[str, str]:
+    """Print two numbers of a unit with as many digits as tell them apart: 229.2 deg/s and 229.18 deg/s."""
+    name, size = shown_in(unit)
+    texts = in_unit(value, unit), in_unit(other, unit)
+    for digits in range(5, 18):
+        if texts[0] != texts[1] or value == other:
+            break
+        texts = f"{value * size:.{digits}g} {name}".rstrip(), f"{other * size:.{digits}g} {name}".rstrip()
+    return texts
+
+
+def in_joint_position(value: float, unit: str) -> str:
+    """Print where a joint is: 171.9 deg (3.0000 rad), or 12.5 mm."""
+    return in_unit(value, unit) + (f" ({value:.4f} rad)" if unit == "rad" else "")
+
+
+def in_range(lower: float, upper: float, unit: str) -> str:
+    """Print the limits of a joint: [-166, 166] deg."""
+    name, size = shown_in(unit)
+    return f"[{lower * size + 0.0:.4g}, {upper * size + 0.0:.4g}] {name}".rstrip()
+
+
+def in_short(text: str, length: int = LONGEST_LINE) -> str:
+    """Return the first line of a text, cut to a length."""
+    line, _, more = text.partition("\n")
+    return f"{line[: length - 3]}..." if len(line) > length or (more and len(line) > length - 3) else line
+
+
+def in_number(items: Sized, one: str, several: str = "") -> str:
+    """Print how many there are: 1 joint, 7 joints."""
+    return f"{len(items)} {one if len(items) == 1 else several or one + 's'}"
+
+
+def in_stated_angle(angle: float, *, degrees: bool) -> str:
+    """Print an angle that was given wrong [rad]; of one given in radians, what it would be in degrees."""
+    if degrees:
+        return f"{np.rad2deg(angle):g} deg"
+    meant = f" rad: were degrees meant? {angle:g} deg are {np.deg2rad(angle):.4g} rad"
+    return f"{angle:g}{meant if abs(angle) > np.pi else ' rad'}"
+
+
+def in_point(xyz: Floats) -> str:
+    """Print a point in metres, to a tenth of a millimetre."""
+    return f"({_numbers(xyz)}) m"
+
+
+def in_axis(direction: Floats) -> str:
+    """Print a unit vector: the name of the axis that it is, or its coordinates."""
+    for index, name in enumerate("xyz"):
+        if abs(float(direction[index])) > 1.0 - 1e-9:
+            return name if direction[index] > 0.0 else f"-{name}"
+    return f"({_numbers(direction)})"
+
+
+ON_AXIS = float(np.cos(np.deg2rad(0.5)))
+"""Directions nearer to an axis than half a degree are said to be along it."""
+
+
+def in_direction(direction: Floats, reference: str) -> str:
+    """Say where a unit vector points: "up", "along -x", "along (0.5, 0, -0.866), 60 deg down".
+
+    Args:
+        direction: Its coordinates in the reference, shape (3,).
+        reference: "world", whose z is up, or the name of another frame.
+    """
+    coordinates = direction.tolist()
+    axis = next((index for index, value in enumerate(coordinates) if abs(value) > ON_AXIS), None)
+    if axis is not None:
+        if axis == 2 and reference == "world":
+            return "up" if coordinates[2] > 0.0 else "down"
+        sign = "" if coordinates[axis] > 0.0 else "-"
+        return f"along {sign}{'xyz'[axis]}{of_frame(reference)}"
+    words = f"along ({', '.join(f'{value + 0.0:.3g}' for value in direction.round(3).tolist())})"
+    if reference != "world":
+        return words + of_frame(reference)
+    tilt = float(np.rad2deg(np.arcsin(np.clip(coordinates[2], -1.0, 1.0))))
+    return f"{words}, {abs(tilt):.3g} deg {'up' if tilt > 0.0 else 'down'}" if abs(tilt) >= 0.5 else words
+
+
+def of_frame(reference: str) -> str:
+    """Name the frame whose axes are meant, unless it is the world."""
+    return "" if reference == "world" else f" of {reference}"
+
+
+def seen_from(reference: str) -> str:
+    """Name the frame that coordinates are relative to, unless it is the world."""
+    return "" if reference == "world" else f" from {reference}"
+
+
+def _numbers(values: Floats) -> str:
+    return ", ".join(f"{value + 0.0:.4g}" for value in np.asarray(values).round(4).tolist())
+
+
+def aligned(rows: Sequence[Sequence[str]], *, right: frozenset[int]) -> list[str]:
+    """Pad the cells of each column to one width.
+
+    Args:
+        rows: Rows of equal length.
+        right: Columns that are flush right.
+
+    Returns:
+        One line a row, without trailing blanks.
+    """
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return [
+        "  ".join(
+            cell.rjust(width) if column in right else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]

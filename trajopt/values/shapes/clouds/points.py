@@ -1,0 +1,130 @@
+"""A cloud of points: the union of balls of one radius about them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.errors import ShapeError, SizeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.shapes.clouds.files import read_points
+from trajopt.values.shapes.clouds.thinning import one_in_each_cell
+from trajopt.values.sizes import LARGEST_SIZE, length
+
+
+@dataclass(frozen=True, eq=False)
+class Points(Value):
+    """A cloud of measured points, each the centre of a ball: exactly the union of these balls is solid.
+
+    Nothing is solid between the balls. So the radius says what a point stands for: at least half the
+    distance of neighbouring points, where nothing may slip between them, and what the sensor may be off.
+
+    Attributes:
+        points: Centres of the balls, shape (n, 3) [m], read-only; at least one.
+        radius: Of each ball [m].
+
+    Raises:
+        ShapeError: If there is no point, or a coordinate is not finite: the message tells which point.
+        SizeError: If the radius is not positive, or the cloud wider than any shape may be (50 m).
+    """
+
+    points: Floats
+    radius: float
+
+    def __post_init__(self) -> None:
+        """Check and copy the points, and check the radius."""
+        object.__setattr__(self, "points", _points_of("Points.points", self.points))
+        object.__setattr__(self, "radius", length("Points.radius", self.radius))
+
+    def __repr__(self) -> str:
+        """Say how many there are."""
+        many = "1 point" if len(self.points) == 1 else f"{len(self.points)} points"
+        return f"Points({many}, radius={self.radius:.4g})"
+
+    def __len__(self) -> int:
+        """Count the points."""
+        return len(self.points)
+
+    @staticmethod
+    @checked
+    def from_file(path: Path | str, *, radius: float) -> "Points":
+        """Read a cloud from a file.
+
+        Points of which a coordinate is not finite stand for no measurement, and are left out.
+
+        Args:
+            path: A `.ply`, `.pcd`, `.npy` or `.npz` file, with coordinates in metres. An array has shape
+                (n, 3) or more columns, of which the first three are taken; an `.npz` file holds it under
+                the name `points`, or as its only array.
+            radius: Of each ball [m].
+
+        Raises:
+            FileFormatError: If the file is missing, malformed or of another kind, or holds no point.
+        """
+        return Points(read_points(path), radius)
+
+    @checked
+    def thinned(self, cell: float) -> "Points":
+        """Return fewer points with larger balls that contain every ball of this cloud.
+
+        Space is cut into cubes of edge v, and the points in each become one: the middle of their bounding
+        box. The radius grows by the distance of the farthest point from the one that stands for it: at most
+        v * sqrt(3) / 2, which is half a cube's diagonal, and less where the points lie on a surface. What
+        it grew by is the difference of the two radii.
+
+        Args:
+            cell: Edge v of the cubes [m].
+
+        Raises:
+            SizeError: If it is not positive, or larger than any shape may be.
+        """
+        middles, farthest = one_in_each_cell(self.points, length("cell", cell))
+        return Points(middles, self.radius + farthest)
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Lower and upper corner of the axis-aligned box around the balls, (3,) [m]."""
+        columns = self.points.T  # one after the other: along the rows numpy is ten times slower
+        lower, upper = (np.array([side(column) for column in columns]) for side in (np.min, np.max))
+        return readonly(lower - self.radius), readonly(upper + self.radius)
+
+    @cached_property
+    def sphere(self) -> tuple[Floats, float]:
+        """Centre (3,) and radius [m] of a sphere around all balls."""
+        centre = (self.box[0] + self.box[1]) / 2
+        return readonly(centre), float(np.linalg.norm(self.points - centre, axis=1).max()) + self.radius
+
+
+def _points_of(name: str, value: ArrayLike) -> Floats:
+    """Return points as a read-only array of their own.
+
+    Raises:
+        ShapeError: If they are none, or one is not finite.
+        SizeError: If they are farther apart than any shape may be large.
+    """
+    try:
+        points = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ShapeError(name, f"must be numbers, is {shown(value)}") from error
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ShapeError(name, f"needs shape (any, 3), has {points.shape}")
+    if not len(points):
+        raise ShapeError(name, "holds no point: where nothing was seen, leave the object out")
+    if not np.isfinite(points).all():
+        finite = np.isfinite(points).all(axis=1)
+        first, many = int(np.argmin(finite)), int((~finite).sum())
+        others = f", and {many - 1} more" * (many > 1)
+        raise ShapeError(
+            name, f"is not finite at [{first}]: {points[first].tolist()}{others}; leave such points out"
+        )
+    wide = max(float(np.ptp(column)) for column in points.T)  # along the rows numpy is ten times slower
+    if wide > LARGEST_SIZE:
+        raise SizeError(
+            name,
+            f"are spread over {wide:g} m, and {LARGEST_SIZE:g} m are the most: were millimetres meant? "
+            "Crop what is far away",
+        )
+    return readonly(points)

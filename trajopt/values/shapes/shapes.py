@@ -1,0 +1,253 @@
+"""Shapes of collision bodies: plain data with checked sizes, in metres.
+
+The origin of each shape is where its docstring says; a placement puts it somewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.values.arrays import Floats, Ints, Value, floats, readonly
+from trajopt.values.errors import ShapeError
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.clouds.parts import centres_of
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.sizes import length
+
+
+@dataclass(frozen=True)
+class Box(Value):
+    """Box about its centre, with edges along its axes.
+
+    Attributes:
+        x: Edge length along x [m].
+        y: Edge length along y [m].
+        z: Edge length along z [m].
+    """
+
+    x: float
+    y: float
+    z: float
+
+    def __post_init__(self) -> None:
+        """Check the edge lengths."""
+        for name in ("x", "y", "z"):
+            object.__setattr__(self, name, length(f"Box.{name}", getattr(self, name)))
+
+
+@dataclass(frozen=True)
+class Sphere(Value):
+    """Sphere about its centre.
+
+    Attributes:
+        radius: Radius [m].
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        """Check the radius."""
+        object.__setattr__(self, "radius", length("Sphere.radius", self.radius))
+
+
+@dataclass(frozen=True)
+class Cylinder(Value):
+    """Solid cylinder about its centre, axis along z.
+
+    Attributes:
+        radius: Radius [m].
+        length: Length along z [m].
+    """
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        """Check the sizes."""
+        object.__setattr__(self, "radius", length("Cylinder.radius", self.radius))
+        object.__setattr__(self, "length", length("Cylinder.length", self.length))
+
+
+@dataclass(frozen=True)
+class Capsule(Value):
+    """Cylinder with a half sphere at each end, about its centre, axis along z.
+
+    Attributes:
+        radius: Radius [m].
+        length: Length of the cylindrical part along z, without the caps [m].
+    """
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        """Check the sizes."""
+        object.__setattr__(self, "radius", length("Capsule.radius", self.radius))
+        object.__setattr__(self, "length", length("Capsule.length", self.length))
+
+
+@dataclass(frozen=True)
+class Cone(Value):
+    """Solid cone, axis along z: base at -length/2, tip at +length/2.
+
+    Attributes:
+        radius: Radius of the base [m].
+        length: Height along z [m].
+    """
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        """Check the sizes."""
+        object.__setattr__(self, "radius", length("Cone.radius", self.radius))
+        object.__setattr__(self, "length", length("Cone.length", self.length))
+
+
+@dataclass(frozen=True)
+class Plane(Value):
+    """Everything below the plane z = 0 of its own frame is solid (a half-space)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Convex(Value):
+    """Convex hull of points.
+
+    Build one with `convex(points)`.
+
+    Attributes:
+        vertices: Extreme points, shape (n, 3) [m], read-only.
+        faces: Triangles of the surface, outward, indices into vertices, shape (m, 3), read-only.
+    """
+
+    vertices: Floats
+    faces: Ints
+
+    @cached_property
+    def sphere(self) -> tuple[Floats, float]:
+        """Centre (3,) and radius [m] of a sphere around all vertices."""
+        centre = (self.vertices.min(axis=0) + self.vertices.max(axis=0)) / 2
+        return centre, float(np.linalg.norm(self.vertices - centre, axis=1).max())
+
+
+Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Cone | Plane | Convex | Mesh | Points | Voxels
+
+
+def convex(points: ArrayLike) -> Convex:
+    """Wrap points into their convex hull.
+
+    Args:
+        points: At least four points that do not lie in one plane, shape (n, 3) [m].
+
+    Raises:
+        ShapeError: If the points span no volume.
+    """
+    from scipy.spatial import ConvexHull
+
+    cloud = floats("points", points, (None, 3))
+    if len(cloud) < 4 or np.linalg.matrix_rank(cloud - cloud[0], tol=1e-9) < 3:
+        raise ShapeError("points", "lie in one plane, so their hull has no volume")
+    hull = ConvexHull(cloud)
+    used, compact = np.unique(hull.simplices, return_inverse=True)
+    vertices = cloud[used]
+    faces = compact.reshape(-1, 3)
+    corners = vertices[faces]
+    outward = hull.equations[:, :3]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normals, outward) < 0.0
+    faces[inward] = faces[inward][:, ::-1]
+    return Convex(readonly(vertices), faces)
+
+
+def bounding_sphere(shape: Shape) -> tuple[Floats, float]:
+    """Return centre (3,) [m] in the shape's frame and radius [m] of a sphere around the shape."""
+    origin = np.zeros(3)
+    match shape:
+        case Box():
+            return origin, float(np.linalg.norm((shape.x, shape.y, shape.z))) / 2
+        case Sphere():
+            return origin, shape.radius
+        case Cylinder() | Cone():
+            return origin, float(np.hypot(shape.radius, shape.length / 2))
+        case Capsule():
+            return origin, shape.radius + shape.length / 2
+        case Plane():
+            return origin, np.inf
+        case Convex():
+            return shape.sphere
+        case Points() | Voxels():
+            return shape.sphere
+        case Mesh():
+            centre = (shape.vertices.min(axis=0) + shape.vertices.max(axis=0)) / 2
+            return centre, float(np.linalg.norm(shape.vertices - centre, axis=1).max())
+
+
+def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
+    """Return the shape's axis-aligned box in its own frame: lower and upper corner, (3,) [m]."""
+    match shape:
+        case Box():
+            half = np.array((shape.x, shape.y, shape.z)) / 2
+        case Sphere():
+            half = np.full(3, shape.radius)
+        case Cylinder() | Cone():
+            half = np.array((shape.radius, shape.radius, shape.length / 2))
+        case Capsule():
+            half = np.array((shape.radius, shape.radius, shape.length / 2 + shape.radius))
+        case Plane():
+            return np.full(3, -np.inf), np.array((np.inf, np.inf, 0.0))
+        case Convex() | Mesh():
+            return shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+        case Points() | Voxels():
+            return shape.box
+    return -half, half
+
+
+def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
+    """Return a shape of another size: primitives about their origin, points about a centre, shape (3,) [m].
+
+    A plane has no size, and stays; the cells of a grid stay on a grid about their origin.
+
+    Raises:
+        SizeError: If it would become larger than any shape may be.
+    """
+    match shape:
+        case Box():
+            return Box(factor * shape.x, factor * shape.y, factor * shape.z)
+        case Sphere():
+            return Sphere(factor * shape.radius)
+        case Cylinder() | Capsule() | Cone():
+            return type(shape)(factor * shape.radius, factor * shape.length)
+        case Plane():
+            return shape
+        case Convex() | Mesh():
+            return replace(shape, vertices=readonly(centre + factor * (shape.vertices - centre)))
+        case Points():
+            return Points(centre + factor * (shape.points - centre), factor * shape.radius)
+        case Voxels():
+            return Voxels(shape.keys, factor * shape.size)
+
+
+def solids_near(
+    shape: Shape, where: Placement, centre: Floats, reach: float
+) -> list[tuple[Shape, Placement]]:
+    """Return the balls or cubes of a cloud that a ball may touch, each with its placement.
+
+    Args:
+        shape: The cloud; any other shape is returned as it is.
+        where: Its placement.
+        centre: Of the ball, in the frame in which the cloud is placed, shape (3,) [m].
+        reach: Its radius [m].
+    """
+    if not isinstance(shape, Points | Voxels):
+        return [(shape, where)]
+    one = Sphere(shape.radius) if isinstance(shape, Points) else Box(shape.size, shape.size, shape.size)
+    centres = where * centres_of(shape)
+    near = np.linalg.norm(centres - centre, axis=1) <= reach + bounding_sphere(one)[1]
+    return [(one, Placement(where.rotation, readonly(at))) for at in centres[near]]

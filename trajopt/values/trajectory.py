@@ -1,0 +1,357 @@
+"""Path q(s), without time, and Trajectory q(t), timed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.values.arrays import (
+    Floats,
+    Value,
+    floats,
+    floats_of_any_shape,
+    number,
+    one_of,
+    readonly,
+    sequence,
+)
+from trajopt.values.errors import JointNotFound, ShapeError, listed
+from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_number
+
+MEETING = 1e-5
+"""How much two motions may be apart where one follows the other [rad | m, by second, by second squared]: the
+judge takes a tenth of it for the start state."""
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Path(Value):
+    """A polyline through knots in joint space, without time.
+
+    Attributes:
+        joint_names: Names of the n joints.
+        knots: Joint positions, shape (N, n) [rad | m], N >= 2.
+    """
+
+    joint_names: tuple[str, ...]
+    knots: Floats
+
+    def __post_init__(self) -> None:
+        """Check the shape."""
+        joints = sequence("joint_names", self.joint_names)
+        object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(joints))))
+        if len(self.knots) < 2:
+            raise ShapeError("knots", "a path needs at least two")
+
+    def __repr__(self) -> str:
+        """Say knots and joints."""
+        return f"Path({in_number(self.knots, 'knot')}, {in_number(self.joint_names, 'joint')})"
+
+    @property
+    def length(self) -> float:
+        """Sum of the Euclidean lengths of the segments in joint space [rad | m]."""
+        return float(np.linalg.norm(np.diff(self.knots, axis=0), axis=1).sum())
+
+
+_INSTANT = 1e-9
+"""Times nearer than this count as equal [s]."""
+
+
+_LARGEST = 1e100
+"""Coefficients that are larger overflow where their polynomials are differentiated and multiplied."""
+LONGEST = 1e9
+"""No trajectory takes longer: thirty years [s]."""
+_MOST_SAMPLES = 1_000_000
+"""Of more samples the rate is a mistake: a quarter of an hour at the fastest controllers' 1 kHz."""
+_LEAST_STEP = 0.01
+"""Share of a step that the last one is at least: over less, rounding of positions reads as acceleration."""
+
+
+class Interpolation(Enum):
+    """What a trajectory does between its points."""
+
+    LINEAR = 1
+    CUBIC = 3
+    QUINTIC = 5
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Trajectory(Value):
+    """Joint positions over time: polynomials between points.
+
+    With accelerations the polynomials are quintic, with velocities cubic, with neither linear
+    (which is how `trajectory_msgs/JointTrajectory` is executed).
+
+    Attributes:
+        joint_names: Names of the n joints.
+        times: Time of each point from the start, increasing from 0, shape (k,) [s].
+        positions: Shape (k, n) [rad | m].
+        velocities: Shape (k, n) [rad/s | m/s], or None.
+        accelerations: Shape (k, n) [rad/s^2 | m/s^2], or None; needs velocities.
+    """
+
+    joint_names: tuple[str, ...]
+    times: Floats
+    positions: Floats
+    velocities: Floats | None = None
+    accelerations: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Check shapes and that time increases.
+
+        Raises:
+            ShapeError: If they do not fit, or times do not increase from 0 to at most 1e9 s.
+        """
+        object.__setattr__(self, "times", floats("times", self.times, (None,)))
+        count, joints = len(self.times), len(sequence("joint_names", self.joint_names))
+        for name in ("positions", "velocities", "accelerations"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, floats(name, value, (count, joints)))
+        if count < 2 or (np.diff(self.times) <= 0.0).any() or self.times[0] != 0.0:
+            raise ShapeError("times", "need at least two points, starting at 0 and increasing")
+        if self.times[-1] > LONGEST:
+            raise ShapeError("times", f"end at {self.times[-1]:g} s; {LONGEST:g} s are the most")
+        if len(set(self.joint_names)) != joints:
+            raise ShapeError("joint_names", f"name a joint twice: {listed(self.joint_names)}")
+        if self.accelerations is not None and self.velocities is None:
+            raise ShapeError("velocities", "are missing while accelerations are given")
+
+    @checked
+    def ordered(self, joint_names: tuple[str, ...]) -> Trajectory:
+        """Return the same motion with its joints in another order; itself where that is its own.
+
+        Raises:
+            JointNotFound: If a joint is missing.
+            ShapeError: If it moves joints that are not named.
+        """
+        if joint_names == self.joint_names:
+            return self
+        for name in joint_names:
+            if name not in self.joint_names:
+                raise JointNotFound("joint in the trajectory", name, self.joint_names)
+        extra = sorted(set(self.joint_names) - set(joint_names))
+        if extra:
+            raise ShapeError("trajectory", f"moves joints outside the group: {', '.join(extra)}")
+        order = [self.joint_names.index(name) for name in joint_names]
+        velocities, accelerations = self.velocities, self.accelerations
+        return Trajectory(
+            joint_names,
+            self.times,
+            self.positions[:, order],
+            None if velocities is None else velocities[:, order],
+            None if accelerations is None else accelerations[:, order],
+        )
+
+    @checked
+    def between(self, begin: float, end: float) -> Trajectory:
+        """Return the part of the motion from one time to another, its own time starting at 0.
+
+        Args:
+            begin: Time at which it begins, at least 0 [s].
+            end: Time at which it ends, later, at most the duration [s].
+
+        Raises:
+            ShapeError: If that is not a part of the motion.
+        """
+        if not 0.0 <= begin < end <= self.duration:
+            raise ShapeError("part", f"from {begin:g} to {end:g} s is none of 0 to {self.duration:g} s")
+        inner = (self.times > begin + _INSTANT) & (self.times < end - _INSTANT)
+        times = np.concatenate(((begin,), self.times[inner], (end,)))
+        # A polynomial's restriction has its own values at its ends, and what its points state between.
+        given = [rows for rows in (self.positions, self.velocities, self.accelerations) if rows is not None]
+        ends = np.array((begin, end))
+        segment = np.clip(np.searchsorted(self.times, ends, side="right") - 1, 0, len(self.times) - 2)
+        since, coefficients = (ends - self.times[segment])[:, None], self.coefficients[:, segment]
+        values: list[Floats] = []
+        for rows in given:
+            at = coefficients[0]
+            for coefficient in coefficients[1:]:
+                at = at * since + coefficient
+            values.append(np.concatenate((at[:1], rows[inner], at[1:])))
+            coefficients = coefficients[:-1] * np.arange(len(coefficients) - 1, 0, -1)[:, None, None]
+        return Trajectory(self.joint_names, times - begin, *values)
+
+    def followed_by(self, other: Trajectory) -> Trajectory:
+        """Return this motion and then another, as one.
+
+        Args:
+            other: Begins where this one ends, as fast and with the same acceleration, as far as both state
+                that, for the same joints in the same order.
+
+        Raises:
+            ShapeError: If it does not.
+            ProblemError: If it is no trajectory.
+        """
+        one_of("other", other, Trajectory)
+        if other.joint_names != self.joint_names or other.interpolation is not self.interpolation:
+            raise ShapeError("other", "must move the same joints, and state the same derivatives")
+        rows: list[Floats] = []
+        for name in ("positions", "velocities", "accelerations"):
+            mine, its = getattr(self, name), getattr(other, name)
+            if mine is None:
+                continue
+            off = float(np.abs(its[0] - mine[-1]).max())
+            if off > MEETING:
+                raise ShapeError(
+                    "other", f"its first {name} are off by {off:.3g} from the last of this motion"
+                )
+            rows.append(np.concatenate((mine, its[1:])))
+        times = np.concatenate((self.times, self.duration + other.times[1:]))
+        return Trajectory(self.joint_names, times, *rows)
+
+    def sampled(self, hz: float) -> Trajectory:
+        """Return the motion at a fixed rate, as a controller reads it.
+
+        The times are 0, 1/hz, 2/hz, ... and last the duration itself, so the last step may be shorter than
+        the others, or longer by a hundredth; positions, velocities and accelerations are arrays of shape
+        (k, n), and the last row is exactly the end. They are the motion's own at these times; between them
+        the result is quintic, which comes as near to the motion as the rate is high. (`judge` tells whether
+        it still holds everything.)
+
+        Args:
+            hz: Samples per second [1/s].
+
+        Raises:
+            ShapeError: If the rate is not positive, or so high that there are more than a million samples.
+        """
+        rate = number("hz", hz)
+        if rate <= 0.0 or self.duration * rate > _MOST_SAMPLES:
+            raise ShapeError(
+                "hz",
+                f"must be positive and give at most {_MOST_SAMPLES} samples; {rate:g} Hz over "
+                f"{self.duration:g} s do not",
+            )
+        steps = max(1, math.ceil(self.duration * rate - _LEAST_STEP))
+        times = np.append(np.arange(steps) / rate, self.duration)
+        rows = [self(times, order) for order in range(3)]
+        for row, given in zip(rows, (self.positions, self.velocities, self.accelerations), strict=True):
+            if given is not None:
+                row[-1] = given[-1]  # evaluated, it may differ in the last bit
+        return Trajectory(self.joint_names, times, *rows)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return `joint_names` and `points` as plain data, for `trajopt.files.moveit.read_trajectory`.
+
+        Each point has `time_from_start` [s] and `positions`, and `velocities` and `accelerations`
+        where the trajectory has them.
+        """
+        columns = (
+            ("positions", self.positions),
+            ("velocities", self.velocities),
+            ("accelerations", self.accelerations),
+        )
+        given = {key: rows.tolist() for key, rows in columns if rows is not None}
+        names = ("time_from_start", *given)
+        rows = zip(self.times.tolist(), *given.values(), strict=True)
+        points = [dict(zip(names, at, strict=True)) for at in rows]
+        return {"joint_names": list(self.joint_names), "points": points}
+
+    @property
+    def interpolation(self) -> Interpolation:
+        """What happens between the points."""
+        if self.accelerations is not None:
+            return Interpolation.QUINTIC
+        return Interpolation.LINEAR if self.velocities is None else Interpolation.CUBIC
+
+    @property
+    def duration(self) -> float:
+        """Time of the last point [s]."""
+        return float(self.times[-1])
+
+    @cached_property
+    def coefficients(self) -> Floats:
+        """Polynomial coefficients, shape (degree + 1, k - 1, n), highest power first.
+
+        Of the time since the start of each segment, as in `scipy.interpolate.PPoly`.
+
+        Raises:
+            ShapeError: If numbers are so large, or two times so near, that they overflow.
+        """
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            found = _hermite(self)
+        usable = np.abs(found) <= _LARGEST
+        if not usable.all():
+            _, segment, joint = np.argwhere(~usable)[0].tolist()
+            begin, end = self.times[segment : segment + 2]
+            raise ShapeError(
+                "points",
+                f"of {self.joint_names[joint]} are no motion from {begin:g} to {end:g} s: the polynomial "
+                "between them overflows; their numbers are too large, or their times too near to each other",
+            )
+        return readonly(found)
+
+    @cached_property
+    def _derivatives(self) -> tuple[Floats, ...]:
+        """Coefficients of the positions and their first three derivatives."""
+        found = [self.coefficients]
+        for _ in range(3):
+            last = found[-1]
+            powers = np.arange(len(last) - 1, 0, -1)[:, None, None]
+            found.append(last[:-1] * powers if len(last) > 1 else np.zeros_like(last))
+        return tuple(found)
+
+    def __call__(self, t: ArrayLike, order: int = 0) -> Floats:
+        """Evaluate at times, which are clipped to the duration.
+
+        Args:
+            t: Times [s], any shape.
+            order: 0 position, 1 velocity, 2 acceleration, 3 jerk.
+
+        Returns:
+            Shape t.shape + (n,).
+
+        Raises:
+            ShapeError: If a time is no number, or the order is not 0 to 3.
+        """
+        if order not in (0, 1, 2, 3):
+            raise ShapeError("order", f"must be 0 to 3, is {order}")
+        moments = np.clip(floats_of_any_shape("t", t), 0.0, self.duration)
+        segment = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
+        since = (moments - self.times[segment])[..., None]
+        first, *others = self._derivatives[order]
+        value = first[segment]
+        for coefficient in others:
+            value = value * since + coefficient[segment]
+        return value
+
+    def __repr__(self) -> str:
+        """Say points, joints and duration."""
+        return (
+            f"Trajectory({in_number(self.times, 'point')}, {in_number(self.joint_names, 'joint')}, "
+            f"{self.duration:.3f} s, {self.interpolation.name.lower()})"
+        )
+
+
+def _hermite(trajectory: Trajectory) -> Floats:
+    """Hermite interpolants of degree 1, 3 or 5 (coefficients of the time in each segment)."""
+    h = np.diff(trajectory.times)[:, None]
+    p0, p1 = trajectory.positions[:-1], trajectory.positions[1:]
+    if trajectory.velocities is None:
+        return np.stack(((p1 - p0) / h, p0))
+    v0, v1 = trajectory.velocities[:-1], trajectory.velocities[1:]
+    if trajectory.accelerations is None:
+        d = (p1 - p0) / h
+        return np.stack(((v0 + v1 - 2 * d) / h**2, (3 * d - 2 * v0 - v1) / h, v0, p0))
+    a0, a1 = trajectory.accelerations[:-1], trajectory.accelerations[1:]
+    # Residuals of position, velocity, acceleration at the end after the quadratic from the start.
+    dp = p1 - p0 - v0 * h - a0 * h**2 / 2
+    dv = (v1 - v0 - a0 * h) * h
+    da = (a1 - a0) * h**2
+    return np.stack(
+        (
+            (6 * dp - 3 * dv + da / 2) / h**5,
+            (-15 * dp + 7 * dv - da) / h**4,
+            (10 * dp - 4 * dv + da / 2) / h**3,
+            a0 / 2,
+            v0,
+            p0,
+        )
+    )

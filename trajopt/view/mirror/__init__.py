@@ -1,8 +1,0 @@
-"""The mirror: a robot that is driven elsewhere, shown as it is, with what is known around it.
-
-`mirror_view` shows what is at an address: a session of `trajopt serve`, or a run that a `Publisher` tells of.
-"""
-
-from trajopt.view.mirror.page import MirrorView as MirrorView
-from trajopt.view.mirror.page import mirror_view as mirror_view
-from trajopt.view.mirror.publisher import Publisher as Publisher

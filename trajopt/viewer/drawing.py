@@ -1,0 +1,292 @@
+"""The scene in the page: one frame for each joint, so that a change sends few messages."""
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.geometry import Kinematics
+from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
+from trajopt.scene.reduced import FixedBody, ReducedModel
+from trajopt.scene.timed import TimedModel
+from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import MeshFileError
+from trajopt.values.placement import Placement, placement
+from trajopt.values.shapes.mesh_file import load_mesh
+from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
+from trajopt.viewer import palette
+from trajopt.viewer.clearance import Nearest
+from trajopt.viewer.palette import Rgb
+from trajopt.viewer.surface import surface
+
+if TYPE_CHECKING:
+    from viser import FrameHandle, MeshHandle, ViserServer
+
+TRANSLUCENT = 0.35
+"""Opacity of objects that are seen through."""
+HALO = 0.3
+"""Opacity of the halos around what may be off its track."""
+FLOOR_EDGE = 4.0
+"""Edge of the floor grid [m]."""
+WITNESS_SIZE = 0.006
+"""Size of the dots at the two nearest points [m]."""
+
+
+class Drawing:
+    """Robot, objects, floor, tool path and the line between the nearest points."""
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        reduced: ReducedModel,
+        start: Kinematics,
+        *,
+        root: str = "",
+        robot: bool = True,
+        objects: bool = True,
+    ) -> None:
+        """Draw everything where it is at the start.
+
+        Args:
+            server: Serves the page.
+            reduced: Robot and scene, with joints that time drives where something changes with time.
+            start: Where its joints are.
+            root: Name of the node that all hangs on, where a page has several; empty for that of the page.
+            robot: Whether to draw the robot and the floor.
+            objects: Whether to draw what else is in the scene.
+        """
+        self._server = server
+        self._reduced = reduced
+        self._name = root
+        self._root = server.scene.add_frame(root, show_axes=False) if root else None
+        self._halos: list[tuple[str, Halo, MeshHandle]] = []
+        self._joints: list[FrameHandle] = [
+            server.scene.add_frame(self._joint_node(joint), show_axes=False)
+            for joint in range(1, reduced.model.njoints)
+        ]
+        self._collision: list[MeshHandle] = []
+        self._visual: list[MeshHandle] = []
+        self._objects: list[tuple[str, MeshHandle]] = []
+        if robot:
+            self._draw_robot()
+            self._draw_floor()
+        if objects:
+            self._draw_objects()
+        ends = np.zeros((1, 2, 3))
+        self._line = server.scene.add_line_segments(
+            f"{root}/nearest/line",
+            ends,
+            palette.TOUCHING,
+            thickness=3.0,
+            thickness_units="screen",
+            visible=False,
+        )
+        self._dots = server.scene.add_point_cloud(
+            f"{root}/nearest/points",
+            ends[0],
+            palette.TOUCHING,
+            point_size=WITNESS_SIZE,
+            point_shape="circle",
+            precision="float32",
+            visible=False,
+        )
+        self.move(start)
+
+    def show(self, visible: bool) -> None:
+        """Show all that hangs on its root, or nothing of it."""
+        if self._root is not None:
+            self._root.visible = visible
+
+    def move(self, kinematics: Kinematics) -> None:
+        """Place all joints as in the first of the configurations."""
+        with self._server.atomic():
+            for joint, frame in enumerate(self._joints, start=1):
+                where = Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint])
+                frame.wxyz = wxyz(where)
+                frame.position = where.translation
+
+    def joint_placement(self, joint: str) -> Placement:
+        """Return where a joint of the model is drawn, in the world."""
+        frame = self._joints[list(self._reduced.model.names).index(joint) - 1]
+        w, x, y, z = frame.wxyz
+        return placement(frame.position, quaternion=(x, y, z, w))
+
+    def point_out(self, nearest: Nearest | None) -> None:
+        """Draw the line between the nearest points, or none."""
+        self._line.visible = self._dots.visible = nearest is not None
+        if nearest is not None:
+            colour = palette.TOUCHING if nearest.distance < nearest.margin else palette.SAFE
+            self._line.points = nearest.points[None].astype(np.float32)
+            self._dots.points = nearest.points.astype(np.float32)
+            self._line.colors = self._dots.colors = np.array(colour, dtype=np.uint8)
+
+    def show_collision_shapes(self, visible: bool) -> None:
+        """Draw the robot's collision shapes over its links, or not."""
+        with self._server.atomic():
+            for handle in self._collision:
+                handle.visible = visible
+
+    def show_visual_shapes(self, visible: bool) -> None:
+        """Draw the robot's links as they look, or not; one without a look always by its shapes."""
+        with self._server.atomic():
+            for handle in self._visual:
+                handle.visible = visible
+
+    def make_translucent(self, names: Collection[str]) -> None:
+        """Let these objects be seen through, and no others."""
+        with self._server.atomic():
+            for name, handle in self._objects:
+                handle.opacity = TRANSLUCENT if name in names else None
+
+    def show_changing(self, timed: TimedModel, time: float) -> None:
+        """Draw the objects that are there at a time [s], and halos as far as they may be off their tracks."""
+        with self._server.atomic():
+            for name, handle in self._objects:
+                handle.visible = timed.there(name, time)
+            for name, halo, handle in self._halos:
+                distance = timed.error(name, time)
+                handle.visible = timed.there(name, time) and distance > THINNEST
+                if handle.visible:
+                    handle.vertices = halo.grown(distance).astype(np.float32)
+
+    def draw_halos(self, timed: TimedModel) -> None:
+        """Prepare halos around what may be off its track; `show_changing` gives them their size."""
+        colours = self._colours()
+        for count, body in enumerate(self._reduced.bodies):
+            if timed.is_uncertain(body.owner) and has_halo(body):
+                around = halo(body.shape, body.placement)
+                handle = self._server.scene.add_mesh_simple(
+                    f"{self._joint_node(body.joint)}/halo_{count}",
+                    around.nearest,
+                    around.faces,
+                    color=colours[body.owner],
+                    opacity=HALO,
+                    cast_shadow=False,
+                    visible=False,
+                )
+                self._halos.append((body.owner, around, handle))
+
+    def draw_tool_paths(self, paths: Floats) -> None:
+        """Draw the paths of the tools, shape (tools, points, 3) [m]."""
+        for count, points in enumerate(paths):
+            self._server.scene.add_line_segments(
+                f"/tool_path_{count}",
+                np.stack((points[:-1], points[1:]), axis=1),
+                palette.TOOL_PATH,
+                thickness=2.5,
+                thickness_units="screen",
+            )
+
+    def _draw_robot(self) -> None:
+        """Draw each link by its visual elements, or by its collision shapes where it has none."""
+        robot = self._reduced.scene.robot
+        for number, link in enumerate(robot.links):
+            joint, where = self._reduced.attachment(link)
+            plain = palette.LINKS[number % len(palette.LINKS)]
+            visuals = [visual for visual in robot.visuals if visual.link == link]
+            shapes = _readable(visuals)
+            bodies = [body for body in self._reduced.bodies if body.owner == link]
+            for count, (visual, shape) in enumerate(shapes):
+                node = f"{self._joint_node(joint)}/link_{number}_visual_{count}"
+                self._visual.append(self._mesh(node, shape, where * visual.placement, _colour(visual, plain)))
+            for count, body in enumerate(bodies):
+                node = f"{self._joint_node(joint)}/link_{number}_collision_{count}"
+                if shapes:
+                    handle = self._mesh(node, body.shape, body.placement, palette.COLLISION, opacity=0.45)
+                    handle.visible = False
+                    self._collision.append(handle)
+                else:
+                    self._mesh(node, body.shape, body.placement, plain)
+
+    def _draw_objects(self) -> None:
+        names, colours = list(self._reduced.scene.objects), self._colours()
+        for count, body in enumerate(self._reduced.bodies):
+            if body.owner in names:
+                number = names.index(body.owner)
+                colour = palette.GROUND if isinstance(body.shape, Plane) else colours[body.owner]
+                node = f"{self._joint_node(body.joint)}/object_{number}_part_{count}"
+                self._objects.append((body.owner, self._mesh(node, body.shape, body.placement, colour)))
+
+    def _colours(self) -> dict[str, Rgb]:
+        """Return the colour of each object; names that are alike before a stroke, of one robot, share it."""
+        alike = list(dict.fromkeys(name.split("/")[0] for name in self._reduced.scene.objects))
+        return {
+            name: palette.SURFACES[alike.index(name.split("/")[0]) % len(palette.SURFACES)]
+            for name in self._reduced.scene.objects
+        }
+
+    def _draw_floor(self) -> None:
+        """Draw a grid at the height of the lowest fixed body."""
+        fixed = [body for body in self._reduced.bodies if body.joint == 0]
+        lowest = min((_lowest(body) for body in fixed if not isinstance(body.shape, Plane)), default=0.0)
+        self._server.scene.add_grid(
+            "/floor",
+            width=FLOOR_EDGE,
+            height=FLOOR_EDGE,
+            cell_size=0.1,
+            cell_color=(228, 228, 228),
+            section_size=0.5,
+            section_color=(196, 196, 196),
+            position=(0.0, 0.0, min(lowest, 0.0)),
+        )
+
+    def _joint_node(self, joint: int) -> str:
+        return f"{self._name}/joint_{joint}" if joint else f"{self._name}/world"
+
+    def _mesh(
+        self, node: str, shape: Shape, where: Placement, colour: Rgb, *, opacity: float | None = None
+    ) -> "MeshHandle":
+        skin = surface(shape)
+        return self._server.scene.add_mesh_simple(
+            node,
+            skin.vertices,
+            skin.faces,
+            color=colour,
+            flat_shading=not skin.smooth,
+            opacity=opacity,
+            side="double",
+            cast_shadow=not isinstance(shape, Plane),
+            wxyz=wxyz(where),
+            position=where.translation,
+        )
+
+
+def _readable(visuals: list[LinkGeometry]) -> list[tuple[LinkGeometry, Shape]]:
+    """Load the meshes of a link's visual elements; nothing if one cannot be read."""
+    shapes: list[tuple[LinkGeometry, Shape]] = []
+    for visual in visuals:
+        if isinstance(visual.geometry, MeshReference):
+            try:
+                shapes.append((visual, load_mesh(visual.geometry.path, visual.geometry.scale)))
+            except MeshFileError:
+                return []
+        else:
+            shapes.append((visual, visual.geometry))
+    return shapes
+
+
+def _colour(visual: LinkGeometry, plain: Rgb) -> Rgb:
+    if visual.colour is None:
+        return plain
+    red, green, blue = (round(255 * min(max(share, 0.0), 1.0)) for share in visual.colour[:3])
+    return red, green, blue
+
+
+def _lowest(body: FixedBody) -> float:
+    """Return a lower bound of a fixed body's height [m]."""
+    lower, upper = bounding_box(body.shape)
+    half, centre = (upper - lower) / 2, body.placement * ((lower + upper) / 2)
+    return float(centre[2] - np.abs(body.placement.rotation[2]) @ half)
+
+
+def in_world(reduced: ReducedModel, name: str, kinematics: Kinematics) -> Placement:
+    """Return where a frame or object is in the world in the first of the configurations."""
+    joint, where = reduced.attachment(name)
+    return Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint]) * where
+
+
+def wxyz(where: Placement) -> Floats:
+    """Return a placement's quaternion in the order of the page, (w, x, y, z)."""
+    x, y, z, w = where.quaternion
+    return np.array((w, x, y, z))

@@ -1,0 +1,142 @@
+"""An explanation as a picture: the robot where it is not free, and what is in the way in red."""
+
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from textwrap import wrap
+
+import numpy as np
+
+from trajopt.planning.infeasibility.reasons import BlockKind
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FramePlacement
+from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.values.arrays import Floats
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD, placement
+from trajopt.values.shapes.shapes import Sphere
+from trajopt.values.trajectory import Trajectory
+from trajopt.why import Explanation
+
+LETTERS = 116
+"""Characters per line of the text over the picture."""
+LINES = 6
+"""Most lines of text."""
+GOAL_SIZE = 0.02
+"""Radius of the ball at a goal [m]."""
+GHOSTS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
+"""Shares of a path at which it is shown translucent."""
+
+
+MOMENT = 1e-3
+"""Between two configurations [s]: what changes with time is shown at one time."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """What is drawn: configurations in order, shape (k, n), and which of them is solid."""
+
+    configurations: Floats
+    ghosts: tuple[float, ...]
+    solid: float
+
+
+@checked
+def draw_explanation(
+    explanation: Explanation, path: Path | str, *, width: int = 960, height: int = 640
+) -> Path:
+    """Draw what stands in the way: the configuration that shows it, the pair in contact in red.
+
+    Translucent beside it: the nearest configuration that is free, or else the path that came nearest, or
+    the start. For a plan it is the motion. What changes with time is where it is in the middle of the time
+    during which it stands in the way. The text is above the picture.
+
+    Args:
+        explanation: What `Result.explain` returned.
+        path: The PNG to write.
+        width: Of the picture without the text [pixels].
+        height: Of the picture without the words [pixels].
+
+    Returns:
+        The path.
+
+    Raises:
+        FileFormatError: If the suffix is not that of a picture, or the folder does not exist.
+        RenderingUnavailable: If no OpenGL works here; says what to install.
+    """
+    from trajopt.simulation import Layout, render
+
+    reduced, shown = _with_goals(explanation.problem, _clock(explanation)), _shown(explanation)
+    goals = set(reduced.scene.objects) - set(explanation.problem.scene.objects)
+    times = MOMENT * np.arange(len(shown.configurations), dtype=np.float64)
+    last = float(times[-1])
+    file = render(
+        reduced,
+        Trajectory(reduced.joint_names, times, shown.configurations),
+        path,
+        width=width,
+        height=height,
+        moments=[*(share * last for share in shown.ghosts), shown.solid * last],
+        layout=Layout.SUPERPOSED,
+        highlight=_highlight(explanation) | goals,
+    )
+    _add_words(file, explanation)
+    return file
+
+
+def _with_goals(problem: Problem, clock: float) -> ReducedModel:
+    """Return the reduced model with a ball at every position in the world that the goals require.
+
+    The scene is that of a time of its clock [s].
+    """
+    scene = problem.scene.at(clock) if problem.scene.changing else problem.scene
+    for goal in problem.goals:
+        if isinstance(goal, FramePlacement) and problem.scene.holder(goal.reference).link == WORLD:
+            name = f"goal of {goal.frame}"
+            if name not in scene.objects and np.isfinite(goal.position_tolerance).all():
+                at = placement(problem.scene.holder(goal.reference).placement * goal.placement.translation)
+                scene = scene.add(name, Sphere(GOAL_SIZE), at)
+    return reduce_model(scene, problem.group, problem.start_positions)
+
+
+def _clock(explanation: Explanation) -> float:
+    """Return when the first thing stands in the way, in the middle of the time if that ends [s]."""
+    for block in explanation.blocks:
+        if block.begin is not None:
+            end = block.begin if block.end is None or block.end == inf else block.end
+            return max((block.begin + end) / 2.0, 0.0)
+    return 0.0
+
+
+def _shown(explanation: Explanation) -> _Shown:
+    at, path = explanation.configuration, explanation.path
+    start = explanation.problem.reduced.start_positions
+    if path is not None:
+        place = explanation.blocks[0].place if explanation.blocks else None
+        return _Shown(path.knots, GHOSTS, 1.0 if place is None else place)
+    beside = start if explanation.nearest_free is None else explanation.nearest_free.positions
+    return _Shown(np.stack((beside, start if at is None else at)), (0.0,), 1.0)
+
+
+def _highlight(explanation: Explanation) -> set[str]:
+    """Return the links and objects of the worst contact, and of the next where both are at the same place."""
+    touching = [block for block in explanation.blocks if block.kind is BlockKind.CONTACT]
+    together = 2 if explanation.path is None else 1
+    return {name for block in touching[:together] for name in block.subjects}
+
+
+def _add_words(file: Path, explanation: Explanation) -> None:
+    from PIL import Image, ImageDraw, ImageFont
+
+    picture = Image.open(file).convert("RGB")
+    size = max(11, picture.width // 60)
+    lines = [line for part in str(explanation).splitlines() for line in wrap(part, LETTERS)]
+    if len(lines) > LINES:
+        lines = [*lines[: LINES - 1], lines[LINES - 1] + " ..."]
+    top = (len(lines) + 1) * (size + 4)
+    sheet = Image.new("RGB", (picture.width, picture.height + top), (255, 255, 255))
+    sheet.paste(picture, (0, top))
+    draw = ImageDraw.Draw(sheet)
+    for row, line in enumerate(lines):
+        draw.text((size, size // 2 + row * (size + 4)), line, (40, 44, 52), ImageFont.load_default(size))
+    sheet.save(file, optimize=True)

@@ -1,0 +1,236 @@
+"""The live page: drag the hand, plan, look at the motion."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from trajopt.problem.stated import StartLike
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, one_of
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+from trajopt.viewer.live.desk import Desk
+from trajopt.viewer.live.drive_panel import DrivePanel
+from trajopt.viewer.live.goal import Goal
+from trajopt.viewer.live.goal_drawing import COLOURS
+from trajopt.viewer.live.goal_panel import GoalPanel
+from trajopt.viewer.live.motion_panel import MotionPanel
+from trajopt.viewer.live.objects_panel import ObjectsPanel
+from trajopt.viewer.live.picture import Picture
+from trajopt.viewer.live.planning import Planned
+from trajopt.viewer.live.reach import Reach, Reaching
+from trajopt.viewer.live.shown_panel import Shown, ShownPanel
+from trajopt.viewer.live.words import block_html
+from trajopt.viewer.live.workbench import Workbench
+from trajopt.viewer.run_viewer import look_from_the_best_side
+from trajopt.viewer.served import Served
+from trajopt.viewer.server import open_server
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+BACK, ASIDE = 1.35, 0.16
+"""The robot is looked at from so much farther away, for its hand will go elsewhere, and so far to the left of
+the middle [of the page's height], where the controls do not cover it."""
+
+
+@checked
+def live_view(
+    scene: Scene,
+    *,
+    group: str = "",
+    start: StartLike | None = None,
+    port: int = 8080,
+    host: str = "127.0.0.1",
+) -> "LiveView":
+    """Serve a page in which a goal is set by hand, planned to and looked at; returns at once.
+
+    Args:
+        scene: The robot and what is around it.
+        group: The group that moves; when empty the only one, or the first that ends in a hand.
+        start: Where the robot stands, in any form that a problem takes; when None each group in its first
+            named state.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines use the page too.
+
+    Returns:
+        The page: open its `url` in a browser; `wait()` keeps a script alive.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        GroupNotFound: If there is no such group.
+        ProblemError: If nothing can be served on this host or port, or something moves by itself.
+    """
+    if one_of("scene", scene, Scene).changing:
+        raise ProblemError(
+            "live_view: things in the scene move by themselves; show it with view or watch_run"
+        )
+    bench = Workbench(scene, group, start)
+    return LiveView(open_server(host, port), bench)
+
+
+class LiveView(Served):
+    """A page to plan by hand; `live_view` opens one.
+
+    Attributes:
+        url: Address of the page.
+    """
+
+    def __init__(self, server: "ViserServer", bench: Workbench) -> None:
+        """Draw the robot and the controls."""
+        super().__init__(server)
+        self._bench, self._desk = bench, Desk(self._say)
+        self._reaching: Reaching | None = None
+        look_from_the_best_side(server, bench.reduced, None, back=BACK, aside=ASIDE)
+        self._picture = Picture(
+            server,
+            bench,
+            dragged=self._drag,
+            picked=self._pick,
+            displaced=self._displace,
+        )
+        self._goal_text = server.gui.add_html("")
+        self._motion = MotionPanel(
+            server,
+            self._desk,
+            bench,
+            stand=self._picture.stand,
+            show_motion=self._picture.show_motion,
+            found=self._motion_changed,
+        )
+        self._drive = DrivePanel(
+            server, self._desk, bench, stand=self._picture.stand, changed=self._robot_changed
+        )
+        tabs = server.gui.add_tab_group()
+        with tabs.add_tab("Goal"):
+            self._goal = GoalPanel(server, bench, self._ask_goal)
+        with tabs.add_tab("Objects"):
+            self._objects = ObjectsPanel(server, bench, self._ask_around, self._picture.choose)
+        with tabs.add_tab("Show"):
+            self._shown = ShownPanel(server, self._ask_shown)
+        self._show_goal()
+
+    @property
+    def goal(self) -> Goal:
+        """Where the robot is asked to go."""
+        return self._bench.goal
+
+    @property
+    def planned(self) -> Planned | None:
+        """How planning to this goal ended; None before."""
+        return self._motion.planned
+
+    @property
+    def time(self) -> float:
+        """Time of the motion that is shown [s]."""
+        return self._motion.playback.time
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of the group's joints as they are drawn, shape (n,) [rad | m]."""
+        return self._picture.positions
+
+    @checked
+    def settle(self, seconds: float = 60.0) -> bool:
+        """Wait until the page shows what it was asked for, planning left out; say whether it does."""
+        return self._desk.settle(seconds)
+
+    def _end(self) -> None:
+        self._drive.close()
+        self._motion.close()
+        if self._reaching is not None:
+            self._reaching.close()
+        self._desk.close()
+
+    def _drag(self, placement: Placement) -> None:
+        self._ask_goal("goal", lambda: self._bench.move_hand(placement))
+
+    def _displace(self, placement: Placement) -> None:
+        self._objects.move(placement)
+
+    def _pick(self, name: str) -> None:
+        self._ask_around("choose", lambda: self._objects.choose(name))
+
+    def _ask_goal(self, name: str, change: Callable[[], None]) -> None:
+        """Have the goal changed soon, in place of a change of that name that still waits."""
+        self._desk.do(name, lambda: self._change_goal(change))
+
+    def _ask_around(self, name: str, change: Callable[[], None]) -> None:
+        """Have what is around the robot changed soon, in place of a change of that name that waits."""
+
+        def edit() -> None:
+            before = self._bench.scene
+            change()
+            if self._bench.scene is not before:
+                self._motion.drop()
+                self._drive.see()
+                self._picture.renew()
+                self._find_reach()
+                self._show_goal()
+            self._objects.show()
+            self._picture.choose(self._objects.chosen)
+
+        self._desk.do(name, edit)
+
+    def _change_goal(self, change: Callable[[], None]) -> None:
+        """Change the goal: what was planned is not for this any more."""
+        change()
+        self._motion.drop()
+        self._show_goal()
+
+    def _motion_changed(self) -> None:
+        """Show the goal in the posture in which a motion ends: the planner chooses the best that it finds."""
+        motion = self._motion.motion
+        if motion is not None:
+            self._bench.take_posture(motion(motion.duration))
+        self._show_goal()
+
+    def _ask_shown(self, shown: Shown) -> None:
+        """Have something drawn, or not."""
+
+        def switch() -> None:
+            self._picture.switch(shown)
+            self._find_reach()
+
+        self._desk.do("shown", switch)
+
+    def _find_reach(self) -> None:
+        """Begin to look where the hand gets to, if that is asked for; what was found before is hidden."""
+        self._picture.show_reach(None)
+        asked = self._shown.shown.reach
+        self._shown.say("Looking where the hand gets to ..." if asked else "")
+        if asked and self._reaching is None:
+            self._reaching = Reaching(self._bench.reduced, self._bench.hand, self._reached)
+
+    def _reached(self, reaching: Reaching, found: Reach | str) -> None:
+        def show() -> None:
+            self._reaching = None
+            if reaching.reduced is not self._bench.reduced:
+                self._find_reach()  # something has changed since
+            elif self._shown.shown.reach:
+                self._picture.show_reach(None if isinstance(found, str) else found)
+                self._shown.say(found if isinstance(found, str) else found.words)
+
+        self._desk.do("reach", show)
+
+    def _robot_changed(self) -> None:
+        """Show that the robot is being driven, or stands again."""
+        if not self._drive.busy:
+            self._motion.drop()
+            self._picture.stand(self._bench.positions)
+            self._picture.renew()
+        self._show_goal()
+
+    def _show_goal(self) -> None:
+        goal = self._bench.goal
+        self._picture.show_goal()
+        self._goal.show()
+        there = self._bench.at_goal
+        title = "The goal is where the robot is" if there else f"The goal is {goal.reachability.value}"
+        self._goal_text.content = block_html(title, [goal.words], COLOURS[goal.reachability])
+        self._motion.show()
+        self._drive.show(planned=self._motion.motion is not None)
+
+    def _say(self, refusal: str) -> None:
+        """Say why something was not done."""
+        self._motion.say("That could not be done", [refusal])

@@ -1,0 +1,132 @@
+"""The picture of the live page: the robot at a posture, what is around it, its goal and what is near."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.values.arrays import Floats
+from trajopt.values.placement import Placement
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer import palette
+from trajopt.viewer.clearance import ClearanceQuery, Nearest
+from trajopt.viewer.drawing import Drawing, in_world
+from trajopt.viewer.live.goal_drawing import GoalDrawing
+from trajopt.viewer.live.near import telling_pairs
+from trajopt.viewer.live.nearest_drawing import PAIRS, NearestDrawing
+from trajopt.viewer.live.objects_drawing import ObjectsDrawing
+from trajopt.viewer.live.reach import Reach
+from trajopt.viewer.live.shown_panel import Shown
+from trajopt.viewer.live.workbench import Workbench
+from trajopt.viewer.trail import POINTS, Trail
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from viser import ViserServer
+
+DOT = 0.005
+"""Size of the dots of the reach [m]: apart, so that the robot is seen between them."""
+LONG = 1e6
+"""Of a posture nobody knows how long it takes: allowances of contact before its end never count [s]."""
+
+
+class Picture:
+    """All that is drawn.
+
+    Attributes:
+        nearest: The nearest pairs as they are drawn, the nearest first.
+        positions: Of the group as it is drawn, shape (n,) [rad | m].
+    """
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        bench: Workbench,
+        *,
+        dragged: "Callable[[Placement], None]",
+        picked: "Callable[[str], None]",
+        displaced: "Callable[[Placement], None]",
+    ) -> None:
+        """Draw the robot as it stands.
+
+        Args:
+            server: Serves the page.
+            bench: What is drawn.
+            dragged: Told where the hand is dragged to.
+            picked: Told which object is clicked.
+            displaced: Told where the chosen object is dragged to.
+        """
+        self._server, self._bench = server, bench
+        self._clearance = ClearanceQuery(bench.reduced, LONG)
+        self.positions, self.nearest = bench.positions, tuple[Nearest, ...]()
+        self._shown = Shown()
+        here = self._clearance.query.kinematics(self.positions[None])
+        self._robot = Drawing(server, bench.reduced, here, objects=False)
+        self._goal = GoalDrawing(server, bench.reduced, dragged)
+        self._objects = ObjectsDrawing(server, picked, displaced)
+        self._objects.show(bench.reduced, here)
+        self._near = NearestDrawing(server)
+        self._trail = Trail(server, "/trail", palette.TOOL_PATH, 3.0)
+        self._motion: Trajectory | None = None
+        self._reach = server.scene.add_point_cloud(
+            "/reach", np.zeros((1, 3)), (0, 0, 0), point_size=DOT, point_shape="circle", visible=False
+        )
+        self.show_goal()
+        self.stand(self.positions)
+
+    def stand(self, positions: Floats) -> None:
+        """Draw the robot at a posture, shape (n,) [rad | m]."""
+        self.positions = positions
+        here = self._clearance.query.kinematics(positions[None])
+        self.nearest = near = telling_pairs(self._clearance, positions, PAIRS) if self._shown.nearest else ()
+        with self._server.atomic():
+            self._robot.move(here)
+            self._objects.move(self._bench.reduced, here)
+            self._near.show(near)
+
+    def renew(self) -> None:
+        """Draw what is around the robot anew: it has changed, or the robot stands elsewhere."""
+        self._clearance = ClearanceQuery(self._bench.reduced, LONG)
+        self._objects.show(self._bench.reduced, self._clearance.query.kinematics(self.positions[None]))
+        self._goal.renew(self._bench.reduced)
+        self.show_goal()
+        self.stand(self.positions)
+
+    def choose(self, name: str) -> None:
+        """Let an object be dragged, or none."""
+        self._objects.choose(name)
+        self.stand(self.positions)
+
+    def show_goal(self) -> None:
+        """Draw the goal as it is."""
+        self._goal.show(self._bench.goal, self._clearance.query, self._bench.positions)
+
+    def show_motion(self, motion: Trajectory | None) -> None:
+        """Draw the line of the hand along a motion, or none."""
+        self._motion = motion
+        if motion is None or not self._shown.trail:
+            self._trail.show(None)
+            return
+        placed = self._clearance.query.kinematics(motion(np.linspace(0.0, motion.duration, POINTS)))
+        joint, held = self._bench.reduced.attachment(self._bench.hand)
+        self._trail.show(placed.rotation[:, joint] @ held.translation + placed.translation[:, joint])
+
+    def show_reach(self, reach: Reach | None) -> None:
+        """Draw where the hand gets to, or not."""
+        self._reach.visible = reach is not None
+        if reach is not None:
+            self._reach.points, self._reach.colors = reach.points.astype(np.float16), reach.colours
+
+    def switch(self, shown: Shown) -> None:
+        """Draw some of it, and some not."""
+        self._shown = shown
+        with self._server.atomic():
+            self._robot.show_visual_shapes(shown.links)
+            self._robot.show_collision_shapes(shown.collision)
+            self.show_motion(self._motion)
+            self.stand(self.positions)
+
+    def hand_drawn(self) -> Placement:
+        """Return where the hand is drawn, in the world."""
+        here = self._clearance.query.kinematics(self.positions[None])
+        return in_world(self._bench.reduced, self._bench.hand, here)

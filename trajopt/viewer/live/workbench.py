@@ -1,0 +1,177 @@
+"""Workbench: a robot where it stands, what is around it, and the goal that it is asked to go to.
+
+It holds what a person sets by hand, and knows nothing of the page that shows it.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from trajopt.problem.problem import Problem
+from trajopt.problem.stated import StartLike, only_group, stated_start
+from trajopt.robot.robot import Robot
+from trajopt.scene.initial_positions import initial_positions
+from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.placement import Placement
+from trajopt.viewer.live.goal import (
+    SPATIAL,
+    Goal,
+    Reachability,
+    goal_of_hand,
+    goal_of_joints,
+    hand_at,
+    in_posture,
+)
+
+THERE = 1e-3
+"""A robot with each joint so near to its goal is there already [rad | m]."""
+
+
+class Workbench:
+    """What is set by hand.
+
+    Attributes:
+        group: The group that moves.
+        hand: The frame that goals are set for.
+        turned: Whether a goal of the hand counts its orientation; otherwise its position alone.
+        goal: Where the robot is asked to go.
+        held: Why nothing can be planned although the goal is a good one; empty if it can.
+    """
+
+    def __init__(self, scene: Scene, group: str = "", start: StartLike | None = None) -> None:
+        """Put the robot somewhere; its goal is where it stands.
+
+        Args:
+            scene: The robot and what is around it.
+            group: The group that moves; when empty the only one, or the first that has a hand.
+            start: Where it stands; when None each group in its first named state.
+
+        Raises:
+            GroupNotFound: If there is no such group.
+            ProblemError: If the group has no joint to move, or the start is in none of its forms.
+        """
+        robot = scene.robot
+        self.group = group or chosen_group(robot)
+        if not robot.group(self.group).joints:
+            raise ProblemError(f"group {shown(self.group)} has no joint to move")
+        self._start = (
+            initial_positions(robot)
+            if start is None
+            else stated_start(robot, self.group, start, degrees=False)
+        )
+        self._reduced = reduce_model(scene, self.group, self._start)
+        self.hand = tool_frame(self._reduced)
+        self.held = ""
+        self.turned = len(self._reduced.joint_names) >= SPATIAL
+        self.goal: Goal = goal_of_joints(self._reduced, self.hand, self._reduced.start_positions)
+
+    @property
+    def scene(self) -> Scene:
+        """The robot and what is around it."""
+        return self._reduced.scene
+
+    @property
+    def reduced(self) -> ReducedModel:
+        """The robot as it stands, with its group's joints free."""
+        return self._reduced
+
+    @property
+    def positions(self) -> Floats:
+        """Where the group's joints are, shape (n,) [rad | m]."""
+        return self._reduced.start_positions
+
+    @property
+    def states(self) -> Mapping[str, Floats]:
+        """Named states of the group: positions of its joints, shape (n,) [rad | m]."""
+        robot, place = self.scene.robot, self.scene.robot.index(self._reduced.joint_names)
+        names = (name for owner, name in robot.states if owner == self.group)
+        return {name: robot.positions(name, group=self.group)[place] for name in names}
+
+    @property
+    def refusal(self) -> str:
+        """Why nothing can be planned now, in words; empty if it can."""
+        if self.held:
+            return self.held
+        if self.goal.reachability is not Reachability.REACHABLE:
+            return f"the goal is {self.goal.reachability.value}"
+        if self.at_goal:
+            return "the robot is at its goal: drag the arrows at the hand, or move a joint's slider"
+        return ""
+
+    @property
+    def at_goal(self) -> bool:
+        """Whether the robot is where it is asked to go."""
+        return bool(np.abs(self.goal.positions - self.positions).max() < THERE)
+
+    @property
+    def problem(self) -> Problem:
+        """What is asked for."""
+        return Problem(
+            scene=self.scene, group=self.group, start=self._start, goal=self.goal.required, name="by hand"
+        )
+
+    def move_hand(self, placement: Placement) -> None:
+        """Ask for the hand to be somewhere in the world, in the posture that is nearest to the goal's."""
+        self.goal = goal_of_hand(self._reduced, self.hand, placement, self.goal.positions, turned=self.turned)
+
+    def move_joints(self, positions: Floats) -> None:
+        """Ask for the group's joints to be somewhere, shape (n,) [rad | m]."""
+        self.goal = goal_of_joints(self._reduced, self.hand, positions)
+
+    def move_joint(self, joint: str, position: float) -> None:
+        """Ask for one joint to be somewhere [rad | m], and the others where the goal has them."""
+        positions = np.array(self.goal.positions)
+        positions[self._reduced.joint_names.index(joint)] = position
+        self.move_joints(positions)
+
+    def take_posture(self, positions: Floats) -> None:
+        """Take the posture in which a motion ends for that of the goal, shape (n,) [rad | m]."""
+        self.goal = in_posture(self._reduced, self.goal, positions)
+
+    def count_orientation(self, turned: bool) -> None:
+        """Say whether a goal of the hand counts its orientation."""
+        self.turned = turned
+        self.move_hand(self.goal.placement)
+
+    def reset_goal(self) -> None:
+        """Ask for what is: the goal is where the robot stands."""
+        self.move_joints(self.positions)
+
+    def stand(self, positions: Floats) -> None:
+        """Let the robot stand somewhere, shape (n,) [rad | m]; the goal stays as it is."""
+        self._start = readonly(self._reduced.all_positions(positions))
+        self._renew(self.scene)
+
+    def change(self, scene: Scene) -> None:
+        """Let something else be around the robot; the goal is judged anew."""
+        self._renew(scene)
+
+    def placement_of(self, name: str) -> Placement:
+        """Return where a frame or object is in the world, as the robot stands."""
+        return self.scene.placement_of(name, self._reduced.all_positions(self.positions))
+
+    @property
+    def hand_now(self) -> Placement:
+        """Where the hand is in the world."""
+        return hand_at(self._reduced, self.hand, self.positions)
+
+    def _renew(self, scene: Scene) -> None:
+        self._reduced = reduce_model(scene, self.group, self._start)
+        goal = self.goal
+        if goal.reachability is Reachability.OUT_OF_REACH or goal.required.frames:
+            self.move_hand(goal.placement)
+        else:
+            self.move_joints(goal.positions)
+
+
+def chosen_group(robot: Robot) -> str:
+    """Return the group that is meant where none is named: the only one, or the first with a hand.
+
+    Raises:
+        ProblemError: If there are several, and none ends in a hand.
+    """
+    arms = [name for name, group in robot.groups.items() if group.joints and group.tip is not None]
+    return arms[0] if arms else only_group(robot)

@@ -1,0 +1,176 @@
+"""Publisher: a run tells mirrors where its robot is, and what is known around it, over HTTP.
+
+It answers what a session of `trajopt serve` answers a mirror: `GET /state`, `POST /robot`, `POST /scene`. It
+tells and takes nothing: nobody can move a robot, or stop it, by it.
+"""
+
+import json
+import threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+import numpy as np
+
+from trajopt.driving.logbook import Logbook, Watched
+from trajopt.driving.recording import Moment
+from trajopt.files.bundle.message import message_of
+from trajopt.problem.problem import Problem
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, one_of
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer.mirror.state import State
+
+AHEAD = 25
+"""Configurations that stand for what is left of a motion: a line of the hand looks smooth through so many."""
+EVENTS = 12
+"""So many events are told, the latest ones."""
+PATIENCE = 10.0
+"""A connection that says nothing for so long is closed [s]."""
+LARGEST = 4096
+"""Of what comes with a request so much is read [bytes]: nothing needs any."""
+LOCAL = ("127.0.0.1", "localhost", "[::1]")
+
+
+class Publisher:
+    """Tells what a run does; `run(problem, watch=publisher.look)`. Ends with `close`, or with a block.
+
+    Attributes:
+        url: Address for `trajopt view --mirror`.
+    """
+
+    @checked
+    def __init__(self, problem: Problem, *, port: int = 8090, host: str = "127.0.0.1") -> None:
+        """Begin to answer.
+
+        Args:
+            problem: What is asked of the robot.
+            port: Port; any free one when 0.
+            host: Address to answer on; "0.0.0.0" lets other machines look too.
+
+        Raises:
+            ProblemError: If nothing can be served on this host or port.
+        """
+        self._problem, self._logbook = one_of("problem", problem, Problem), Logbook()
+        self._lock, self._revision = threading.Lock(), 0
+        self._told: tuple[object, float] = (None, 0.0)
+        try:
+            self._server = ThreadingHTTPServer((host, port), _handler_of(self, host))
+        except (OSError, OverflowError) as error:
+            raise ProblemError(f"nothing can be served on {shown(host)}, port {port}: {error}") from error
+        self._server.daemon_threads = True
+        name = "localhost" if host == "0.0.0.0" else host
+        self.url = f"http://{name}:{self._server.server_address[1]}"
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, name="trajopt publisher", daemon=True
+        )
+        self._thread.start()
+
+    def __enter__(self) -> "Publisher":
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Answer no more."""
+        self.close()
+
+    @checked
+    def look(self, watched: Watched) -> None:
+        """Look at who drives the robot, after each cycle.
+
+        Raises:
+            ProblemError: If it is another one than before.
+        """
+        self._logbook.look(watched)
+
+    def close(self) -> None:
+        """Answer no more."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+    def robot(self) -> dict[str, object]:
+        """Return the robot as a message."""
+        return message_of(self._problem.scene.robot, {})
+
+    def scene(self) -> dict[str, object]:
+        """Return what is around the robot now as a message, without the robot."""
+        return message_of(self._scene(), {"robot": self._problem.scene.robot})
+
+    def state(self) -> State:
+        """Return where the robot is now."""
+        moment, reduced = self._moment(), self._problem.reduced
+        if moment is None:
+            return State(revision=0, positions=self._problem.start_positions, driven=False)
+        return State(
+            revision=self._revised(moment),
+            positions=reduced.all_positions(moment.positions),
+            driven=moment.stop is not None,
+            ahead=None if moment.plan is None else self._ahead(moment.plan),
+            events=moment.events[-EVENTS:],
+        )
+
+    def _moment(self) -> Moment | None:
+        return self._logbook.moment if self._logbook.looks else None
+
+    def _scene(self) -> Scene:
+        moment = self._moment()
+        if moment is None:
+            return self._problem.scene.still_at(0.0)
+        seen = moment.sighting.seen
+        return seen.scene.still_at(moment.time - seen.stamp)
+
+    def _revised(self, moment: Moment) -> int:
+        """Return the number of what is around the robot: another one where it is another."""
+        scene = moment.sighting.seen.scene
+        now = (moment.sighting, moment.time if scene.changing else 0.0)
+        with self._lock:
+            if now[0] is not self._told[0] or now[1] != self._told[1]:
+                self._told, self._revision = now, self._revision + 1
+            return self._revision
+
+    def _ahead(self, plan: Trajectory) -> Floats:
+        along = plan(np.linspace(0.0, plan.duration, AHEAD))
+        return np.array([self._problem.reduced.all_positions(each) for each in along])
+
+
+def _handler_of(publisher: Publisher, host: str) -> type[BaseHTTPRequestHandler]:
+    """Return what answers requests: on this machine only those that call it by its name.
+
+    A page of another site could otherwise have a browser here ask it, by a name that means this machine.
+    """
+
+    class Handler(BaseHTTPRequestHandler):
+        timeout = PATIENCE
+
+        def do_GET(self) -> None:
+            self._answer({"/state": lambda: publisher.state().as_dict()})
+
+        def do_POST(self) -> None:
+            self._answer({"/robot": publisher.robot, "/scene": publisher.scene})
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Say nothing on standard error."""
+
+        def _answer(self, known: dict[str, Any]) -> None:
+            # What comes with a request says nothing here; unread, it would have the connection reset.
+            length = self.headers.get("content-length", "0")
+            self.rfile.read(min(int(length), LARGEST) if length.isdigit() else 0)
+            called = self.headers.get("host", "").rpartition(":")[0].lower()
+            if host in LOCAL and called not in LOCAL:
+                self._send(421, {"error": {"kind": "malformed", "reason": "not known by that name"}})
+            elif self.path not in known:
+                self._send(404, {"error": {"kind": "unknown", "reason": "there is nothing at this address"}})
+            else:
+                self._send(200, known[self.path]())
+
+        def _send(self, status: int, document: dict[str, Any]) -> None:
+            body = json.dumps(document).encode()
+            self.send_response(status)
+            self.send_header("content-type", "application/json")
+            self.send_header("content-length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+    return Handler

@@ -1,0 +1,199 @@
+"""A motion as an image: joints, speeds, clearance and tilt over time."""
+
+# matplotlib leaves the type of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.problem.requirements import Requirement
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import FileFormatError, ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Interpolation, Trajectory
+from trajopt.viewer.clearance import PairKind
+from trajopt.viewer.palette import LINES, NARROW, TOUCHING, hexadecimal
+from trajopt.viewer.readout import decimal
+from trajopt.viewer.samples import REACH, MotionSamples, sample_motion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+DOTS_PER_INCH = 150
+LIMIT = hexadecimal(TOUCHING)
+MARGIN = hexadecimal(NARROW)
+KIND_COLOURS = dict(zip(PairKind, (LINES[0], LINES[5], LINES[2]), strict=True))
+
+
+@checked
+def plot_motion(
+    reduced: ReducedModel,
+    trajectory: Trajectory,
+    path: Path | str,
+    *,
+    limits: JointLimits | None = None,
+    constraints: Sequence[Requirement] = (),
+    title: str = "",
+) -> Path:
+    """Draw a motion over time: joint positions, speeds, clearance, and tilt or accelerations.
+
+    Args:
+        reduced: The robot and its surroundings.
+        trajectory: The motion of the group's joints.
+        path: The image to write; its suffix chooses the format (PNG where there is none).
+        limits: Limits of the motion; the robot's own when None.
+        constraints: What was required all the way; axis alignments are drawn.
+        title: Heading of the image.
+
+    Returns:
+        The path that was written.
+
+    Raises:
+        ShapeError: If the trajectory moves other joints than the group's.
+        FileFormatError: If the suffix names no image format.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    if trajectory.joint_names != reduced.joint_names:
+        raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
+    figure = Figure(figsize=(10.0, 11.0), dpi=DOTS_PER_INCH, layout="constrained")
+    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    samples = sample_motion(reduced, trajectory, limits or reduced.limits, constraints)
+    panels: list[Axes] = list(figure.subplots(4, 1, sharex=True))
+    _draw_positions(panels[0], samples)
+    _draw_shares(panels[1], samples, samples.velocity_shares, "joint speed\n[% of limit]")
+    _draw_clearance(panels[2], samples)
+    if samples.tilts:
+        _draw_tilts(panels[3], samples)
+    else:
+        _draw_shares(panels[3], samples, samples.acceleration_shares, "joint acceleration\n[% of limit]")
+        if trajectory.interpolation is Interpolation.LINEAR:
+            note = "linear between its points: acceleration is zero there, and not defined at them"
+            panels[3].set_title(note, loc="left", fontsize="small", color="#555555")
+    for panel in panels:
+        panel.grid(True, color="#e3e6ea", linewidth=0.7)
+        panel.set_axisbelow(True)
+        panel.spines[["top", "right"]].set_visible(False)
+        if panel.get_legend_handles_labels()[0]:
+            panel.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
+    panels[-1].set_xlabel("time [s]")
+    panels[-1].set_xlim(0.0, trajectory.duration)
+    figure.align_ylabels(panels)
+    figure.suptitle(title or f"{reduced.scene.robot.name}: {trajectory.duration:.2f} s", fontsize="x-large")
+    figure.savefig(target)
+    return target
+
+
+def image_path(path: Path | str, known: Iterable[str]) -> Path:
+    """Return the image file to write, a PNG where the path has no suffix.
+
+    Raises:
+        FileFormatError: If the suffix is none of the formats known.
+    """
+    target = Path(path) if Path(path).suffix else Path(path).with_suffix(".png")
+    if target.suffix[1:].lower() not in known:
+        raise FileFormatError(str(target), f"is not an image format; known: {', '.join(sorted(known))}")
+    return target
+
+
+def _draw_joints(axes: "Axes", samples: MotionSamples, values: Floats, *, labelled: bool) -> None:
+    for joint, name in enumerate(samples.joint_names):
+        label = f"{name} (no limits: half turns)" if name in samples.unlimited else name
+        axes.plot(
+            samples.times,
+            values[:, joint],
+            color=hexadecimal(LINES[joint % len(LINES)]),
+            linestyle=("-", "--", ":", "-.")[joint // len(LINES) % 4],
+            linewidth=1.6,
+            label=label if labelled else None,
+        )
+
+
+def _draw_positions(axes: "Axes", samples: MotionSamples) -> None:
+    """Draw positions in their ranges: -1 is the lower limit, 1 the upper."""
+    _draw_joints(axes, samples, samples.position_shares, labelled=True)
+    extent = max(1.1, 1.05 * float(np.abs(samples.position_shares).max()))
+    axes.set_ylim(-extent, extent)
+    _bounds(axes, 1.0, "limit")
+    axes.set_ylabel("joint position\n[lower limit -1, upper 1]")
+
+
+def _draw_shares(axes: "Axes", samples: MotionSamples, shares: Floats, label: str) -> None:
+    """Draw speeds or accelerations in per cent of their limits."""
+    _draw_joints(axes, samples, 100.0 * shares, labelled=False)
+    extent = max(110.0, 105.0 * float(np.abs(shares).max()))
+    axes.set_ylim(-extent, extent)
+    _bounds(axes, 100.0, "limit")
+    axes.set_ylabel(label)
+
+
+def _draw_clearance(axes: "Axes", samples: MotionSamples) -> None:
+    """Draw the smallest clearances: about linear up to the largest margin, logarithmic beyond."""
+    unit, top = 1000.0, 1000.0 * REACH
+    linear = max([1.0, *(unit * margin for margin in samples.margins)])
+    lowest = 0.0
+    for kind, smallest in samples.clearances.items():
+        shown = np.minimum(unit * smallest, top)
+        lowest = min(lowest, float(shown.min()))
+        axes.plot(
+            samples.clearance_times,
+            shown,
+            color=hexadecimal(KIND_COLOURS[kind]),
+            linewidth=1.8,
+            label=kind.value,
+        )
+    bottom = min(1.3 * lowest, -0.3 * linear)
+    axes.set_yscale("asinh", linear_width=linear)
+    axes.set_ylim(bottom, 1.25 * top)
+    rounds = (-300.0, -100.0, -30.0, -10.0, -3.0, 0.0, 3.0, 10.0, 30.0, 100.0)
+    ticks = [tick for tick in rounds if tick >= bottom and (tick == 0.0 or abs(tick) >= 0.5 * linear)]
+    axes.set_yticks([*ticks, top], [*(f"{tick:g}" for tick in ticks), f"{top:g}+"])
+    axes.minorticks_off()
+    axes.axhspan(-1e6, 0.0, color=LIMIT, alpha=0.08, linewidth=0.0)
+    axes.axhline(0.0, color=LIMIT, linewidth=1.0, label="contact")
+    for values, colour, name in ((samples.required, LIMIT, "required"), (samples.margins, MARGIN, "margin")):
+        for value in values:
+            label = f"{name} {unit * value:g} mm"
+            axes.axhline(unit * value, color=colour, linestyle="--", linewidth=1.2, label=label)
+    for begin, end, name in samples.windows:
+        axes.axvspan(
+            begin, end, color="#9aa3ad", alpha=0.18, linewidth=0.0, label=f"intended contact: {name}"
+        )
+    if samples.tightest is not None:
+        at, value, names = samples.tightest
+        axes.plot([at], [unit * value], "o", color="#222222", markersize=4.5)
+        left = at > 0.6 * samples.times[-1]
+        axes.annotate(
+            f"{decimal(unit * value)} mm: {names[0]} – {names[1]}",
+            (at, unit * value),
+            xytext=(-8 if left else 8, 10),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            fontsize="small",
+            bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+        )
+    axes.set_ylabel("smallest clearance\n[mm]")
+
+
+def _draw_tilts(axes: "Axes", samples: MotionSamples) -> None:
+    """Draw the angle between axis and direction of each alignment, with its bound."""
+    top = 0.0
+    for number, tilt in enumerate(samples.tilts):
+        colour = hexadecimal(LINES[number % len(LINES)])
+        angles, bound = np.degrees(tilt.angles), float(np.degrees(tilt.bound))
+        axes.plot(samples.times, angles, color=colour, linewidth=1.8, label=f"tilt of {tilt.frame}")
+        axes.axhline(bound, color=colour, linestyle="--", linewidth=1.2, label=f"bound {bound:.3g}°")
+        top = max(top, bound, float(angles.max()))
+    axes.set_ylim(-0.04 * top, 1.15 * top)
+    axes.set_ylabel("tilt\n[deg]")
+
+
+def _bounds(axes: "Axes", bound: float, label: str) -> None:
+    axes.axhline(bound, color=LIMIT, linestyle="--", linewidth=1.1, label=label)
+    axes.axhline(-bound, color=LIMIT, linestyle="--", linewidth=1.1)

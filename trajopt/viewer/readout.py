@@ -1,0 +1,91 @@
+"""The page's readout: the clearance, the joints and what happened, as HTML."""
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from trajopt.driving.events import Event
+from trajopt.robot.limits import JointLimits
+from trajopt.values.arrays import Floats
+from trajopt.viewer.clearance import Nearest
+from trajopt.viewer.palette import NARROW, SAFE, TOUCHING, hexadecimal
+
+_BLOCK = "margin:0.4em 1em 0.6em 1em;font-size:0.85em;font-variant-numeric:tabular-nums;line-height:1.35"
+
+
+def clearance_html(nearest: Nearest | None) -> str:
+    """Return the clearance, its verdict and the names of the pair."""
+    if nearest is None:
+        return f'<div style="{_BLOCK}"><b>Clearance</b><br>nothing here can touch anything</div>'
+    if nearest.distance <= 0.0:
+        colour, verdict = TOUCHING, "contact"
+    elif nearest.distance < nearest.required:
+        colour, verdict = TOUCHING, f"below the required {nearest.required * 1000:g} mm"
+    elif nearest.distance < nearest.margin:
+        colour, verdict = NARROW, f"below the margin of {nearest.margin * 1000:g} mm"
+    else:
+        colour, verdict = SAFE, f"margin {nearest.margin * 1000:g} mm"
+    if nearest.required > 0.0 and colour != TOUCHING:
+        verdict += f", required {nearest.required * 1000:g} mm"
+    if nearest.error > 0.0:
+        verdict += f"; {decimal(nearest.error * 1000)} mm taken off, for it may be off its track"
+    first, second = (escape(name) for name in nearest.owners)
+    return (
+        f'<div style="{_BLOCK}"><b>Clearance</b> '
+        f'<span style="color:{hexadecimal(colour)};font-weight:600">{decimal(nearest.distance * 1000)} mm'
+        f"</span> ({verdict})<br>{first} &ndash; {second}</div>"
+    )
+
+
+def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ...]) -> str:
+    """Return a table of the joints: name, where in its range, value in degrees or millimetres."""
+    rows: list[str] = []
+    for joint, name in enumerate(limits.joint_names):
+        value, unit = (
+            (np.degrees(positions[joint]), "&deg;") if revolute[joint] else (positions[joint] * 1000, " mm")
+        )
+        rows.append(
+            f'<tr><td style="padding-right:0.8em">{escape(name)}</td>'
+            f'<td style="width:38%">{_range_bar(limits, joint, float(positions[joint]))}</td>'
+            f'<td style="text-align:right;padding-left:0.8em">{decimal(float(value))}{unit}</td></tr>'
+        )
+    return (
+        f'<div style="{_BLOCK}"><b>Joints</b>'
+        f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table></div>'
+    )
+
+
+def events_html(events: Sequence[Event], shown: int) -> str:
+    """Return the last events, the latest at the top.
+
+    Args:
+        events: In the order of time.
+        shown: How many of them.
+    """
+    rows = [
+        f'<tr><td style="text-align:right;padding-right:0.8em;vertical-align:top">{event.time:.2f} s</td>'
+        f"<td><b>{escape(event.kind.value)}</b>{': ' + escape(event.words) if event.words else ''}</td></tr>"
+        for event in reversed(events[-shown:])
+    ]
+    more = f"<br>and {len(events) - shown} before" if len(events) > shown else ""
+    table = f'<table style="border-collapse:collapse">{"".join(rows)}</table>' if rows else "<br>none yet"
+    return f'<div style="{_BLOCK}"><b>Events</b>{table}{more}</div>'
+
+
+def decimal(value: float) -> str:
+    """Return a number with one decimal, and zero without a sign."""
+    return f"{round(value, 1) + 0.0:.1f}"
+
+
+def _range_bar(limits: JointLimits, joint: int, position: float) -> str:
+    """Return a bar with a mark where the position is between its limits; nothing without limits."""
+    lower, upper = float(limits.lower[joint]), float(limits.upper[joint])
+    if not (np.isfinite(lower) and np.isfinite(upper) and upper > lower):
+        return ""
+    share = 100.0 * min(max((position - lower) / (upper - lower), 0.0), 1.0)
+    return (
+        '<div style="position:relative;height:0.3em;border-radius:0.15em;background:#dfe3e8">'
+        f'<div style="position:absolute;left:calc({share:.1f}% - 0.2em);top:-0.15em;width:0.4em;'
+        f'height:0.6em;border-radius:0.2em;background:{hexadecimal(SAFE)}"></div></div>'
+    )

@@ -1,0 +1,163 @@
+"""A motion in 3-D as a page that needs no server: to be turned, played and scrubbed wherever it is opened."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.geometry import Kinematics, Query
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer.clearance import ClearanceQuery
+from trajopt.viewer.drawing import Drawing
+from trajopt.viewer.ghost import Ghost
+from trajopt.viewer.palette import Rgb
+from trajopt.viewer.server import close_server, open_server
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+ASPECT = 1.8
+"""Width over height that the motion is framed for: of a page as wide as a screen, half as high."""
+RATE = 25.0
+"""Pictures per second: what the eye takes for one motion."""
+FEWEST, MOST = 60, 600
+"""Pictures of a motion: a short one can still be looked at step by step, a long one fills no page."""
+HOST = "127.0.0.1"
+"""Viser draws on a server alone: on this one, which nobody but this machine sees, while it is drawn."""
+AFTER = 0.002
+"""How much longer the clock runs than the motion [s], so that its end can be shown."""
+BRIDGE = """<script>
+(() => {
+  // The page around this one follows the time that is shown, and may set it. Nothing else goes across.
+  const shown = () => document.querySelector('[role="slider"]');
+  const show = (wanted) => {
+    const [field, slider] = [document.querySelector("input"), shown()];
+    if (!field || !slider) return;
+    const end = Number(slider.getAttribute("aria-valuemax")) - AFTER;  // at its very end it begins anew
+    if (end <= 0) return;  // nothing moves
+    const time = Math.max(0, Math.min(wanted, end));
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(field, time.toFixed(6));
+    field.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  let told = null;
+  const tell = () => {
+    const slider = shown();
+    const time = slider ? Number(slider.getAttribute("aria-valuenow")) : null;
+    if (told === null && time !== null) show(0);  // it would play at once, and for ever
+    if (time !== told) parent.postMessage({ time }, "*");
+    told = time;
+    requestAnimationFrame(tell);
+  };
+  addEventListener("message", (event) => {
+    if (event.source === parent && Number.isFinite(event.data.show)) show(event.data.show);
+  });
+  requestAnimationFrame(tell);
+})();
+</script>""".replace("AFTER", str(AFTER))
+
+
+@dataclass(frozen=True, eq=False)
+class GhostAt(Value):
+    """Where the robot is drawn once more, translucent.
+
+    Attributes:
+        name: What it is called among the nodes of the scene.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        colour: Of all of it.
+    """
+
+    name: str
+    positions: Floats
+    colour: Rgb
+
+
+def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Sequence[GhostAt] = ()) -> str:
+    """Return a page, in HTML, of a motion, or of the start alone.
+
+    It takes nothing from outside itself. A page that holds it in a frame is told the time that is shown,
+    `{time}` [s], and may set it, `{show}`, by messages.
+
+    Args:
+        reduced: Robot and scene.
+        trajectory: The motion of the group's joints; None for the start alone.
+        beside: Where the robot is drawn once more.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+    """
+    server = open_server(HOST, 0)
+    try:
+        page = _Recording(server, reduced, trajectory, beside).page()
+    finally:
+        close_server(server)
+    head = page.index("</head>")
+    return page[:head] + BRIDGE + page[head:]
+
+
+class _Recording:
+    """What is drawn, picture by picture."""
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        reduced: ReducedModel,
+        trajectory: Trajectory | None,
+        beside: Sequence[GhostAt],
+    ) -> None:
+        self._server, self._trajectory, self._beside = server, trajectory, beside
+        self._start = reduced.start_positions
+        self._clearance = ClearanceQuery(reduced, 0.0 if trajectory is None else trajectory.duration)
+        self._drawing = Drawing(server, self._clearance.reduced, self._kinematics(0.0))
+        if self._clearance.timed is not None:
+            self._drawing.draw_halos(self._clearance.timed)
+        for each in beside:
+            ghost = Ghost(server, reduced, each.name, each.colour)
+            ghost.stand(Query(reduced).kinematics(each.positions[None]))
+        self._look(reduced)
+        self._draw(0.0)
+
+    def page(self) -> str:
+        serializer = self._server.get_scene_serializer()
+        if self._trajectory is not None:
+            duration = self._trajectory.duration
+            count = int(np.clip(np.ceil(RATE * duration), FEWEST, MOST))
+            for number in range(1, count + 1):
+                serializer.insert_sleep(duration / count)
+                self._draw(duration * number / count)
+            serializer.insert_sleep(AFTER)
+        return serializer.as_html()
+
+    def _look(self, reduced: ReducedModel) -> None:
+        """Look from where least is hidden, and through what still is in the way."""
+        from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
+        from trajopt.simulation.motion import Motion, motion_of
+        from trajopt.simulation.posed import tool_paths
+        from trajopt.simulation.viewpoint import look_at
+
+        if self._trajectory is None:
+            stood = np.stack([self._start, *(each.positions for each in self._beside), self._start])
+            motion = Motion(np.arange(len(stood), dtype=np.float64), stood)
+        else:
+            motion = motion_of(reduced, self._trajectory)
+            self._drawing.draw_tool_paths(tool_paths(reduced, motion))
+        view = look_at(reduced, motion, ASPECT)
+        self._drawing.make_translucent(view.hiding)
+        camera = self._server.initial_camera
+        camera.look_at, camera.position = view.camera.target, view.camera.position
+        camera.fov = float(FIELD_OF_VIEW)
+
+    def _draw(self, time: float) -> None:
+        self._drawing.move(self._kinematics(time))
+        if self._clearance.timed is not None:
+            self._drawing.show_changing(self._clearance.timed, time)
+        self._drawing.point_out(self._clearance.nearest(time, self._positions(time)))
+
+    def _positions(self, time: float) -> Floats:
+        return self._start if self._trajectory is None else self._trajectory(time)
+
+    def _kinematics(self, time: float) -> Kinematics:
+        seen = self._clearance
+        return seen.query.kinematics(seen.positions(np.array([time]), self._positions(time)[None]))

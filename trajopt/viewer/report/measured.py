@@ -1,0 +1,311 @@
+"""A motion measured over time, in the units that people read: what the report plots, and what binds when."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.problem.problem import Problem
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.limits import JointLimits
+from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
+from trajopt.scene.reduced import ReducedModel, tool_frames
+from trajopt.values.arrays import Bools, Floats, Ints, Value
+from trajopt.values.printed import shown_in
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer.clearance import ClearanceQuery
+from trajopt.viewer.samples import CLEARANCE_SAMPLES, REACH
+
+SAMPLES = 401
+"""Evenly spaced times at which a motion is measured: two for each point of a plot as wide as a page."""
+BINDS = 0.99
+"""From this share of a limit on it binds: what is left is what timing keeps off for its own rounding."""
+GAP = 4
+"""Samples, a hundredth of the motion: a limit that stops binding for less is not said to."""
+BESIDE = 1e-5
+"""Tools' speeds are differences over twice this time [s]: short to any motion, long to the rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Line(Value):
+    """One curve.
+
+    Attributes:
+        name: What it is of.
+        values: Shape (S,), nan where there is none.
+    """
+
+    name: str
+    values: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Chart(Value):
+    """Curves over the same times.
+
+    Attributes:
+        title: What they are.
+        unit: Of the values.
+        times: Shape (S,) [s].
+        lines: The curves.
+        limits: Values that may not be passed, each with its name.
+        top: What lies above it is not drawn; None where all is.
+    """
+
+    title: str
+    unit: str
+    times: Floats
+    lines: tuple[Line, ...]
+    limits: tuple[tuple[float, str], ...] = ()
+    top: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Binding(Value):
+    """When something is at its limit.
+
+    Attributes:
+        name: The limit.
+        spans: From when to when, in order [s].
+    """
+
+    name: str
+    spans: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Peak(Value):
+    """The most that a joint does.
+
+    Attributes:
+        joint: Its name.
+        begin: Where it starts, in words.
+        end: Where it ends, in words.
+        most: Of velocity, acceleration, jerk and torque: the value in words, and its share of the limit;
+            None where there is no limit.
+    """
+
+    joint: str
+    begin: str
+    end: str
+    most: tuple[tuple[str, float] | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Measured(Value):
+    """A motion measured.
+
+    Attributes:
+        charts: What is plotted.
+        bindings: What is at its limit, and when; the longest first.
+        peaks: The most that each joint does.
+    """
+
+    charts: tuple[Chart, ...]
+    bindings: tuple[Binding, ...]
+    peaks: tuple[Peak, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Rate(Value):
+    """A derivative of the positions, or the torques, beside their limits."""
+
+    name: str
+    several: str
+    values: Floats
+    limits: Floats
+    units: tuple[str, ...]
+
+    @property
+    def limited(self) -> bool:
+        return bool(np.isfinite(self.limits).any())
+
+    @property
+    def shares(self) -> Floats:
+        """Values as shares of their limits, nan where there is none, shape (S, n)."""
+        return np.where(np.isfinite(self.limits), self.values / self.limits, np.nan)
+
+
+def measured(problem: Problem, trajectory: Trajectory) -> Measured:
+    """Measure a motion.
+
+    Args:
+        problem: What it is of.
+        trajectory: The motion of the group's joints.
+    """
+    times = np.linspace(0.0, trajectory.duration, SAMPLES)
+    rates = _rates(problem, trajectory, times)
+    names, limits = problem.reduced.joint_names, problem.limits
+    tools = [_tool(problem.reduced, trajectory, times, tool) for tool in _tools(problem)]
+    clearance, near = _clearance(problem.reduced, trajectory)
+    positions = trajectory(times)
+    bindings = [
+        *_of_positions(times, positions, limits),
+        *(each for rate in rates for each in _of_rate(times, rate, names)),
+        *(each for chart in tools for each in _of_tool(chart)),
+        *_spans("clearance, at its margin", clearance.times, near),
+    ]
+    charts = (
+        *_position_charts(problem, times, positions),
+        *(_rate_chart(times, rate, names) for rate in rates if rate.limited),
+        *tools,
+        *([clearance] if clearance.lines else []),
+    )
+    bindings.sort(key=lambda item: -sum(end - begin for begin, end in item.spans))
+    return Measured(charts, tuple(bindings), tuple(_peaks(problem, positions, rates)))
+
+
+def _rates(problem: Problem, trajectory: Trajectory, times: Floats) -> tuple[_Rate, ...]:
+    limits, model = problem.limits, problem.scene.robot.model
+    velocities, accelerations = trajectory(times, 1), trajectory(times, 2)
+    positions = trajectory(times)
+    names = problem.reduced.joint_names
+
+    def units(order: int) -> tuple[str, ...]:
+        return tuple(joint_unit(model, name, order=order) for name in names)
+
+    torques = DynamicsQuery.loaded(problem.reduced).torque(positions, velocities, accelerations)
+    efforts = tuple(effort_unit(model, name) for name in names)
+    return (
+        _Rate("velocity", "velocities", velocities, limits.velocity, units(1)),
+        _Rate("acceleration", "accelerations", accelerations, limits.acceleration, units(2)),
+        _Rate("jerk", "jerks", trajectory(times, 3), limits.jerk, units(3)),
+        _Rate("torque", "torques", torques, limits.effort, efforts),
+    )
+
+
+def _position_charts(problem: Problem, times: Floats, positions: Floats) -> Iterator[Chart]:
+    """Yield a chart of the joints that turn, and one of those that slide."""
+    names, model = problem.reduced.joint_names, problem.scene.robot.model
+    for unit in ("rad", "m"):
+        name, size = shown_in(unit)
+        lines = tuple(
+            Line(joint, size * positions[:, column])
+            for column, joint in enumerate(names)
+            if joint_unit(model, joint) == unit
+        )
+        if lines:
+            yield Chart("Joint positions", name, times, lines)
+
+
+def _rate_chart(times: Floats, rate: _Rate, names: Sequence[str]) -> Chart:
+    shares = 100.0 * rate.shares
+    lines = tuple(
+        Line(name, shares[:, column]) for column, name in enumerate(names) if np.isfinite(rate.limits[column])
+    )
+    bounds = ((100.0, "limit"), (-100.0, "limit"))
+    return Chart(f"Joint {rate.several}", "% of the limit", times, lines, bounds)
+
+
+def _tools(problem: Problem) -> tuple[ToolSpeed, ...]:
+    """Return the tools whose speeds are limited, then those of the group that are not."""
+    limited = problem.tool_speeds
+    named = {each.frame for each in limited}
+    free = [frame for frame in tool_frames(problem.reduced) if frame not in named]
+    return (*limited, *(ToolSpeed(frame, np.inf, np.inf, np.zeros(3)) for frame in free))
+
+
+def _tool(reduced: ReducedModel, trajectory: Trajectory, times: Floats, tool: ToolSpeed) -> Chart:
+    """Return the speed of a tool's point, as seen from the world."""
+    joint, where = reduced.attachment(tool.frame)
+    point = where * tool.offset
+    query = ClearanceQuery(reduced, trajectory.duration)
+
+    def at(moments: Floats) -> Floats:
+        seen = query.query.kinematics(query.positions(moments, trajectory(moments)))
+        return seen.rotation[:, joint] @ point + seen.translation[:, joint]
+
+    before = np.maximum(times - BESIDE, 0.0)
+    after = np.minimum(times + BESIDE, trajectory.duration)
+    speed = np.linalg.norm(at(after) - at(before), axis=1) / (after - before)
+    limits = ((tool.linear, "limit"),) if np.isfinite(tool.linear) else ()
+    return Chart(f"Speed of {tool.frame}", "m/s", times, (Line(tool.frame, speed),), limits)
+
+
+def _clearance(reduced: ReducedModel, trajectory: Trajectory) -> tuple[Chart, Bools]:
+    """Return the smallest clearances, and at which of their times one is no more than its margin."""
+    query = ClearanceQuery(reduced, trajectory.duration)
+    times = np.linspace(0.0, trajectory.duration, CLEARANCE_SAMPLES)
+    found = query.smallest(times, trajectory(times), REACH)
+    lines = tuple(
+        Line(kind.value, np.where(np.isfinite(values), 1e3 * values, np.nan))
+        for kind, values in found.items()
+    )
+    pairs = query.reduced.pairs
+    required = [float(value) for value in np.unique(pairs.required)]
+    margins = [float(value) for value in np.unique(pairs.margin) if value not in required]
+    limits = (
+        *((1e3 * value, "required" if value else "contact") for value in required),
+        *((1e3 * value, "margin") for value in margins),
+    )
+    smallest = np.min([REACH * np.ones(len(times)), *found.values()], axis=0)
+    top = 5.0 * max(0.01, *(limit / 1e3 for limit, _ in limits), float(smallest.min())) if limits else REACH
+    least = min(margins, default=0.0)
+    chart = Chart("Smallest clearance", "mm", times, lines, limits, 1e3 * min(top, REACH))
+    return chart, smallest <= least / BINDS
+
+
+def _of_positions(times: Floats, positions: Floats, limits: JointLimits) -> Iterator[Binding]:
+    for column, name in enumerate(limits.joint_names):
+        lower, upper = float(limits.lower[column]), float(limits.upper[column])
+        if not np.isfinite(lower) or not np.isfinite(upper):
+            continue
+        left = (1.0 - BINDS) * (upper - lower)
+        yield from _spans(f"{name}: lower position limit", times, positions[:, column] < lower + left)
+        yield from _spans(f"{name}: upper position limit", times, positions[:, column] > upper - left)
+
+
+def _of_rate(times: Floats, rate: _Rate, names: Sequence[str]) -> Iterator[Binding]:
+    for column, name in enumerate(names):
+        yield from _spans(f"{name}: {rate.name}", times, np.abs(rate.shares[:, column]) >= BINDS)
+
+
+def _of_tool(chart: Chart) -> Iterator[Binding]:
+    for limit, _ in chart.limits:
+        yield from _spans(
+            f"{chart.lines[0].name}: speed", chart.times, chart.lines[0].values >= BINDS * limit
+        )
+
+
+def _spans(name: str, times: Floats, at: Bools) -> Iterator[Binding]:
+    """Yield when something is so, but for short gaps; nothing where it never is."""
+    if not at.any():
+        return
+    at = at.copy()
+    for first, last in zip(*(side.tolist() for side in _edges(~at)), strict=True):
+        if last - first < GAP and first > 0 and last < len(at):
+            at[first:last] = True
+    half = float(times[1] - times[0]) / 2.0
+    spans = tuple(
+        (max(float(times[first]) - half, 0.0), min(float(times[last - 1]) + half, float(times[-1])))
+        for first, last in zip(*(side.tolist() for side in _edges(at)), strict=True)
+    )
+    yield Binding(name, spans)
+
+
+def _edges(at: Bools) -> tuple[Ints, Ints]:
+    """Return where something begins to be so, and where it is so no more."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], at, [False])).astype(np.int8)))
+    return edges[::2], edges[1::2]
+
+
+def _peaks(problem: Problem, positions: Floats, rates: Sequence[_Rate]) -> Iterator[Peak]:
+    model = problem.scene.robot.model
+    for column, name in enumerate(problem.reduced.joint_names):
+        unit, size = shown_in(joint_unit(model, name))
+        ends = [f"{size * float(positions[row, column]) + 0.0:.1f} {unit}" for row in (0, -1)]
+        yield Peak(name, ends[0], ends[1], tuple(_most(rate, column) for rate in rates))
+
+
+def _most(rate: _Rate, column: int) -> tuple[str, float] | None:
+    if not np.isfinite(rate.limits[column]):
+        return None
+    unit, size = shown_in(rate.units[column])
+    most = float(np.abs(rate.values[:, column]).max())
+    return f"{amount(size * most)} {unit}", most / float(rate.limits[column])
+
+
+def amount(value: float) -> str:
+    """Return a number as people write it: 0.169, 93.7, 257,000."""
+    return f"{value:.3g}" if abs(value) < 1000.0 else f"{float(f'{value:.3g}'):,.0f}"

@@ -1,0 +1,129 @@
+"""A report as one page of HTML that needs nothing beside itself."""
+
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+from trajopt.files.bundle import Holds
+from trajopt.viewer.report import sections
+from trajopt.viewer.report.measured import measured
+from trajopt.viewer.report.scenery import HEIGHT, WIDTH, Scenery, Still
+from trajopt.viewer.report.sections import section
+from trajopt.viewer.report.subject import Subject
+
+HERE = Path(__file__).parent
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' blob:; "
+    "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:; "
+    "worker-src blob:; form-action 'none'; base-uri 'none'"
+)
+"""What a browser lets the page do: nothing outside itself. The motion in 3-D unpacks itself within it."""
+KINDS = {Holds.PLAN: "plan", Holds.FAILURE: "failure", Holds.PROBLEM: "problem"}
+
+
+def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still], remark: str) -> str:
+    """Return the page.
+
+    Args:
+        subject: What it tells of.
+        shown: What is shown of the robot.
+        space: The page in 3-D, in HTML; empty for none.
+        pictures: Still pictures, for paper.
+        remark: A sentence for the foot of the page.
+    """
+    name = subject.problem.name or "problem"
+    parts = [_head(subject), _space(shown, space), _stills(pictures, alone=not space), *_parts(subject)]
+    foot = sections.about(subject) + (f"<p class=faint>{escape(remark)}</p>" if remark else "")
+    style, script = ((HERE / f"page.{kind}").read_text(encoding="utf-8") for kind in ("css", "js"))
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{escape(name)}</title>'
+        f"<style>{style}</style></head><body>{''.join(parts)}<footer>{foot}</footer>"
+        f"<script>{script}</script></body></html>\n"
+    )
+
+
+def _parts(subject: Subject) -> list[str]:
+    """Return the sections, those first that answer what a reader asks first."""
+    parts: list[str] = []
+    if not subject.verified:
+        parts.append(section("blocked", "What stands in the way", sections.in_the_way(subject)))
+    if subject.certificate is not None:
+        title = "What was proven" if subject.verified else "What the judge found"
+        parts.append(section("proven", title, sections.proven(subject.certificate)))
+    if subject.trajectory is not None:
+        seen = measured(subject.problem, subject.trajectory)
+        parts.append(
+            section("limits", "Where limits bind", sections.binding(seen, subject.trajectory.duration))
+        )
+        parts.append(section("prices", "What the constraints cost", sections.costs(subject)))
+        parts.append(section("time", "Over time", sections.over_time(seen)))
+    parts.append(section("tried", "What was tried", sections.tried(subject.answer)))
+    parts.append(section("asked", "What was asked", sections.request(subject)))
+    return parts
+
+
+def _head(subject: Subject) -> str:
+    problem = subject.problem
+    kind = KINDS[subject.holds]
+    facts = [("robot", problem.scene.robot.name), ("group", problem.group)]
+    if subject.trajectory is not None:
+        facts.append(("duration", f"{subject.trajectory.duration:.3f} s"))
+    if subject.certificate is not None:
+        told = subject.certificate.closest.removeprefix("clearance ")
+        facts.append(("clearance", told))
+    total = subject.answer["cpu_seconds"]["total"]
+    if not total.missing:
+        facts.append(("planning", f"{1000.0 * total.number():.0f} ms of CPU"))
+    listed = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts)
+    return (
+        f'<header><div class="over-title">trajopt report of a {kind}</div>'
+        f"<h1>{escape(problem.name or 'problem')}</h1>"
+        f'<p class="verdict">{_verdict(subject)}</p><dl>{listed}</dl></header>'
+    )
+
+
+def _verdict(subject: Subject) -> str:
+    """Say in a sentence what became of the problem."""
+    certificate = subject.certificate
+    if subject.verified and certificate is not None:
+        count = sum(check.required for check in certificate.checks)
+        return f'<b class="good">✓ Proven.</b> All {count} checks of the judge hold.'
+    if certificate is not None and subject.status in ("", "SOLVED"):
+        return f'<b class="bad">✗ Not proven.</b> {escape(certificate.verdict)}.'
+    if not subject.status:
+        return "Nobody has planned it yet."
+    reason = subject.answer["message"].text("").removeprefix(f"{subject.status}: ")
+    words = sections.in_words(subject.status)
+    known = sections.certain(subject)
+    return (
+        f'<b class="bad">✗ No plan: {escape(words)}.</b> {escape(reason or sections.meaning(subject.status))}'
+        + (f'<br><span class="faint">{escape(known)}</span>' if known else "")
+    )
+
+
+def _space(shown: Scenery, space: str) -> str:
+    """Return the motion in 3-D, in a frame that can do nothing but draw."""
+    if not space:
+        return ""
+    held = escape(space, quote=True)
+    return (
+        '<figure class="space screen"><iframe title="The motion in 3-D" sandbox="allow-scripts" '
+        f'srcdoc="{held}"></iframe><figcaption>{escape(shown.words)} Drag to turn, scroll to come nearer'
+        f"{'; the bar below is time' if shown.motion is not None else ''}.</figcaption></figure>"
+    )
+
+
+def _stills(pictures: Sequence[Still], *, alone: bool) -> str:
+    """Return still pictures: on paper, and on the screen where there is nothing else."""
+    if not pictures:
+        return ""
+    kind = f"stills{' shown' if alone else ''}{' one' if len(pictures) == 1 else ''}"
+    drawn = "".join(
+        f'<figure><img src="data:image/jpeg;base64,{b64encode(each.jpeg).decode()}" width="{WIDTH}" '
+        f'height="{HEIGHT}" alt="{escape(each.words)}"><figcaption>{escape(each.words)}</figcaption></figure>'
+        for each in pictures
+    )
+    return f'<div class="{kind}">{drawn}</div>'

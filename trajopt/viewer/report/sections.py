@@ -1,0 +1,277 @@
+"""The sections of a report, in HTML. Every text is escaped: names come from whoever made the file."""
+
+from collections.abc import Iterator, Sequence
+from html import escape
+
+from trajopt.lab.suite.html import table
+from trajopt.planning.seeds import SeedKind
+from trajopt.planning.status import Certainty, Status
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.values.documents.document import Node
+from trajopt.values.printed import in_length, in_unit, shown_in
+from trajopt.verify import Certificate, Check, CheckKind, Evidence
+from trajopt.viewer.report.measured import Measured, Peak
+from trajopt.viewer.report.subject import Subject
+from trajopt.viewer.report.svg import plot, strips
+
+PAIRS = 12
+"""Nearest pairs that are listed."""
+ATTEMPTS = 40
+"""Attempts that are listed."""
+WAYS = 8
+"""Blocks that are listed."""
+STAGES = {
+    "examine": "examining start and goal", "seed": "first guesses", "optimise": "optimising",
+    "retime": "timing", "verify": "judging", "explain": "explaining",
+}  # fmt: skip
+"""What the stages of planning are called."""
+
+
+def section(name: str, title: str, body: str) -> str:
+    """Return a section; nothing where it says nothing."""
+    return f'<section id="{name}"><h2>{escape(title)}</h2>{body}</section>' if body else ""
+
+
+def proven(certificate: Certificate) -> str:
+    """Say what was judged, by how much it holds, and how that is known; then the nearest pairs."""
+    head = ("", "what", "where", "worst", "bound", "used", "at", "known")
+    rows = [_check(check) for check in certificate.checks]
+    pairs = [
+        (
+            escape(pair.first),
+            escape(pair.second),
+            "not proven" if pair.proven is None else in_length(pair.proven),
+            in_length(pair.measured),
+            in_length(pair.required),
+            _moment(pair.time),
+        )
+        for pair in certificate.pairs[:PAIRS]
+    ]
+    near = table(
+        ("of", "from", "proven", "measured", "required", "at"),
+        pairs,
+        numbers=("proven", "measured", "required", "at"),
+    )
+    counted = f"{len(certificate.pairs)} came near" if len(certificate.pairs) > PAIRS else ""
+    notes = "".join(f"<li>{escape(note)}</li>" for note in certificate.notes)
+    return (
+        f"<p>{escape(_capital(certificate.verdict))}. The judge looks at the timed motion alone, and shares "
+        f"no code with what made it.</p>{table(head, rows, numbers=('worst', 'bound', 'at'), kind='checks')}"
+        + (f"<h3>Clearance by pair</h3>{near}<p class=faint>{counted}</p>" if pairs else "")
+        + (f"<ul class=faint>{notes}</ul>" if notes else "")
+    )
+
+
+def _check(check: Check) -> tuple[str, ...]:
+    mark = {"ok": '<span class="good">✓</span>', "FAIL": '<span class="bad">✗</span>'}.get(check.mark, "")
+    sign = (
+        "≥ "
+        if check.kind in (CheckKind.CLEARANCE, CheckKind.AT_FAULT) and check.evidence is Evidence.PROVEN
+        else ""
+    )
+    return (
+        mark,
+        escape(check.name),
+        escape(check.subject),
+        "" if check.value is None else sign + _unit(in_unit(check.value, check.unit)),
+        "" if check.bound is None else _unit(in_unit(check.bound, check.unit)),
+        _used(check),
+        "" if check.time is None else _moment(check.time),
+        f'<span title="{escape(check.detail)}">{check.evidence.value}</span>',
+    )
+
+
+def _used(check: Check) -> str:
+    """Draw how much of an upper bound is used up; nothing where there is none."""
+    if check.value is None or not check.bound or check.kind in (CheckKind.CLEARANCE, CheckKind.AT_FAULT):
+        return ""
+    return _bar(abs(check.value / check.bound), good=check.holds)
+
+
+def _bar(share: float, *, good: bool = True) -> str:
+    kind = "" if good else ' class="over"'
+    width = 100.0 * min(share, 1.0)
+    return f'<div class="bar" title="{share:.0%}"><i{kind} style="width:{width:.0f}%"></i></div>'
+
+
+def _moment(time: float) -> str:
+    """Return a time that shows the motion at it when it is clicked."""
+    return f'<button class="at" data-at="{time:.6g}" title="show this moment">{time:.3f} s</button>'
+
+
+def binding(measured: Measured, end: float) -> str:
+    """Say when each limit binds, and the most that each joint does."""
+    if measured.bindings:
+        drawn = (
+            "<p>Within 1% of a limit, or no farther from something than the margin asks: what would have to "
+            f"give for a shorter motion.</p>{strips(measured.bindings, end)}"
+        )
+    else:
+        drawn = "<p>No limit binds at any time: the motion could be faster.</p>"
+    head = ("joint", "from", "to", "velocity", "acceleration", "jerk", "torque")
+    rows = [_peak(peak) for peak in measured.peaks]
+    keep = [column for column in range(len(head)) if any(row[column] for row in rows)]
+    head = tuple(head[column] for column in keep)
+    kept = [tuple(row[column] for column in keep) for row in rows]
+    return f"{drawn}<h3>The most that each joint does</h3>{table(head, kept, numbers=head[1:])}"
+
+
+def _peak(peak: Peak) -> tuple[str, ...]:
+    most = (
+        "" if each is None else f"{_unit(each[0])}{_bar(each[1], good=each[1] <= 1.0)}" for each in peak.most
+    )
+    return (escape(peak.joint), escape(peak.begin), escape(peak.end), *most)
+
+
+def _unit(words: str) -> str:
+    """Return a number with its unit as it is printed."""
+    return escape(words).replace("^2", "²").replace("^3", "³")
+
+
+def over_time(measured: Measured) -> str:
+    """Draw the curves."""
+    return "".join(plot(chart) for chart in measured.charts)
+
+
+def costs(subject: Subject) -> str:
+    """Say what each active constraint costs: what would be gained if it gave way a little."""
+    units = {"mm": "1 mm", "deg": "1°", "rad": "1 rad", "%": "1%"}
+    rows = [
+        (
+            escape(price.what),
+            escape(units.get(price.unit, price.unit)),
+            "" if price.seconds is None else f"{1000.0 * price.seconds:.2g} ms shorter",
+            "" if price.objective is None else f"{price.objective:.2g}",
+        )
+        for price in subject.prices
+    ]
+    if not rows:
+        return ""
+    head = ("if this gave way", "by", "the motion would be", "cost of the path falls by")
+    said = (
+        "<p>What the motion pays for each constraint that holds it, computed by letting it give way a little "
+        "and planning again. Prices are for small changes: they do not add up.</p>"
+    )
+    return said + table(head, rows, numbers=head[1:])
+
+
+def in_the_way(subject: Subject) -> str:
+    """Say what stands in the way, what is nearest to it that is free, and what would help."""
+    told, parts = subject.explanation, list[str]()
+    blocks = [block["words"].text() for block in told["blocks"].elements()]
+    if blocks:
+        more = f"<li class=faint>and {len(blocks) - WAYS} more</li>" if len(blocks) > WAYS else ""
+        parts.append(f"<ul>{_items(blocks[:WAYS])}{more}</ul>")
+    conflict = [each.text() for each in told["conflict"].elements()]
+    if conflict:
+        parts.append(f"<p>These cannot hold together; any one fewer can:</p><ul>{_items(conflict)}</ul>")
+    parts.append(_nearest(subject))
+    remedies = [each["words"].text() for each in told["remedies"].elements()]
+    if remedies:
+        parts.append(f"<h3>Each of these makes it solvable</h3><ul>{_items(remedies)}</ul>")
+    details = [each.text() for each in told["details"].elements()]
+    parts += [f"<p>{escape(each)}</p>" for each in details]
+    return "".join(parts)
+
+
+def _nearest(subject: Subject) -> str:
+    """Return a table of the nearest configuration that is free, beside the one that is not."""
+    free = subject.nearest_free
+    if free is None:
+        return ""
+    model, names = subject.problem.scene.robot.model, subject.problem.reduced.joint_names
+    asked = subject.problem.reduced.start_positions if subject.blocked is None else subject.blocked
+    rows = list[tuple[str, ...]]()
+    for name, before, after in zip(names, asked.tolist(), free.tolist(), strict=True):
+        unit, size = shown_in(joint_unit(model, name))
+        moved = f"{size * (after - before):+.2f} {unit}" if abs(after - before) > 1e-9 else ""
+        rows.append((escape(name), f"{size * before:.2f} {unit}", f"{size * after:.2f} {unit}", moved))
+    near = subject.explanation["nearest_free"]
+    gap = "" if near["clearance"].missing else f", {in_length(near['clearance'].number())} clear"
+    head = ("joint", "not free", "nearest free", "moved by")
+    return f"<h3>The nearest configuration that is free{gap}</h3>{table(head, rows, numbers=head[1:])}"
+
+
+def tried(answer: Node) -> str:
+    """Say what was tried, how it ended and what it took."""
+    tries = answer["tries"].elements()
+    rows = [_try(each) for each in tries[:ATTEMPTS]]
+    head = ("", "first guess", "how it ended", "steps", "particulars")
+    method, because = answer["method"]["name"].text(""), answer["method"]["because"].text("")
+    parts = (
+        [f"<p>Planned by {escape(method)}{': ' + escape(because) if because else ''}.</p>"] if method else []
+    )
+    if rows:
+        parts.append(table(head, rows, numbers=("", "steps")))
+    if len(tries) > ATTEMPTS:
+        parts.append(f"<p class=faint>and {len(tries) - ATTEMPTS} more</p>")
+    return "".join((*parts, *_spent(answer)))
+
+
+def _try(each: Node) -> tuple[str, ...]:
+    kind, status = each["kind"].text(), each["status"].text()
+    seed = SeedKind[kind].value if kind in SeedKind.__members__ else kind
+    goal = each["goal_name"].text("")
+    good = "good" if status == Status.SOLVED.name else "bad"
+    return (
+        f"{each['number'].number():g}",
+        escape(seed + (f", for {goal}" if goal else "")),
+        f'<span class="{good}">{escape(in_words(status))}</span>',
+        f"{each['iterations'].number():g}",
+        escape(each["message"].text("")),
+    )
+
+
+def _spent(answer: Node) -> Iterator[str]:
+    """Yield the CPU time by stage."""
+    seconds = {name: node.number() for name, node in answer["cpu_seconds"].members().items()}
+    total = seconds.pop("total", sum(seconds.values()))
+    if total > 0.0:
+        rows = [
+            (escape(STAGES.get(name, name)), f"{1000.0 * spent:.1f} ms", _bar(spent / total))
+            for name, spent in seconds.items()
+        ]
+        yield table(
+            ("stage", "CPU", ""),
+            [*rows, ("<b>all</b>", f"<b>{1000 * total:.1f} ms</b>", "")],
+            numbers=("CPU",),
+        )
+
+
+def request(subject: Subject) -> str:
+    """Say the problem."""
+    return f"<pre>{escape(str(subject.problem))}</pre>"
+
+
+def about(subject: Subject) -> str:
+    """Say what made it."""
+    by = ", ".join(f"{escape(name)} {escape(of)}" for name, of in subject.versions.items())
+    return f"<p class=faint>Planned or kept {escape(subject.made)}, by {by}.</p>"
+
+
+def in_words(status: str) -> str:
+    """Return a status as a reader says it."""
+    return status.replace("_", " ").lower()
+
+
+def meaning(status: str) -> str:
+    """Return what a status means and what to try; empty where it is not known."""
+    return Status[status].value if status in Status.__members__ else ""
+
+
+def certain(subject: Subject) -> str:
+    """Say how well the reason of a failure is known."""
+    told = subject.explanation
+    known, grounds = told["certainty"].text(""), told["grounds"].text("")
+    if known not in Certainty.__members__:
+        return ""
+    said = "This is proven" if known == Certainty.PROVEN.name else "This is evidence, and no proof"
+    return f"{said}: {grounds}." if grounds else f"{said}."
+
+
+def _items(words: Sequence[str]) -> str:
+    return "".join(f"<li>{escape(each)}</li>" for each in words)
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]

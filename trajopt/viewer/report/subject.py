@@ -1,0 +1,135 @@
+"""What a report is of: a plan, a failure or a problem, as it was planned here or as a bundle tells it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+
+import numpy as np
+
+from trajopt.files.bundle import Bundle, Holds
+from trajopt.files.bundle.writing import versions
+from trajopt.optimise.methods import Knots, method_named, method_names
+from trajopt.planning.result import Plan, Result
+from trajopt.problem.problem import Problem
+from trajopt.values.arrays import Floats, Value, floats
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ShapeError
+from trajopt.values.trajectory import Path, Trajectory
+from trajopt.verify import Certificate
+from trajopt.why.prices import Price, path_prices
+
+Reported = Result | Plan | Problem | Bundle
+"""What a report may be of."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Subject(Value):
+    """What a report tells of.
+
+    Attributes:
+        holds: What it is.
+        problem: The problem.
+        trajectory: The motion, verified or not; None where there is none.
+        path: The path that came nearest; None where there is none.
+        certificate: The judge's verdict on the motion, given here.
+        answer: What planning answered, as `Result.as_dict` says it.
+        explanation: What `Result.explain` said, as plain data.
+        prices: What the active constraints of a plan cost.
+        made: When it was planned, or written down (UTC).
+        versions: Of what planned it, by name.
+    """
+
+    holds: Holds
+    problem: Problem
+    trajectory: Trajectory | None
+    path: Path | None
+    certificate: Certificate | None
+    answer: Node
+    explanation: Node
+    prices: tuple[Price, ...]
+    made: str
+    versions: Mapping[str, str]
+
+    @property
+    def status(self) -> str:
+        """The name of the status with which planning ended; empty where nobody planned."""
+        return self.answer["status"].text("")
+
+    @property
+    def verified(self) -> bool:
+        """Whether the judge finds that the motion does all that it must."""
+        return self.certificate is not None and self.certificate.verified
+
+    @cached_property
+    def blocked(self) -> Floats | None:
+        """The configuration that shows what is in the way, shape (n,) [rad | m]."""
+        return self._configuration(self.explanation["configuration"])
+
+    @cached_property
+    def nearest_free(self) -> Floats | None:
+        """The nearest configuration that is free, shape (n,) [rad | m]."""
+        return self._configuration(self.explanation["nearest_free"]["positions"])
+
+    def _configuration(self, node: Node) -> Floats | None:
+        if node.missing:
+            return None
+        try:
+            return floats(node.place, np.array(node.numbers()), (len(self.problem.reduced.joint_names),))
+        except ShapeError as error:
+            raise node.error(str(error)) from error
+
+
+def subject_of(what: Reported) -> Subject:
+    """Return what a report is to tell of.
+
+    A motion of a bundle is judged anew, and what its constraints cost is computed here.
+
+    Raises:
+        FileFormatError: If a bundle does not say what it must.
+    """
+    if isinstance(what, Bundle):
+        return _of_bundle(what)
+    problem = what if isinstance(what, Problem) else what.problem
+    result = what if isinstance(what, Result) else None
+    moved = None if isinstance(what, Problem) else what
+    solved = isinstance(what, Plan) or (result is not None and result.verified)
+    explained = None if result is None else result.explain(plan_again=result.verified)
+    plan_answer = {"status": "SOLVED", "verified": True} if isinstance(what, Plan) else {}
+    return Subject(
+        holds=Holds.PLAN if solved else Holds.PROBLEM if result is None else Holds.FAILURE,
+        problem=problem,
+        trajectory=None if moved is None else moved.trajectory,
+        path=None if moved is None else moved.path,
+        certificate=None if moved is None else moved.certificate,
+        answer=Node(plan_answer if result is None else result.as_dict(), problem.name, "answer"),
+        explanation=Node({} if explained is None else explained.as_dict(), problem.name, "explanation"),
+        prices=() if explained is None else explained.prices,
+        made=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions=versions(),
+    )
+
+
+def _of_bundle(bundle: Bundle) -> Subject:
+    certificate = None if bundle.trajectory is None else bundle.judged()
+    return Subject(
+        holds=bundle.holds,
+        problem=bundle.problem,
+        trajectory=bundle.trajectory,
+        path=bundle.path_planned,
+        certificate=certificate,
+        answer=Node(dict(bundle.answer), str(bundle.path), "answer"),
+        explanation=Node(dict(bundle.explanation), str(bundle.path), "explanation"),
+        prices=_prices(bundle) if certificate is not None and certificate.verified else (),
+        made=bundle.made,
+        versions=bundle.versions,
+    )
+
+
+def _prices(bundle: Bundle) -> tuple[Price, ...]:
+    """Return the prices of a motion along a path that was optimised by its knots; others have none."""
+    path, method = bundle.path_planned, bundle.method
+    known = method in method_names() and isinstance(method_named(method), Knots)
+    if path is None or len(path.knots) != bundle.problem.knots or not known:
+        return ()
+    return path_prices(bundle.problem, path.knots, seconds=True)

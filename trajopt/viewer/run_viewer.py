@@ -1,0 +1,231 @@
+"""The page of a run: while it goes on, or of its recording, with a slider over time."""
+
+import threading
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.driving.guard import Seen
+from trajopt.driving.logbook import Logbook, Watched
+from trajopt.driving.recording import Moment, Recording, Sighting
+from trajopt.problem.problem import Problem
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer.clearance import Nearest
+from trajopt.viewer.playback import FRAME_TIME, Playback
+from trajopt.viewer.readout import clearance_html, events_html
+from trajopt.viewer.run_drawing import RunDrawing
+from trajopt.viewer.served import Served
+from trajopt.viewer.server import open_server
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+EVENTS = 8
+"""So many events are listed, the latest ones."""
+ASPECT = 1.0
+"""Width over height of what the controls leave free."""
+
+
+@checked
+def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
+    """Serve a page that shows a recorded run; returns at once.
+
+    Args:
+        recording: What happened.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines look too.
+
+    Returns:
+        The viewer: open its `url` in a browser; `wait()` keeps a script alive.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        ProblemError: If nothing can be served on this host or port.
+    """
+    first = recording.sightings[0]
+    drawing = RunDrawing(open_server(host, port), recording.group, recording.start, first)
+    motion = None
+    if len(recording.times) > 1:
+        since = recording.times - recording.begin
+        motion = Trajectory(recording.joint_names, since, recording.positions)
+    return RunViewer(drawing, recording, motion)
+
+
+@checked
+def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
+    """Serve a page that shows a run while it goes on; returns at once.
+
+    `viewer.look` is told after each cycle who drives the robot: `run(problem, watch=viewer.look)`.
+
+    Args:
+        problem: What is asked of the robot.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines look too.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        ProblemError: If nothing can be served on this host or port.
+    """
+    first = Sighting(since=-np.inf, seen=Seen(problem.scene, 0.0))
+    drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)
+    return RunViewer(drawing, Logbook(), None)
+
+
+class RunViewer(Served):
+    """A page that shows a run; `watch_run` and `view_run` open one.
+
+    Attributes:
+        url: Address of the page.
+    """
+
+    def __init__(self, drawing: RunDrawing, source: Logbook | Recording, motion: Trajectory | None) -> None:
+        """Draw the beginning, and the controls."""
+        server = drawing.server
+        super().__init__(server)
+        self._drawing, self._source = drawing, source
+        self._moment: Moment | None = None
+        self._shown = 0
+        self._kept: tuple[int, Recording] | None = None
+        look_from_the_best_side(server, drawing.reduced, motion)
+        gui = server.gui
+        live = isinstance(source, Logbook)
+        duration = 0.0 if isinstance(source, Logbook) else source.duration
+        self._live = gui.add_checkbox("live", live, visible=live)
+        self._playback = Playback(server, duration, self._draw, taken=self._leave_live)
+        stop, plan = gui.add_checkbox("stop (orange)", True), gui.add_checkbox("plan (purple)", True)
+        self._clearance_text, self._events_text = gui.add_html(""), gui.add_html("")
+
+        @stop.on_update
+        @plan.on_update
+        def _(_: object) -> None:
+            self._drawing.ghosts(stop=stop.value, plan=plan.value)
+            self._playback.refresh(self._playback.time)
+
+        self._playback.refresh(0.0)
+        self._follower = threading.Thread(target=self._follow, name="trajopt run viewer", daemon=True)
+        self._follower.start()
+
+    @property
+    def time(self) -> float:
+        """Time that is shown, since the begin [s]."""
+        return self._playback.time
+
+    @property
+    def moment(self) -> Moment | None:
+        """The moment that is shown; None before the first look."""
+        return self._moment
+
+    @property
+    def nearest(self) -> Nearest | None:
+        """The pair with the smallest clearance at the time that is shown."""
+        return self._drawing.nearest
+
+    @property
+    def recording(self) -> Recording:
+        """Everything so far.
+
+        Raises:
+            ProblemError: If nothing was looked at.
+        """
+        source = self._source
+        if isinstance(source, Recording):
+            return source
+        looks = source.looks
+        if self._kept is None or self._kept[0] != looks:
+            self._kept = looks, source.recording
+        return self._kept[1]
+
+    @checked
+    def look(self, watched: Watched) -> None:
+        """Write down what is new; it is drawn soon after, in another thread.
+
+        Raises:
+            ProblemError: If it is another one than before, or what is shown is a recording.
+        """
+        if isinstance(self._source, Recording):
+            raise ProblemError("this page shows a recording: watch_run shows what goes on")
+        self._source.look(watched)
+
+    @checked
+    def show(self, t: float) -> None:
+        """Show a time since the begin [s], clipped to what there is."""
+        self._leave_live()
+        self._playback.show(t)
+
+    def play(self) -> None:
+        """Play, from the beginning if it is at its end."""
+        self._leave_live()
+        self._playback.play()
+
+    def pause(self) -> None:
+        """Stop where it is."""
+        self._playback.pause()
+
+    def _end(self) -> None:
+        self._follower.join()
+        self._playback.close()
+
+    def _leave_live(self) -> None:
+        self._live.value = False
+
+    def _follow(self) -> None:
+        """Show what is new as long as the page is live (body of the thread)."""
+        source = self._source
+        while isinstance(source, Logbook) and not self._closed.wait(FRAME_TIME):
+            looks = source.looks
+            if looks == self._shown:
+                continue
+            self._shown = looks
+            with self._playback.lock:
+                self._playback.lengthen(source.duration)
+                if self._live.value:
+                    self._playback.show(source.duration)
+
+    def _draw(self, t: float) -> None:
+        """Show everything but the slider at a time since the begin [s]."""
+        source = self._source
+        if isinstance(source, Logbook):
+            if not source.looks:
+                return
+            live = self._live.value and t >= source.duration
+            self._moment = source.moment if live else self.recording.at(self.recording.begin + t)
+        else:
+            self._moment = source.at(source.begin + t)
+        self._drawing.show(self._moment)
+        self._clearance_text.content = clearance_html(self._drawing.nearest)
+        self._events_text.content = events_html(self._moment.events, EVENTS)
+
+
+def look_from_the_best_side(
+    server: "ViserServer",
+    reduced: ReducedModel,
+    motion: Trajectory | None,
+    *,
+    back: float = 1.0,
+    aside: float = 0.0,
+) -> None:
+    """Look at a motion, or at the robot as it stands, from where least is hidden.
+
+    Args:
+        server: Serves the page.
+        reduced: The robot in its scene.
+        motion: The motion; None for the robot as it stands.
+        back: From how much farther away than where all just fits in.
+        aside: By how much of the picture's height what is looked at is to the left of its middle.
+    """
+    from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
+    from trajopt.simulation.motion import motion_of
+    from trajopt.simulation.viewpoint import look_at
+
+    standing = np.tile(reduced.start_positions, (2, 1))
+    seen = motion or Trajectory(reduced.joint_names, np.array((0.0, 1.0)), standing)
+    view = look_at(reduced, motion_of(reduced, seen), ASPECT).camera
+    camera = server.initial_camera
+    away = back * (view.position - view.target)
+    right = np.cross(-away, (0.0, 0.0, 1.0))  # no camera looks straight down
+    moved = 2.0 * np.linalg.norm(away) * np.tan(FIELD_OF_VIEW / 2.0) * aside * right / np.linalg.norm(right)
+    camera.look_at, camera.position = view.target + moved, view.target + moved + away
+    camera.fov = float(FIELD_OF_VIEW)

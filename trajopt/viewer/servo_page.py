@@ -1,0 +1,181 @@
+"""The browser as an input of a servo: sliders for tool and joints, a gizmo, a speed, a dead man's button.
+
+The robot follows while the button is held, and stops when it is let go, or when the page, its machine or the
+line to it is gone. Sliders say from -1 to 1, as sticks do: `ServoOptions.scaling` and `turning` make m/s and
+rad/s of that. The gizmo is the placement that the tool is drawn to.
+"""
+
+import threading
+import time
+from enum import Enum
+
+import numpy as np
+
+from trajopt.driving.guard import Seen
+from trajopt.driving.logbook import Logbook, Watched
+from trajopt.driving.recording import Sighting
+from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
+from trajopt.driving.servo_order import Order
+from trajopt.problem.problem import Problem
+from trajopt.scene.reduced import tool_frame
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD, PlacementLike, as_placement
+from trajopt.values.placement import placement as placed
+from trajopt.viewer.drawing import wxyz
+from trajopt.viewer.playback import FRAME_TIME
+from trajopt.viewer.readout import clearance_html, events_html
+from trajopt.viewer.run_drawing import RunDrawing
+from trajopt.viewer.run_viewer import EVENTS, look_from_the_best_side
+from trajopt.viewer.served import Served
+from trajopt.viewer.server import open_server
+
+AXES = ("x", "y", "z", "about x", "about y", "about z")
+SIGNALS = 20.0
+"""So often a second the page says that the button is held."""
+HELD = 0.2
+"""So long after the last time it said so it counts as held: three signals may be lost [s]."""
+GIZMO = 0.25
+"""Size of the gizmo [m]."""
+LET_GO = "the button was let go"
+
+
+class Lead(Enum):
+    """What the robot is led by."""
+
+    TOOL = "tool"
+    JOINTS = "joints"
+    GIZMO = "gizmo"
+
+
+@checked
+def servo_page(
+    problem: Problem, *, frame: str = "", axes: str = WORLD, port: int = 8080, host: str = "127.0.0.1"
+) -> "ServoPage":
+    """Serve a page that leads a robot, and shows it; returns at once.
+
+    Args:
+        problem: What the servo is told, too.
+        frame: The tool's frame; when empty the group's own.
+        axes: Frame whose axes the tool's sliders mean: "world", or the tool's own.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines lead the robot too.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        ProblemError: If nothing can be served on this host or port.
+        FrameNotFound: If there is no such tool.
+    """
+    first = Sighting(since=-np.inf, seen=Seen(problem.scene, 0.0))
+    tool = frame or tool_frame(problem.reduced)
+    problem.reduced.attachment(tool)
+    drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)
+    return ServoPage(drawing, tool, axes)
+
+
+class ServoPage(Served):
+    """A page that leads a robot; `servo_page` opens one. An input of a servo: `guide(servo, page, ...)`.
+
+    Attributes:
+        url: Address of the page.
+    """
+
+    def __init__(self, drawing: RunDrawing, tool: str, axes: str) -> None:
+        """Draw the robot, and the controls."""
+        server = drawing.server
+        super().__init__(server)
+        self._drawing, self._tool, self._axes = drawing, tool, axes
+        self._logbook, self._shown = Logbook(), 0
+        self._held, self._speed = -np.inf, 1.0
+        look_from_the_best_side(server, drawing.reduced, None)
+        gui = server.gui
+        self._button = gui.add_button("Drive (hold)", color="green")
+        self._speeds = gui.add_slider("speed", 0.0, 1.0, 0.05, 1.0)
+        self._lead = gui.add_dropdown("lead by", tuple(each.value for each in Lead))
+        self._twist = [gui.add_slider(name, -1.0, 1.0, 0.05, 0.0) for name in AXES]
+        names = drawing.reduced.joint_names
+        self._joints = {name: gui.add_slider(name, -1.0, 1.0, 0.05, 0.0, visible=False) for name in names}
+        middle = gui.add_button("sliders to the middle, gizmo to the tool")
+        self._gizmo = server.scene.add_transform_controls("/gizmo", scale=GIZMO, visible=False)
+        self._clearance_text, self._events_text = gui.add_html(""), gui.add_html("")
+        self._gizmo_to_the_tool()
+        self._button.on_hold(self._hold, callback_hz=SIGNALS)  # pyright: ignore[reportUnknownMemberType]
+
+        @self._lead.on_update
+        def _(_: object) -> None:
+            self._show_controls()
+
+        @middle.on_click
+        def _(_: object) -> None:
+            for each in (*self._twist, *self._joints.values()):
+                each.value = 0.0
+            self._gizmo_to_the_tool()
+
+        self._follower = threading.Thread(target=self._follow, name="trajopt servo page", daemon=True)
+        self._follower.start()
+
+    @checked
+    def read(self, since: float) -> Order | None:
+        """Return what the controls say now."""
+        speed = self._speeds.value
+        new = None if speed == self._speed else speed
+        self._speed = speed
+        if time.monotonic() - self._held > HELD:
+            return Order(speed=new, released=LET_GO)
+        return Order(speed=new, command=self._command())
+
+    @checked
+    def look(self, watched: Watched) -> None:
+        """Look at the servo after a tick; it is drawn soon after, in another thread."""
+        self._logbook.look(watched)
+
+    @checked
+    def move_gizmo(self, placement: PlacementLike) -> None:
+        """Put the gizmo somewhere in the world."""
+        where = as_placement("placement", placement)
+        self._gizmo.position, self._gizmo.wxyz = where.translation, wxyz(where)
+
+    def _end(self) -> None:
+        self._follower.join()
+
+    def _hold(self, event: object) -> None:
+        del event
+        self._held = time.monotonic()
+
+    def _command(self) -> Command:
+        match Lead(self._lead.value):
+            case Lead.TOOL:
+                said = np.array([each.value for each in self._twist], dtype=np.float64)
+                return Twist(said[:3], said[3:], self._axes)
+            case Lead.JOINTS:
+                return JointVelocities({name: float(each.value) for name, each in self._joints.items()})
+            case Lead.GIZMO:
+                w, x, y, z = self._gizmo.wxyz
+                return Pose(placed(self._gizmo.position, quaternion=(x, y, z, w)))
+
+    def _show_controls(self) -> None:
+        """Show the controls of what the robot is led by, and no others."""
+        lead = Lead(self._lead.value)
+        with self._server.atomic():
+            for each in self._twist:
+                each.visible = lead is Lead.TOOL
+            for each in self._joints.values():
+                each.visible = lead is Lead.JOINTS
+            self._gizmo.visible = lead is Lead.GIZMO
+            if lead is Lead.GIZMO:
+                self._gizmo_to_the_tool()
+
+    def _gizmo_to_the_tool(self) -> None:
+        reduced, looked = self._drawing.reduced, self._logbook.looks
+        at = self._logbook.moment.positions if looked else reduced.start_positions
+        self.move_gizmo(reduced.scene.placement_of(self._tool, reduced.all_positions(at)))
+
+    def _follow(self) -> None:
+        """Show what is new (body of the thread)."""
+        while not self._closed.wait(FRAME_TIME):
+            looks = self._logbook.looks
+            if looks == self._shown:
+                continue
+            self._shown, moment = looks, self._logbook.moment
+            self._drawing.show(moment)
+            self._clearance_text.content = clearance_html(self._drawing.nearest)
+            self._events_text.content = events_html(moment.events, EVENTS)

@@ -1,0 +1,178 @@
+"""The page: a robot, its surroundings and a motion, with a time slider, served on a local port."""
+
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+
+from trajopt.geometry import Kinematics
+from trajopt.scene.planned_robot import Planned, model_and_trajectory
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ShapeError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer.clearance import ClearanceQuery, Nearest
+from trajopt.viewer.drawing import Drawing
+from trajopt.viewer.playback import Playback
+from trajopt.viewer.readout import clearance_html, joints_html
+from trajopt.viewer.served import Served
+from trajopt.viewer.server import open_server
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+ASPECT = 1.0
+"""Width over height that the motion is framed for: that of what the controls leave free in the middle."""
+
+
+@overload
+def view(motion: Planned[ReducedModel], *, port: int = 8080, host: str = "127.0.0.1") -> "Viewer": ...
+@overload
+def view(
+    motion: ReducedModel, trajectory: Trajectory, *, port: int = 8080, host: str = "127.0.0.1"
+) -> "Viewer": ...
+def view(
+    motion: Planned[ReducedModel] | ReducedModel,
+    trajectory: Trajectory | None = None,
+    *,
+    port: int = 8080,
+    host: str = "127.0.0.1",
+) -> "Viewer":
+    """Serve a page that shows a plan, or any trajectory of a reduced model; returns at once.
+
+    Args:
+        motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
+        trajectory: The motion of the group's joints; the plan's own when None.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines look too.
+
+    Returns:
+        The viewer: open its `url` in a browser; `wait()` keeps a script alive.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        PlanningFailed: If the result has no plan.
+        ProblemError: If nothing can be served on this host or port.
+        ShapeError: If the trajectory moves other joints than the group's.
+    """
+    reduced, trajectory = model_and_trajectory("view", motion, trajectory, ReducedModel)
+    if trajectory.joint_names != reduced.joint_names:
+        raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
+    return Viewer(open_server(host, port), reduced, trajectory)
+
+
+class Viewer(Served):
+    """A page that shows a motion; `view` opens one.
+
+    Attributes:
+        url: Address of the page.
+    """
+
+    def __init__(self, server: "ViserServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
+        """Draw the scene and the controls, and show the beginning."""
+        super().__init__(server)
+        self._reduced = reduced
+        self._trajectory = trajectory
+        self._clearance = ClearanceQuery(reduced, trajectory.duration)
+        start = self._kinematics(0.0)
+        self._drawing = Drawing(server, self._clearance.reduced, start)
+        if self._clearance.timed is not None:
+            self._drawing.draw_halos(self._clearance.timed)
+        self._look(reduced, trajectory)
+        # A joint that slides has no angular velocity.
+        turns = np.linalg.norm(start.jacobian[0, 3:], axis=0) > 0.5
+        columns = [list(reduced.model.names).index(name) - 1 for name in reduced.joint_names]
+        self._revolute = tuple(bool(turns[column]) for column in columns)
+        self._playback = Playback(server, trajectory.duration, self._draw)
+        self._add_controls()
+        self._playback.refresh(0.0)
+
+    @property
+    def time(self) -> float:
+        """Time that is shown [s]."""
+        return self._playback.time
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of the group's joints that are shown, shape (n,) [rad | m]."""
+        return self._trajectory(self.time)
+
+    @property
+    def nearest(self) -> Nearest | None:
+        """The pair with the smallest clearance at the time that is shown."""
+        return self._nearest
+
+    @checked
+    def joint_placement(self, joint: str) -> Placement:
+        """Return where a joint is drawn, in the world."""
+        return self._drawing.joint_placement(joint)
+
+    @checked
+    def show(self, t: float) -> None:
+        """Show the motion at a time [s], clipped to its duration."""
+        self._playback.show(t)
+
+    def play(self) -> None:
+        """Play the motion, from the beginning if it is at its end."""
+        self._playback.play()
+
+    def pause(self) -> None:
+        """Stop where the motion is."""
+        self._playback.pause()
+
+    def __repr__(self) -> str:
+        """Say where the page is."""
+        return f"Viewer({shown(self.url)}, {self._trajectory})"
+
+    def _end(self) -> None:
+        self._playback.close()
+
+    def _look(self, reduced: ReducedModel, trajectory: Trajectory) -> None:
+        """Draw the tools' paths, look from where least is hidden, and through what still is in the way."""
+        from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
+        from trajopt.simulation.motion import motion_of
+        from trajopt.simulation.posed import tool_paths
+        from trajopt.simulation.viewpoint import look_at
+
+        motion = motion_of(reduced, trajectory)
+        self._drawing.draw_tool_paths(tool_paths(reduced, motion))
+        view = look_at(reduced, motion, ASPECT)
+        self._hiding = view.hiding
+        self._drawing.make_translucent(view.hiding)
+        camera = self._server.initial_camera
+        camera.look_at, camera.position = view.camera.target, view.camera.position
+        camera.fov = float(FIELD_OF_VIEW)
+
+    def _add_controls(self) -> None:
+        gui = self._server.gui
+        shapes = gui.add_checkbox("collision shapes", False)
+        through = gui.add_checkbox("see through objects", False)
+        self._clearance_text = gui.add_html("")
+        self._joints_text = gui.add_html("")
+
+        @shapes.on_update
+        def _(_: object) -> None:
+            self._drawing.show_collision_shapes(shapes.value)
+
+        @through.on_update
+        def _(_: object) -> None:
+            everything = self._reduced.scene.objects
+            self._drawing.make_translucent(everything if through.value else self._hiding)
+
+    def _draw(self, t: float) -> None:
+        """Show everything but the slider at a time of the motion."""
+        positions = self._trajectory(t)
+        kinematics, timed = self._kinematics(t), self._clearance.timed
+        self._nearest = self._clearance.nearest(t, positions)
+        with self._server.atomic():
+            self._drawing.move(kinematics)
+            if timed is not None:
+                self._drawing.show_changing(timed, t)
+            self._drawing.point_out(self._nearest)
+        self._clearance_text.content = clearance_html(self._nearest)
+        self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
+
+    def _kinematics(self, t: float) -> Kinematics:
+        seen = self._clearance
+        return seen.query.kinematics(seen.positions(np.array([t]), self._trajectory(t)[None]))

@@ -1,0 +1,220 @@
+"""Candidates: what might be changed about a problem that has no plan, the most promising first."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.terms import constrain
+from trajopt.optimise.terms.joint_positions import fixed_positions
+from trajopt.planning.infeasibility.reasons import Block, BlockKind
+from trajopt.planning.result import Status
+from trajopt.problem.motion import Motion
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FramePlacement, Relaxation, Requirement
+from trajopt.problem.residual import WHOLE, Residual
+from trajopt.values.arrays import Floats
+from trajopt.values.placement import WORLD
+from trajopt.why.change import (
+    Change,
+    lighter_load,
+    moved_joint_goal,
+    moved_object,
+    moved_placement,
+    moved_start,
+    smaller_clearance,
+    smaller_margin,
+    stronger_joint,
+    with_requirement,
+)
+from trajopt.why.change_in_time import changes_in_time, may_touch
+from trajopt.why.explanation import Explanation
+from trajopt.why.nearest import NearestFree, least_missed
+
+AT_THE_START = {
+    Status.START_IN_COLLISION,
+    Status.START_OUT_OF_LIMITS,
+    Status.START_CANNOT_BE_HELD,
+    Status.START_BREAKS_CONSTRAINT,
+}
+AT_THE_GOAL = {
+    Status.GOAL_IN_COLLISION,
+    Status.GOAL_OUT_OF_LIMITS,
+    Status.GOAL_CANNOT_BE_HELD,
+    Status.GOAL_BREAKS_CONSTRAINT,
+    Status.NO_INVERSE_KINEMATICS,
+    Status.CONFLICTING_CONSTRAINTS,
+}
+IN_TIME = {
+    Status.INEVITABLE,
+    Status.FIXED_LINK_MET,
+    Status.GOAL_OCCUPIED,
+    Status.BLOCKED_IN_TIME,
+    Status.TOO_LATE,
+}
+SPARE = 1.05
+"""Factor on the amount of the elastic relaxation: the program keeps a reserve."""
+SMALLEST = 1e-3
+"""First amount of a change when nothing is known about it [m | rad]."""
+PAIRS = 3
+"""How many pairs in contact changes are tried for."""
+
+
+def candidates(known: Explanation) -> Iterator[Change]:
+    """Yield changes that may make the problem of a failure solvable, the most promising first."""
+    problem = known.problem
+    if known.status is Status.FIXED_LINK_MET:
+        yield from (may_touch(problem, *block.subjects) for block in known.blocks)
+    if known.status in IN_TIME:
+        yield from changes_in_time(problem, known.blocks)
+        return
+    if known.status in AT_THE_START:
+        yield from _at_the_start(known)
+    elif known.status in AT_THE_GOAL:
+        goal = fixed_positions(problem.goals, problem.reduced)
+        yield from (_at_a_searched_goal(known) if goal is None else _at_a_fixed_goal(known, goal))
+    elif known.status is Status.NO_WAYPOINT:
+        for stop, wanted in enumerate(problem.waypoint_requirements, start=1):
+            yield from _gives_way(problem, wanted, problem.requirements_at(stop))
+    yield from _requirements_in_the_way(known)
+    yield from _contacts(known)
+    for block in known.blocks:
+        if block.kind is BlockKind.EFFORT:
+            yield from _effort(problem, block)
+
+
+def _at_the_start(known: Explanation) -> Iterator[Change]:
+    if known.nearest_free is not None:
+        yield moved_start(known.problem, known.nearest_free.moved)
+    if known.status is Status.START_BREAKS_CONSTRAINT:
+        start = known.problem.reduced.start_positions
+        yield from _broken(known.problem, start, known.problem.requirements_at(0))
+
+
+def _at_a_fixed_goal(known: Explanation, goal: Floats) -> Iterator[Change]:
+    if known.nearest_free is not None:
+        yield moved_joint_goal(known.problem, known.nearest_free.moved)
+    if known.status is Status.GOAL_BREAKS_CONSTRAINT:
+        yield from _broken(known.problem, goal, known.problem.requirements_at(known.problem.last_stop))
+
+
+def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
+    problem = known.problem
+    always = problem.requirements_at(problem.last_stop)
+    yield from _gives_way(problem, problem.goals, always)
+    for required in always:
+        # The start holds it, so widening it changes the path too.
+        rest = [*problem.goals, *(item for item in always if item is not required)]
+        stood = least_missed(problem, [required], hard=rest)
+        if stood is not None:
+            yield from (_widened(problem, required, way, stood.given) for way in required.relaxations)
+
+
+def _gives_way(
+    problem: Problem, wanted: Sequence[Requirement], always: Sequence[Requirement]
+) -> Iterator[Change]:
+    """Yield what makes requirements of one moment reachable: each gives way alone."""
+    for required in wanted:
+        rest = [*(item for item in wanted if item is not required), *always]
+        stood = least_missed(problem, [required], hard=rest)
+        if stood is None:
+            continue
+        if isinstance(required, FramePlacement):
+            yield from _moved(problem, required, stood)
+        yield from (_widened(problem, required, way, stood.given) for way in required.relaxations)
+
+
+def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterator[Change]:
+    """Yield the goal moved to where its frame can be, along one axis where that is most of the way."""
+    place = problem.reduced.all_positions(stood.positions)
+    scene = problem.scene
+    point = scene.placement_of(goal.frame, place) * goal.offset
+    shift = scene.placement_of(goal.reference, place).inverse() * point - goal.placement.translation
+    length = float(np.linalg.norm(shift))
+    if length < 1e-6 or not np.isfinite(goal.position_tolerance).all():
+        return
+    axis = np.zeros(3)
+    main = int(np.argmax(np.abs(shift)))
+    axis[main] = np.sign(shift[main])
+    if abs(shift[main]) > 0.7 * length:
+        yield moved_placement(problem, goal, axis, SPARE * length)
+    if abs(shift[main]) < 0.999 * length:
+        yield moved_placement(problem, goal, shift, SPARE * length)
+
+
+def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: float) -> Change:
+    return Change(
+        what=way.what,
+        unit=way.unit.base,
+        first=min(max(SPARE * amount, SMALLEST), way.largest),
+        largest=way.largest,
+        words=way.words,
+        apply=lambda more: with_requirement(problem, required, way.apply(more)),
+    )
+
+
+def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[Change]:
+    """Yield path constraints widened to what they are at a configuration."""
+    motion = Motion.single(positions, Query(problem.reduced))
+    for required in always:
+        items = constrain(required, problem.reduced, WHOLE)
+        excess = max((item.excess(motion) for item in items), default=0.0)
+        if excess > 0.0:
+            yield from (_widened(problem, required, way, excess) for way in required.relaxations)
+
+
+def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
+    """Yield path constraints and goals that a path could not hold, widened by what it lacked."""
+    problem = known.problem
+    for block in known.blocks:
+        if block.kind is BlockKind.REQUIREMENT and block.place is not None:
+            for required in problem.all_requirements:
+                residuals = (item.residual for item in constrain(required, problem.reduced, WHOLE))
+                if any(_is_of(block, residual) for residual in residuals):
+                    ways = required.relaxations
+                    yield from (_widened(problem, required, way, block.amount) for way in ways)
+
+
+def _is_of(block: Block, residual: Residual) -> bool:
+    """Say whether a block is what a residual was violated by."""
+    return type(residual) is block.residual and block.subjects == (residual.name,)
+
+
+def _contacts(known: Explanation) -> Iterator[Change]:
+    """Yield smaller margins and clearances of pairs that lack them, and objects moved out of contact."""
+    problem, reduced = known.problem, known.problem.reduced
+    pairs = [block for block in known.blocks if block.kind is BlockKind.CONTACT][:PAIRS]
+    for block in pairs:
+        margin = smaller_margin(problem, block.subjects[0], block.subjects[1], block.amount)
+        if block.place is not None and margin is not None and block.amount <= margin.largest:
+            yield margin
+        clearance = smaller_clearance(problem, block.subjects[0], block.subjects[1], SPARE * block.amount)
+        if clearance is not None and block.amount <= clearance.largest:
+            yield clearance
+    if known.configuration is None:
+        return
+    seen = Query(reduced).close_pairs(known.configuration[None], reduced.pairs.margin)
+    for row in np.argsort(seen.distance).tolist():
+        owners = reduced.owners(int(seen.pair[row]))
+        if not any(block.subjects == owners for block in pairs):
+            continue
+        for name, sign in zip(owners, (-1.0, 1.0), strict=True):
+            if name in problem.scene.objects and problem.scene.holder(name).link == WORLD:
+                lack = float(reduced.pairs.margin[seen.pair[row]] - seen.distance[row])
+                yield _moved_away(problem, name, sign * seen.normal[row], lack)
+        pairs = [block for block in pairs if block.subjects != owners]
+
+
+def _moved_away(problem: Problem, name: str, direction: Floats, lack: float) -> Change:
+    """Move an object in the coordinates of the frame that it is placed in."""
+    frame = problem.scene.holder(problem.scene.object(name).frame).placement
+    return moved_object(problem, name, frame.rotation.T @ direction, SPARE * max(lack, SMALLEST))
+
+
+def _effort(problem: Problem, block: Block) -> Iterator[Change]:
+    for name, item in problem.scene.objects.items():
+        if item.mass > 0.0 and problem.scene.holder(name).link != WORLD:
+            yield lighter_load(problem, name)
+    joint = block.subjects[0]
+    limit = float(problem.limits.effort[problem.reduced.joint_names.index(joint)])
+    yield stronger_joint(problem, joint, limit + block.amount)

@@ -1,0 +1,270 @@
+"""Change: one thing about a problem that can be different by an amount, and the problem that results."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.optimise.terms.joint_positions import without_followers
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import During, FramePlacement, GoalSet, JointPositions, Requirement
+from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
+from trajopt.scene.collisions.clearances import ROOM
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ProblemError
+from trajopt.values.placement import Placement
+from trajopt.values.printed import in_length, in_unit
+
+LEAST = 1e-6
+"""A margin that can fall by no more than this is not offered to be made smaller [m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Change:
+    """One thing that can be changed.
+
+    Attributes:
+        what: What is changed, as a phrase.
+        unit: Unit of the amount: "m", "rad", "Nm", "kg", "" for a share.
+        first: An amount that may be enough, by the elastic relaxation; > 0.
+        largest: The largest amount that makes sense.
+        words: Says the change by an amount.
+        apply: Returns the problem changed by an amount.
+        whole: Whether it is made or not, and nothing in between; its amount is 1 then.
+    """
+
+    what: str
+    unit: str
+    first: float
+    largest: float
+    words: Callable[[float], str]
+    apply: Callable[[float], Problem]
+    whole: bool = False
+
+
+def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Problem:
+    """Return the problem with one requirement in place of another, wherever it occurs.
+
+    Raises:
+        ProblemError: If the problem has a set of goals.
+    """
+    if isinstance(problem.goal, GoalSet):
+        raise ProblemError("the goal is a set: take one of the problem's alternatives")
+
+    def swapped(items: Sequence[Requirement]) -> tuple[Requirement, ...]:
+        return tuple(new if item is old else item for item in items)
+
+    return replace(
+        problem,
+        goal=swapped(problem.goals),
+        waypoints={
+            name: swapped(items)
+            for name, items in zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)
+        },
+        constraints=tuple(
+            During(new, item.after, item.until)
+            if isinstance(item, During) and item.required is old
+            else new
+            if item is old
+            else item
+            for item in problem.constraints
+        ),
+    )
+
+
+def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first: float) -> Change:
+    """Return the change that moves a placement along a direction, shape (3,), in its reference."""
+    direction = shift / np.linalg.norm(shift)
+
+    def apply(amount: float) -> Problem:
+        where = Placement(goal.placement.rotation, goal.placement.translation + amount * direction)
+        return with_requirement(problem, goal, replace(goal, placement=where))
+
+    return Change(
+        what=f"place of {goal.frame}",
+        unit="m",
+        first=first,
+        largest=max(4.0 * first, 0.1),
+        words=lambda amount: f"move the goal of {goal.frame} {in_length(amount)} along {_axis(direction)}",
+        apply=apply,
+    )
+
+
+def moved_joint_goal(problem: Problem, moved: Floats) -> Change:
+    """Return the change that moves a goal of all joints along a direction in joint space, shape (n,).
+
+    Its tolerances stay as they are, and so do goals of other kinds.
+    """
+    names, most = problem.reduced.joint_names, float(np.abs(moved).max())
+
+    def apply(amount: float) -> Problem:
+        shift = dict(zip(names, (moved * (amount / most)).tolist(), strict=True))
+        goals = without_followers(problem.goals, problem.reduced)
+        return replace(problem, goal=[_shifted(item, shift) for item in goals])
+
+    return Change(
+        what="goal",
+        unit="rad",
+        first=most,
+        largest=2.0 * most,
+        words=lambda amount: f"move the goal: {joint_moves(problem, moved * (amount / most))}",
+        apply=apply,
+    )
+
+
+def _shifted(item: Requirement, shift: Mapping[str, float]) -> Requirement:
+    if not isinstance(item, JointPositions):
+        return item
+    positions = {joint: value + shift.get(joint, 0.0) for joint, value in item.positions.items()}
+    return replace(item, positions=positions)
+
+
+def moved_start(problem: Problem, moved: Floats) -> Change:
+    """Return the change that moves the start along a direction in joint space, shape (n,)."""
+    most = float(np.abs(moved).max())
+    index = problem.scene.robot.index(problem.reduced.joint_names)
+
+    def apply(amount: float) -> Problem:
+        start = np.array(problem.start_positions)
+        start[index] += moved * (amount / most)
+        return replace(problem, start=start)
+
+    return Change(
+        what="start",
+        unit="rad",
+        first=most,
+        largest=2.0 * most,
+        words=lambda amount: f"move the start: {joint_moves(problem, moved * (amount / most))}",
+        apply=apply,
+    )
+
+
+def moved_object(problem: Problem, name: str, direction: Floats, first: float) -> Change:
+    """Return the change that moves an object of the scene along a direction of the world, shape (3,)."""
+    item, along = problem.scene.object(name), direction / np.linalg.norm(direction)
+
+    def apply(amount: float) -> Problem:
+        where = Placement(item.placement.rotation, item.placement.translation + amount * along)
+        return replace(problem, scene=problem.scene.move(name, where))
+
+    return Change(
+        what=f"place of {name}",
+        unit="m",
+        first=first,
+        largest=max(4.0 * first, 0.3),
+        words=lambda amount: f"move {name} {in_length(amount)} along {_axis(along)}",
+        apply=apply,
+    )
+
+
+def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Change | None:
+    """Return the change that makes the margin of a pair smaller; None where that would change nothing.
+
+    A margin counts only as far as it is more than what the optimiser aims at for the required clearance.
+    """
+    margin, required = problem.scene.margin_of(first, second), problem.scene.clearance_of(first, second)
+    largest = margin - (required + ROOM if required > 0.0 else 0.0)
+    if largest <= LEAST:
+        return None
+
+    def words(amount: float) -> str:
+        return f"margin of {first} from {second} {1000 * margin:.3g} to {1000 * (margin - amount):.3g} mm"
+
+    return Change(
+        what=f"margin of {first} from {second}",
+        unit="m",
+        first=min(max(lack, 0.1 * margin), largest),
+        largest=largest,
+        words=words,
+        apply=lambda amount: replace(
+            problem, scene=problem.scene.with_margin(max(margin - amount, 0.0), first, second)
+        ),
+    )
+
+
+def smaller_clearance(problem: Problem, first: str, second: str, lack: float) -> Change | None:
+    """Return the change that requires less clearance of a pair, and as much less margin; None for none."""
+    scene = problem.scene
+    margin, required = scene.margin_of(first, second), scene.clearance_of(first, second)
+    if required <= 0.0:
+        return None
+
+    def words(amount: float) -> str:
+        change = f"from {1000 * required:.3g} to {1000 * (required - amount):.3g} mm"
+        return f"required clearance between {first} and {second} lowered {change}"
+
+    def apply(amount: float) -> Problem:
+        lower = scene.with_clearance(max(required - amount, 0.0), first, second)
+        return replace(problem, scene=lower.with_margin(max(margin - amount, 0.0), first, second))
+
+    return Change(
+        what=f"required clearance between {first} and {second}",
+        unit="m",
+        first=min(max(lack, 0.1 * required), required),
+        largest=required,
+        words=words,
+        apply=apply,
+    )
+
+
+def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
+    """Return the change that gives a joint a larger effort limit [Nm | N].
+
+    Args:
+        problem: The problem.
+        joint: The joint.
+        need: What it has to bear at rest [Nm | N].
+    """
+    robot = problem.scene.robot
+    place = robot.joint_names.index(joint)
+    limit, unit = float(robot.limits.effort[place]), effort_unit(robot.model, joint)
+
+    def apply(amount: float) -> Problem:
+        effort = np.array(robot.limits.effort)
+        effort[place] = limit + amount
+        stronger = replace(robot, limits=replace(robot.limits, effort=effort))
+        return replace(problem, scene=replace(problem.scene, robot=stronger))
+
+    return Change(
+        what=f"effort limit of {joint}",
+        unit=unit,
+        first=1.1 * max(need - limit, 0.05 * limit),
+        largest=20.0 * limit,
+        words=lambda amount: f"effort limit of {joint} {limit:.3g} to {limit + amount:.3g} {unit}",
+        apply=apply,
+    )
+
+
+def lighter_load(problem: Problem, name: str) -> Change:
+    """Return the change that makes a carried object lighter [kg]."""
+    item = problem.scene.object(name)
+
+    def apply(amount: float) -> Problem:
+        objects = {**problem.scene.objects, name: replace(item, mass=max(item.mass - amount, 0.0))}
+        return replace(problem, scene=replace(problem.scene, objects=objects))
+
+    return Change(
+        what=f"mass of {name}",
+        unit="kg",
+        first=item.mass / 2.0,
+        largest=item.mass,
+        words=lambda amount: f"mass of {name} {item.mass:.3g} to {item.mass - amount:.3g} kg",
+        apply=apply,
+    )
+
+
+def _axis(direction: Floats) -> str:
+    """Name a direction: an axis where it is one."""
+    main = int(np.argmax(np.abs(direction)))
+    if abs(direction[main]) > 0.999:
+        return f"{'+' if direction[main] > 0.0 else '-'}{'xyz'[main]}"
+    return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
+
+
+def joint_moves(problem: Problem, moved: Floats) -> str:
+    """Say by how much each of the group's joints moves, shape (n,) [rad | m]; the farthest first."""
+    model, names = problem.scene.robot.model, problem.reduced.joint_names
+    order = (int(k) for k in np.argsort(-np.abs(moved), kind="stable") if abs(moved[k]) > 5e-4)
+    units = [joint_unit(model, name) for name in names]
+    signs = ["+" if step > 0.0 else "" for step in moved.tolist()]
+    return ", ".join(f"{names[k]} by {signs[k]}{in_unit(float(moved[k]), units[k])}" for k in order)

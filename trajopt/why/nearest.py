@@ -1,0 +1,184 @@
+"""The nearest configuration that is free, by optimisation from many starts; and what excludes each other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.goal_candidates import random_starts
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.planning.infeasibility.reasons import Block, BlockKind
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import Requirement
+from trajopt.scene.gravity_bound import largest_gravity_torques
+from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.verify import Moment, examine
+from trajopt.why.configuration_problem import ConfigurationProblem, ConfigurationSolution
+
+STARTS = 128
+"""Configurations that the search of the goal starts from."""
+POLISHED = 6
+"""Those of them that are optimised, the nearest ones."""
+SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)
+"""Standard deviations of starts around a configuration [rad | m]."""
+SEED = 0
+"""Of the generator: explanations are the same every time."""
+STAY = 1e-3
+"""Weight of staying near the start, where the goal is what gives way."""
+
+
+@dataclass(frozen=True, eq=False)
+class NearestFree(Value):
+    """A configuration that the judge finds free, near one that is not.
+
+    Attributes:
+        positions: Of the group's joints, shape (n,) [rad | m].
+        moved: By how much each joint differs from where it was required to be, shape (n,) [rad | m].
+        given: By how much the goal is missed there [m and rad]; 0 where the goal was joint positions.
+        clearance: Smallest distance there, by the judge [m]; inf where no pair keeps apart.
+    """
+
+    positions: Floats
+    moved: Floats
+    given: float
+    clearance: float
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "positions": self.positions.tolist(),
+            "moved": self.moved.tolist(),
+            "given": self.given,
+            "clearance": self.clearance if np.isfinite(self.clearance) else None,
+        }
+
+
+def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> NearestFree | None:
+    """Find the nearest configuration that is clear, can be held still and holds the path constraints.
+
+    Args:
+        problem: The problem.
+        positions: What is not free, shape (n,) [rad | m].
+        moment: At which end of the motion; contact may be meant there.
+
+    Returns:
+        The nearest that was found; None if none was.
+    """
+    reduced, rng = problem.reduced, np.random.default_rng(SEED)
+    always = (
+        problem.requirements_at(0) if moment is Moment.START else problem.requirements_at(problem.last_stop)
+    )
+    asked = ConfigurationProblem(
+        reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0, effort=_effort(problem)
+    )
+    query = Query(reduced)
+    starts = [
+        positions + rng.normal(scale=spread, size=positions.shape) for spread in SPREADS for _ in (0, 1)
+    ]
+    stood = [asked.solve(np.clip(q, reduced.limits.lower, reduced.limits.upper), query) for q in starts]
+    return _best(problem, positions, stood, moment)
+
+
+def least_missed(
+    problem: Problem, soft: Sequence[Requirement], *, hard: Sequence[Requirement], clear: bool = True
+) -> NearestFree | None:
+    """Find a goal configuration where some requirements give way, as little as possible.
+
+    Args:
+        problem: The problem.
+        soft: What gives way.
+        hard: What must hold.
+        clear: Whether it must be clear of everything, and let the joints hold still.
+
+    Returns:
+        The one that misses least, then the nearest to the start; None if none was found.
+    """
+    reduced, rng = problem.reduced, np.random.default_rng(SEED)
+    query, near = Query(reduced), reduced.start_positions
+    begin = random_starts(reduced, rng, STARTS)
+    ended = Projection(reduced, (*soft, *hard), query)(begin)
+    order = np.argsort(ended.violation, kind="stable")[:POLISHED]
+    effort = _effort(problem) if clear else None
+    asked = ConfigurationProblem(
+        reduced=reduced, hard=hard, soft=soft, clear=clear, near=near, stay=STAY, effort=effort
+    )
+    starts = [*ended.positions[order], *begin[: POLISHED // 2]]
+    moment = Moment.END if clear else None
+    if not soft:
+        # Any that holds is as good as another.
+        each = (_best(problem, near, [asked.solve(start, query)], moment) for start in starts)
+        return next((found for found in each if found is not None), None)
+    return _best(problem, near, [asked.solve(start, query) for start in starts], moment)
+
+
+def _effort(problem: Problem) -> Floats | None:
+    """Return the effort limits within which the joints must hold still; None where they always can."""
+    effort = problem.limits.effort
+    return effort if (largest_gravity_torques(problem.reduced) > effort).any() else None
+
+
+def _best(
+    problem: Problem, positions: Floats, stood: Sequence[ConfigurationSolution], moment: Moment | None
+) -> NearestFree | None:
+    """Return the first in order of what gave way and of joint motion that the judge finds free."""
+    reduced = problem.reduced
+    for each in sorted(
+        (item for item in stood if item.holds),
+        key=lambda item: (round(item.given, 3), float(np.abs(item.positions - positions).max())),
+    ):
+        clearance = np.inf
+        if moment is not None:
+            seen = examine(reduced, each.positions, moment=moment)
+            if not seen.clear:
+                continue
+            clearance = np.inf if seen.smallest is None else seen.smallest.distance
+        moved = readonly(each.positions - positions)
+        return NearestFree(readonly(np.array(each.positions)), moved, each.given, clearance)
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Obstacle:
+    """A thing of the scene that must be kept clear of."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"clearance from {self.name}"
+
+
+def conflict_at_goal(problem: Problem, blocks: Sequence[Block]) -> tuple[str, ...]:
+    """Return what cannot be held together at the goal; whichever is left out, the rest can.
+
+    Joint limits and the robot's clearance from itself always count. The deletion filter of
+    `trajopt.planning.seeds.conflicting`, here with obstacles among what is left out.
+
+    Args:
+        problem: The problem; no free configuration was found that holds its goals.
+        blocks: What is in contact where the goal is held, the most likely obstacles first.
+
+    Returns:
+        The set in words; empty if other parts of the scene are in the way as well.
+    """
+    touched = {name for block in blocks if block.kind is BlockKind.CONTACT for name in block.subjects}
+    near = [_Obstacle(name) for name in problem.scene.objects if name in touched]
+    kept: list[Requirement | _Obstacle] = [*problem.goals, *problem.requirements_at(problem.last_stop), *near]
+    if _can_be_held(problem, kept):
+        return ()
+    for item in tuple(kept):
+        rest = [other for other in kept if other is not item]
+        if not _can_be_held(problem, rest):
+            kept = rest
+    return tuple(str(item) for item in kept)
+
+
+def _can_be_held(problem: Problem, kept: Sequence[Requirement | _Obstacle]) -> bool:
+    """Say whether a configuration was found that holds requirements, clear of some obstacles only."""
+    obstacles = {item.name for item in kept if isinstance(item, _Obstacle)}
+    scene = problem.scene
+    for name in scene.objects:
+        if name not in obstacles:
+            scene = scene.allow(name)
+    requirements = [item for item in kept if isinstance(item, Requirement)]
+    return least_missed(replace(problem, scene=scene), (), hard=requirements) is not None

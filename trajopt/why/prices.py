@@ -1,0 +1,268 @@
+"""Prices: what each active constraint of a solution costs, in units of the objective and in seconds."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.methods.timing import retime_path
+from trajopt.optimise.solvers import Sqp
+from trajopt.optimise.terms import Clearance, constrain
+from trajopt.optimise.terms.gravity_torque import HoldingTorque
+from trajopt.optimise.transcription import KnotsNlp, transcribe
+from trajopt.planning.result import Result
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement, ShownUnit
+from trajopt.problem.requirements.gravity_torque import SHARE
+from trajopt.problem.residual import WHOLE
+from trajopt.robot.limits import LimitKind
+from trajopt.timing import Retimed
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Path
+from trajopt.why.change import smaller_clearance, smaller_margin, with_requirement
+from trajopt.why.multipliers import Multipliers, RowKey, multipliers
+
+TIGHT = Sqp(max_iterations=300, relative_gain=1e-7, absolute_gain=1e-10)
+"""Prices are differences of costs: the solver must not stop early."""
+UNBALANCED = 0.2
+"""Multipliers that leave more of the gradient than this share are no prices."""
+LEAST = 1e-3
+"""Objective prices below this share of the largest are left out."""
+STEP = 2.0
+"""By how much a constraint is relaxed to see what it costs in time [mm | deg]."""
+PERCENT = 5.0
+"""By how much a joint's limit is raised to see what it costs in time [%]."""
+TOLERANCE = 1e-3
+"""How far the timed motion may leave the path [m]."""
+LEAST_SECONDS = 1e-4
+"""Smaller changes of the duration than this are noise of timing [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Price:
+    """What an active constraint costs.
+
+    Attributes:
+        what: The constraint.
+        unit: "mm", "deg", "rad" or "%": the amount that the prices are for.
+        objective: By how much the objective falls when the constraint is relaxed by one unit; None for
+            limits that the objective does not know.
+        seconds: By how much the duration falls [s]; None where that was not asked for, or is not known.
+    """
+
+    what: str
+    unit: str
+    objective: float | None
+    seconds: float | None
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {"what": self.what, "unit": self.unit, "objective": self.objective, "seconds": self.seconds}
+
+    def __str__(self) -> str:
+        """Say both prices."""
+        parts = [] if self.seconds is None else [f"{1000 * self.seconds:.3g} ms of the motion"]
+        parts += [] if self.objective is None else [f"{self.objective:.3g} of the optimiser's objective"]
+        return f"{self.what}: {' and '.join(parts)} per {self.unit}"
+
+
+def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
+    """Return what the active constraints of a verified motion cost, dearest first.
+
+    The motion's own program is solved again, tightly, from where it ended; prices in seconds compare the
+    timed motions of that solution and of one with the constraint relaxed a little.
+
+    Args:
+        result: A verified result of the method `Knots`; anything else has no prices.
+        seconds: Whether to solve and time relaxed problems too.
+    """
+    if not result.verified or result.path is None or result.timed is None:
+        return ()
+    return path_prices(result.problem, result.path.knots, seconds=seconds)
+
+
+def path_prices(problem: Problem, knots: Floats, *, seconds: bool) -> tuple[Price, ...]:
+    """Return what the active constraints of a path cost, dearest first; as `prices`.
+
+    Args:
+        problem: The problem.
+        knots: The path, of which a verified motion was timed, shape (K, n) [rad | m].
+        seconds: Whether to solve and time relaxed problems too.
+    """
+    base = _Solved.of(problem, knots)
+    at = base.multipliers
+    if at.unbalanced > UNBALANCED or not base.holds:
+        return _limits(base) if seconds else ()
+    largest = max((*at.rows.values(), *at.bounds.values()), default=0.0)
+    dear = {key: value for key, value in at.rows.items() if value > LEAST * largest}
+    found = [*_clearances(base, dear, seconds), *_requirements(base, dear, seconds)]
+    found += _holding(base, dear, seconds)
+    found += _bounds(
+        base, {key: value for key, value in at.bounds.items() if value > LEAST * largest}, seconds
+    )
+    found.sort(key=lambda price: -(price.objective or 0.0))
+    return (*found, *(_limits(base) if seconds else ()))
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """A problem's program, solved tightly from given knots."""
+
+    problem: Problem
+    nlp: KnotsNlp
+    knots: Floats
+    holds: bool
+    multipliers: Multipliers
+
+    @staticmethod
+    def of(problem: Problem, knots: Floats) -> "_Solved":
+        nlp = transcribe(problem, knots, _waypoint_knots(problem, knots))
+        solved = TIGHT.solve(nlp, knots)
+        at = multipliers(solved.at, nlp.lower, nlp.upper)
+        return _Solved(problem, nlp, solved.x, solved.feasible, at)
+
+    def duration(self, problem: Problem | None = None) -> float | None:
+        """Return the duration of the path within the limits of this problem or another [s]."""
+        path = Path(self.problem.reduced.joint_names, self.knots)
+        motion = retime_path(problem or self.problem, path, tolerance=TOLERANCE, query=self.nlp.query)
+        return motion.trajectory.duration if isinstance(motion, Retimed) else None
+
+    def saved(self, relaxed: Problem, amount: float) -> float | None:
+        """Return by how much the duration falls by unit of a relaxation [s]."""
+        again = _Solved.of(relaxed, self.knots)
+        before, after = self.duration(), again.duration() if again.holds else None
+        return None if before is None or after is None else (before - after) / amount
+
+
+def _waypoint_knots(problem: Problem, knots: Floats) -> list[int]:
+    """Return the knots at which waypoints are held best, in order."""
+    places: list[int] = []
+    count = len(problem.waypoint_requirements)
+    for number, wanted in enumerate(problem.waypoint_requirements):
+        first = places[-1] + 1 if places else 1
+        last = len(knots) - 1 - (count - 1 - number)
+        off = Projection(problem.reduced, wanted, Query(problem.reduced)).violation(knots[first:last])
+        places.append(first + int(np.argmin(off)))
+    return places
+
+
+def _clearances(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
+    reduced, total = base.problem.reduced, dict[tuple[str, str], float]()
+    for key, push in dear.items():
+        if key.kind is Clearance:
+            owners = reduced.owners(key.component)
+            total[owners] = total.get(owners, 0.0) + push
+    for (first, second), push in total.items():
+        binding = (first, second, STEP * MILLIMETRES.size)
+        change = smaller_margin(base.problem, *binding) or smaller_clearance(base.problem, *binding)
+        step = 0.0 if change is None else min(STEP * MILLIMETRES.size, change.largest)
+        yield Price(
+            what=f"clearance of {first} from {second}" if change is None else change.what,
+            unit="mm",
+            objective=push * MILLIMETRES.size,
+            seconds=base.saved(change.apply(step), step / MILLIMETRES.size) if change and seconds else None,
+        )
+
+
+def _holding(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
+    """Yield what it costs that joints must hold the load still: their shares fall as the limits rise."""
+    names, total = base.problem.reduced.joint_names, dict[str, float]()
+    for key, push in dear.items():
+        if key.kind is HoldingTorque:
+            joint = names[key.component]
+            total[joint] = total.get(joint, 0.0) + push
+    for joint, push in total.items():
+        relaxed = _with_limits(base.problem, [joint], "effort", PERCENT / 100.0) if seconds else None
+        yield Price(
+            what=f"effort limit of {joint}, to hold still",
+            unit="%",
+            objective=push * SHARE / 100.0,
+            seconds=None if relaxed is None else base.saved(relaxed, PERCENT),
+        )
+
+
+def _requirements(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
+    problem = base.problem
+    for required in problem.all_requirements:
+        residuals = [item.residual for item in constrain(required, problem.reduced, WHOLE)]
+        mine = {(type(residual), residual.name) for residual in residuals}
+        push = sum(value for key, value in dear.items() if (key.kind, key.name) in mine)
+        if push == 0.0:
+            continue
+        unit = _unit(required)
+        yield Price(
+            what=", ".join(sorted({residual.name for residual in residuals})),
+            unit=unit.name or "unit",
+            objective=push * unit.size,
+            seconds=_saved_by(base, required) if seconds else None,
+        )
+
+
+def _unit(required: Requirement) -> ShownUnit:
+    return next((way.unit for way in required.relaxations), PLAIN)
+
+
+def _saved_by(base: _Solved, required: Requirement) -> float | None:
+    for way in required.relaxations[:1]:
+        amount = min(STEP * way.unit.size, way.largest)
+        relaxed = with_requirement(base.problem, required, way.apply(amount))
+        return base.saved(relaxed, amount / way.unit.size)
+    return None
+
+
+def _bounds(base: _Solved, dear: dict[int, float], seconds: bool) -> Iterator[Price]:
+    reduced = base.problem.reduced
+    for place, push in dear.items():
+        name = reduced.joint_names[place]
+        sides = (LimitKind.LOWER, LimitKind.UPPER)
+        binding = reduced.limits.binding
+        limited = [name, *(binding[name, side] for side in sides if (name, side) in binding)]
+        relaxed = _with_limits(base.problem, limited, "position", STEP * DEGREES.size) if seconds else None
+        yield Price(
+            what=f"position limit of {name}{reduced.limits.because(name, *sides)}",
+            unit="deg",
+            objective=push * DEGREES.size,
+            seconds=None if relaxed is None else base.saved(relaxed, STEP),
+        )
+
+
+def _limits(base: _Solved) -> tuple[Price, ...]:
+    """Return what the limits that bind cost in time: the same path is timed with each a little higher."""
+    before, found = base.duration(), list[Price]()
+    if before is None:
+        return ()
+    for kind in ("velocity", "acceleration", "jerk", "effort"):
+        everyone = base.problem.reduced.moving_joints
+        if not _gain(base, before, everyone, kind) > LEAST_SECONDS:
+            continue
+        for name in everyone:
+            gain = _gain(base, before, [name], kind)
+            if gain > LEAST_SECONDS:
+                what = f"{kind} limit of {name}"
+                found.append(Price(what=what, unit="%", objective=None, seconds=gain / PERCENT))
+    return tuple(sorted(found, key=lambda price: -(price.seconds or 0.0)))
+
+
+def _gain(base: _Solved, before: float, joints: Sequence[str], kind: str) -> float:
+    after = base.duration(_with_limits(base.problem, joints, kind, PERCENT / 100.0))
+    return 0.0 if after is None else before - after
+
+
+def _with_limits(problem: Problem, joints: Sequence[str], kind: str, amount: float) -> Problem:
+    """Return the problem with a limit of joints raised: by a share, or positions by an amount [rad | m]."""
+    robot = problem.scene.robot
+    index, limits = robot.index(joints), robot.limits
+    if kind == "position":
+        lower, upper = np.array(limits.lower), np.array(limits.upper)
+        lower[index] -= amount
+        upper[index] += amount
+        raised = replace(limits, lower=lower, upper=upper)
+    else:
+        values = {
+            name: np.array(getattr(limits, name)) for name in ("velocity", "acceleration", "jerk", "effort")
+        }
+        values[kind][index] *= 1.0 + amount
+        raised = replace(limits, **{kind: values[kind]})
+    return replace(problem, scene=replace(problem.scene, robot=replace(robot, limits=raised)))

@@ -1,0 +1,149 @@
+"""Remedies: the smallest changes that make a problem solvable, found and checked by planning."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trajopt.planning.result import Result
+from trajopt.problem.problem import Problem
+from trajopt.why.change import Change
+
+MOST = 3
+"""How many remedies are looked for."""
+DOUBLINGS = 4
+"""How often an amount that is not enough is doubled."""
+HALVINGS = 8
+"""How often an amount that is enough is halved, before the change is taken to be needless."""
+BISECTIONS = 3
+"""Steps between an amount that is not enough and one that is, at most twice as large."""
+
+Plan = Callable[[Problem], Result]
+"""Plans a problem."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Remedy:
+    """A change that makes a problem solvable, while half of it does not: both were planned.
+
+    Attributes:
+        words: The change.
+        what: What is changed.
+        amount: By how much.
+        unit: Unit of the amount.
+        problem: The changed problem.
+        result: The verified plan of it.
+        half: The failure with half of the change.
+    """
+
+    words: str
+    what: str
+    amount: float
+    unit: str
+    problem: Problem
+    result: Result
+    half: Result
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "words": self.words,
+            "what": self.what,
+            "amount": self.amount,
+            "unit": self.unit,
+            "half": self.half.reason,
+        }
+
+    def __str__(self) -> str:
+        """Say the change."""
+        return self.words
+
+
+def smallest_changes(changes: Iterable[Change], plan: Plan) -> tuple[Remedy, ...]:
+    """Try changes, the most promising first, until some make the problem solvable.
+
+    Args:
+        changes: The changes, each with an amount that may be enough.
+        plan: Plans a problem.
+    """
+    found: list[Remedy] = []
+    for change in changes:
+        if len(found) == MOST:
+            break
+        remedy = _Search(change, plan).smallest()
+        if remedy is not None:
+            found.append(remedy)
+    return tuple(found)
+
+
+@dataclass(eq=False)
+class _Search:
+    """Search of the smallest amount of one change; every amount is planned once."""
+
+    change: Change
+    plan: Plan
+    planned: dict[float, Result] = field(default_factory=dict[float, Result])
+
+    def smallest(self) -> Remedy | None:
+        """Double until it is enough, halve until it is not, bisect, round, and check both again."""
+        enough = self._enough()
+        if enough is not None and not self.change.whole:
+            enough = self._smaller(enough)
+        if enough is None or self._solves(enough / 2.0):
+            return None
+        return Remedy(
+            words=self.change.words(enough),
+            what=self.change.what,
+            amount=enough,
+            unit=self.change.unit,
+            problem=self._result(enough).problem,
+            result=self._result(enough),
+            half=self._result(enough / 2.0),
+        )
+
+    def _smaller(self, enough: float) -> float | None:
+        """Return the smallest amount that is enough, rounded; None where any seems to be."""
+        for _ in range(HALVINGS):
+            if not self._solves(enough / 2.0):
+                break
+            enough /= 2.0
+        else:
+            return None
+        enough = self._bisected(enough)
+        rounded = min(_rounded_up(enough), self.change.largest)
+        return rounded if self._solves(rounded) else enough
+
+    def _enough(self) -> float | None:
+        amount = min(self.change.first, self.change.largest)
+        for _ in range(DOUBLINGS):
+            if self._solves(amount):
+                return amount
+            if amount >= self.change.largest:
+                return None
+            amount = min(2.0 * amount, self.change.largest)
+        return amount if self._solves(amount) else None
+
+    def _bisected(self, enough: float) -> float:
+        """Narrow down the smallest amount that is enough, where half of it is not."""
+        short = enough / 2.0
+        for _ in range(BISECTIONS):
+            middle = (short + enough) / 2.0
+            if self._solves(middle):
+                enough = middle
+            else:
+                short = middle
+        return enough
+
+    def _solves(self, amount: float) -> bool:
+        return self._result(amount).verified
+
+    def _result(self, amount: float) -> Result:
+        if amount not in self.planned:
+            self.planned[amount] = self.plan(self.change.apply(amount))
+        return self.planned[amount]
+
+
+def _rounded_up(amount: float) -> float:
+    """Round up to two significant digits."""
+    digit = 10.0 ** (np.floor(np.log10(amount)) - 1.0)
+    return float(np.ceil(amount / digit - 1e-9) * digit)
