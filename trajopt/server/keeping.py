@@ -5,7 +5,9 @@ Only the server itself asks for these: no face passes on the names of these oper
 
 from collections.abc import Mapping
 from dataclasses import replace
+from tempfile import TemporaryDirectory
 
+from trajopt.files.bundle.fingerprint import fingerprint
 from trajopt.files.bundle.message import message_of, value_of_message
 from trajopt.scene.scene import Scene
 from trajopt.server.operation import Answer, Lane, Operation
@@ -51,18 +53,19 @@ def forget(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def restore(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Return what a session held, as that of this server's robot.
+    """Return the scene and the positions of a session, with this server's robot in the scene.
 
     Raises:
-        ModelError: If it was another robot's: pairs that may touch and names are those of the robot of then.
+        ModelError: If the robot has changed: names and allowed collisions are of the robot as it was.
     """
     robot, name = state.scene.robot, arguments["session"].text()
-    with _warehouse(arguments) as kept:
+    with _warehouse(arguments) as kept, TemporaryDirectory() as folder:
         entry = kept.entry(name, kind=Kind.SCENE)
-        scene: Scene = kept.load(entry)
+        scene: Scene = kept.load(entry, meshes=folder)
         positions = kept.state(name).positions
-    if message_of(scene.robot, {}) != message_of(robot, {}):
-        raise ModelError(f"the robot {state.robot!r} is described otherwise than it was")
+        same = fingerprint(scene.robot) == fingerprint(robot)
+    if not same:
+        raise ModelError(f"robot {state.robot!r} has changed since the session was kept")
     message = Node(message_of(scene, {"robot": scene.robot}), name)
     held = value_of_message(message, {"robot": robot}, Scene)
     return Answer(

@@ -1,0 +1,38 @@
+"""Fingerprints of values: digests of their content, whatever their files are named and wherever they are."""
+
+import json
+from hashlib import file_digest, sha256
+from pathlib import Path
+
+from trajopt.files.bundle.to_document import Writer
+
+
+class _ContentWriter(Writer):
+    def _file(self, path: Path) -> str:
+        if path not in self._by_path:
+            self._by_path[path] = _digest(path)
+        return self._by_path[path]
+
+
+def _digest(path: Path) -> str:
+    # A description is read into the model, which the document holds; only meshes stay files.
+    if path.suffix.lower() == ".urdf" or not path.is_file():
+        return path.suffix.lower()
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()
+
+
+def fingerprint(value: object) -> str:
+    """Return a digest that two values share if their numbers, names and mesh files have the same content.
+
+    Args:
+        value: A robot, a scene, a problem or a part of one.
+
+    Raises:
+        ModelError: If it holds an object that no file can hold, such as code of the caller's.
+    """
+    writer = _ContentWriter()
+    whole = sha256(json.dumps(writer.document(value, type(value).__name__)).encode())
+    for array in writer.arrays.values():
+        whole.update(f"{array.dtype} {array.shape}".encode() + array.tobytes())
+    return whole.hexdigest()
