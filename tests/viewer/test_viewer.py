@@ -2,6 +2,7 @@ import socket
 import sys
 import time
 from collections.abc import Iterator
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -82,7 +83,7 @@ def test_close_ends_waiting(viewer: Viewer) -> None:
 
 
 def test_two_viewers_get_two_ports(motion: Motion, viewer: Viewer) -> None:
-    second = view(motion.reduced, motion.trajectory, port=int(viewer.url.rsplit(":", 1)[1]))
+    second = view(motion.reduced, motion.trajectory, port=urlsplit(viewer.url).port or 0)
     try:
         assert second.url != viewer.url
     finally:

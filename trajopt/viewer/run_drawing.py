@@ -19,6 +19,8 @@ from trajopt.viewer.trail import POINTS, Trail
 if TYPE_CHECKING:
     from viser import ViserServer
 
+    from trajopt.viewer.guarded_server import GuardedServer
+
 LONG = 1e6
 """Of a run nobody knows how long it takes: an allowance of contact up to its end counts at no time [s]."""
 
@@ -32,7 +34,7 @@ class RunDrawing:
         nearest: The pair with the smallest clearance in the moment that is shown.
     """
 
-    def __init__(self, server: "ViserServer", group: str, start: Floats, first: Sighting) -> None:
+    def __init__(self, server: "GuardedServer", group: str, start: Floats, first: Sighting) -> None:
         """Draw the robot at its start.
 
         Args:

@@ -21,7 +21,7 @@ from trajopt.viewer.served import Served
 from trajopt.viewer.server import open_server
 
 if TYPE_CHECKING:
-    from viser import ViserServer
+    from trajopt.viewer.guarded_server import GuardedServer
 
 EVENTS = 8
 """So many events are listed, the latest ones."""
@@ -200,7 +200,7 @@ class RunViewer(Served):
 
 
 def look_from_the_best_side(
-    server: "ViserServer",
+    server: "GuardedServer",
     reduced: ReducedModel,
     motion: Trajectory | None,
     *,

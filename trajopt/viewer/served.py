@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING
 
 from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked
-from trajopt.viewer.server import address_of, close_server
+from trajopt.viewer.server import close_server
 
 if TYPE_CHECKING:
-    from viser import ViserServer
+    from trajopt.viewer.guarded_server import GuardedServer
 
 
 class Served(ABC):
     """What all pages are: they have an address, can be waited for, and end.
 
     Attributes:
-        url: Address of the page.
+        url: Address of the page. It holds a secret: whoever has it can use the page.
     """
 
-    def __init__(self, server: "ViserServer") -> None:
+    def __init__(self, server: "GuardedServer") -> None:
         """Close the page when the program ends, if nobody does before."""
-        self.url = address_of(server)
+        self.url = server.address
         self._server, self._closed, self._closing = server, threading.Event(), threading.Lock()
         atexit.register(self.close)  # runs before viser's own, which would announce it
 

@@ -11,11 +11,13 @@ from trajopt.values.errors import MissingExtra, ProblemError, shown
 if TYPE_CHECKING:
     from viser import ViserServer
 
+    from trajopt.viewer.guarded_server import GuardedServer
+
 LAST_PORT = 65535
 
 
-def open_server(host: str, port: int) -> "ViserServer":
-    """Serve an empty page.
+def open_server(host: str, port: int) -> "GuardedServer":
+    """Serve an empty page, which only the address with its secret opens.
 
     Args:
         host: Address to serve on.
@@ -26,12 +28,14 @@ def open_server(host: str, port: int) -> "ViserServer":
         ProblemError: If nothing can be served on this host or port.
     """
     try:
-        from viser import ViserServer
+        import viser  # noqa: F401  # pyright: ignore[reportUnusedImport]
+
+        from trajopt.viewer.guarded_server import GuardedServer
     except ImportError as error:
         raise MissingExtra("viser", "view") from error
     _check_address(one_of("host", host, str), port)
     with _unannounced():
-        server = ViserServer(host, port, "trajopt", verbose=False)
+        server = GuardedServer(host, port)
     server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0x44, 0x77, 0xAA))
     return server
 
@@ -40,12 +44,6 @@ def close_server(server: "ViserServer") -> None:
     """Serve it no more."""
     with _unannounced():
         server.stop()
-
-
-def address_of(server: "ViserServer") -> str:
-    """Return the address of its page."""
-    host = "localhost" if server.get_host() == "0.0.0.0" else server.get_host()
-    return f"http://{host}:{server.get_port()}"
 
 
 def _unannounced() -> redirect_stdout[StringIO]:

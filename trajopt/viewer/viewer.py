@@ -20,7 +20,7 @@ from trajopt.viewer.served import Served
 from trajopt.viewer.server import open_server
 
 if TYPE_CHECKING:
-    from viser import ViserServer
+    from trajopt.viewer.guarded_server import GuardedServer
 
 ASPECT = 1.0
 """Width over height that the motion is framed for: that of what the controls leave free in the middle."""
@@ -69,7 +69,7 @@ class Viewer(Served):
         url: Address of the page.
     """
 
-    def __init__(self, server: "ViserServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
+    def __init__(self, server: "GuardedServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
         """Draw the scene and the controls, and show the beginning."""
         super().__init__(server)
         self._reduced = reduced

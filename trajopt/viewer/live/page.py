@@ -27,7 +27,7 @@ from trajopt.viewer.served import Served
 from trajopt.viewer.server import open_server
 
 if TYPE_CHECKING:
-    from viser import ViserServer
+    from trajopt.viewer.guarded_server import GuardedServer
 
 BACK, ASIDE = 1.35, 0.16
 """The robot is looked at from so much farther away, for its hand will go elsewhere, and so far to the left of
@@ -76,7 +76,7 @@ class LiveView(Served):
         url: Address of the page.
     """
 
-    def __init__(self, server: "ViserServer", bench: Workbench) -> None:
+    def __init__(self, server: "GuardedServer", bench: Workbench) -> None:
         """Draw the robot and the controls."""
         super().__init__(server)
         self._bench, self._desk = bench, Desk(self._say)

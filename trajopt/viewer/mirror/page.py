@@ -32,7 +32,7 @@ from trajopt.viewer.server import open_server
 from trajopt.viewer.trail import Trail
 
 if TYPE_CHECKING:
-    from viser import ViserServer
+    from trajopt.viewer.guarded_server import GuardedServer
 
 PERIOD = 1 / 15
 """From one question to the next [s]: a server's robot says where it is ten times a second."""
@@ -82,7 +82,7 @@ class MirrorView(Served):
         nearest: The nearest pairs, the nearest first.
     """
 
-    def __init__(self, server: "ViserServer", source: Source, state: State, scene: Scene) -> None:
+    def __init__(self, server: "GuardedServer", source: Source, state: State, scene: Scene) -> None:
         """Draw the robot, and go on asking where it is."""
         super().__init__(server)
         self._source, self.state, self.scene = source, state, scene
