@@ -9,6 +9,7 @@ from trajopt.values.arrays import Value
 class Kind(Enum):
     """Kinds of events."""
 
+    OUTSIDE_LIMITS = "outside limits"
     STARTED = "started"
     REPLANNED = "replanned"
     GOAL_CHANGED = "goal changed"

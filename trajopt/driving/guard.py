@@ -12,6 +12,7 @@ from trajopt.scene.deviation import largest_deviation
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.scene.track import Prediction
+from trajopt.simulation.whole import whole_robot
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.cached import LruCache
 from trajopt.values.errors import JointNotFound, ProblemError, shown
@@ -110,11 +111,11 @@ class Guard(Value):
 
     Attributes:
         problem: What is required, and of which group.
-        tolerance: How far each joint of the group can be off where it has to be, shape (n,) [rad | m].
+        deviation: How far any point of the robot, or of what it carries, can be off where it has to be [m].
     """
 
     problem: Problem
-    tolerance: Floats
+    deviation: float
 
     def proven(self, motion: Trajectory, world: Seen, begin: float, *, requirements: bool = True) -> bool:
         """Say whether a motion that begins at a time is proven.
@@ -151,9 +152,8 @@ class Guard(Value):
     @cached_property
     def options(self) -> VerifyOptions:
         """The judge's own, and how far the robot can be off taken off every distance."""
-        off = largest_deviation(self.problem.reduced, self.tolerance)
         return VerifyOptions(
-            distance_error=VerifyOptions.distance_error + off, first_intervals=FIRST_INTERVALS
+            distance_error=VerifyOptions.distance_error + self.deviation, first_intervals=FIRST_INTERVALS
         )
 
     @cached_property
@@ -234,4 +234,18 @@ def guard_of(problem: Problem, executor: Executor) -> Guard:
     stands, robot = np.array(problem.start_positions), problem.scene.robot
     stands[robot.index(driven)] = executor.state().commanded
     here = start_from(problem, robot.followed(stands), problem.scene)
-    return Guard(here, executor.tolerance[[driven.index(name) for name in names]])
+    return guard_within(here, driven, executor.tolerance)
+
+
+def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floats) -> Guard:
+    """Return the guard of a problem whose robot follows within a tolerance.
+
+    Joints outside the group count as well: a finger that is off by a millimetre moves its tip by as much.
+
+    Args:
+        problem: What is required; joints outside the group stay at its start.
+        joint_names: Joints that are driven.
+        tolerance: How far each of them can be off where it has to be, shape (n,) [rad | m].
+    """
+    whole = whole_robot(problem.scene, joint_names, problem.start_positions)
+    return Guard(problem, largest_deviation(whole, tolerance))

@@ -15,7 +15,7 @@ from math import pi
 
 import numpy as np
 
-from trajopt.driving.guard import Guard
+from trajopt.driving.guard import guard_within
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.room import with_room
 from trajopt.driving.surprises import Surprise, Surprises
@@ -24,6 +24,7 @@ from trajopt.problem.problem import Problem
 from trajopt.scene.collisions.clearances import Part
 from trajopt.scene.group_tools import ends_of
 from trajopt.scene.reduced import reduce_model
+from trajopt.simulation.whole import driven_joints
 from trajopt.timing.stops import StopsAlong
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError
@@ -62,7 +63,8 @@ def undisturbed(problem: Problem, *, tolerance: float = 1e-3) -> Trajectory:
     Raises:
         PlanningFailed: If there is none.
     """
-    guard = Guard(problem, np.full(len(problem.reduced.joint_names), tolerance))
+    driven = driven_joints(problem.scene.robot)
+    guard = guard_within(problem, driven, np.full(len(driven), tolerance))
     roomy = with_room(problem.scene, guard.options.distance_error)
     return plan(replace(problem, scene=roomy)).require().trajectory
 

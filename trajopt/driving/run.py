@@ -10,7 +10,7 @@ import numpy as np
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.events import Event, Kind
 from trajopt.driving.executor import Executor
-from trajopt.driving.guard import Guard, Seen
+from trajopt.driving.guard import Guard, Seen, guard_within
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.simulated import SimulatedExecutor
 from trajopt.driving.supervisor import Supervisor
@@ -211,7 +211,7 @@ def driven_by(
         advance(steps)
     duration = arm.now()
     advance(round(SETTLING / arm.period))
-    measured, guard = _trajectory(names, samples), Guard(problem, arm.tolerance[columns])
+    measured, guard = _trajectory(names, samples), guard_within(problem, arm.joint_names, arm.tolerance)
     given = None if arm.given is None or arm.fault() else arm.given.ahead(0.0, names)
     # What moves goes on after the robot has come to rest, of which nothing was proven.
     driven = measured if given is None else measured.between(0.0, min(given.duration, measured.duration))
@@ -220,7 +220,7 @@ def driven_by(
         duration=duration,
         contacts=tuple(contact for contact in arm.contacts if contact.allowance is None),
         contacts_at_fault=tuple(contact for contact in arm.contacts_at_fault if contact.allowance is None),
-        clearance_measured=_clearance(Guard(problem, np.zeros(len(names))), world, driven),
+        clearance_measured=_clearance(Guard(problem, 0.0), world, driven),
         clearance_proven=None if given is None else _clearance(guard, world, given),
         events=tuple(driver.events),
         seconds={stage: tuple(times) for stage, times in driver.seconds.items()},

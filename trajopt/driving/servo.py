@@ -13,7 +13,7 @@ from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import Approach, Braking, Surrounding, settle
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.driving.soonest_stop import soonest_stop
-from trajopt.driving.tracking import off_track
+from trajopt.driving.tracking import off_track, outside_limits
 from trajopt.optimise.methods.stopping import with_jerk
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import reduce_model, tool_frame
@@ -81,6 +81,8 @@ class Servo(Printed):
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot moves: a servo takes it over where it stands")
         self._guard = guard_of(self.problem, self.executor)
+        if outside := outside_limits(self._guard.problem, self.executor):
+            self._note(Kind.OUTSIDE_LIMITS, outside)
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)

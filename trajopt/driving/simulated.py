@@ -16,8 +16,8 @@ from trajopt.simulation import Contact, SimulationOptions
 from trajopt.simulation.contacts import ContactLog
 from trajopt.simulation.controller import ComputedTorque
 from trajopt.simulation.execution import BLOWN_UP
-from trajopt.simulation.whole import whole_robot
-from trajopt.values.arrays import Floats, Value
+from trajopt.simulation.whole import driven_joints, whole_robot
+from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.errors import JointNotFound, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
@@ -81,7 +81,7 @@ class SimulatedExecutor:
         positions: Floats,
         *,
         latency: float = 5e-3,
-        tolerance: float = 1e-3,
+        tolerance: float | Floats = 1e-3,
         sensors: Sensors = EXACT,
         faults: Sequence[Fault] = (),
         options: SimulationOptions | None = None,
@@ -91,10 +91,11 @@ class SimulatedExecutor:
 
         Args:
             world: What is really there; its clock is the executor's.
-            positions: Of all joints, shape (number of joints,) [rad | m].
+            positions: Of all joints, shape (number of joints,) [rad | m]. A joint that starts outside its limits
+                is held there.
             latency: A motion given now can begin so much later [s].
-            tolerance: How far each joint may be from where it has to be [rad | m]; what is measured may be
-                farther, by the error of the sensors.
+            tolerance: How far each joint may be from where it has to be, one number for all or shape (n,)
+                [rad | m]; what is measured may be farther, by the error of the sensors.
             sensors: What is measured.
             faults: What goes wrong, and when.
             options: Time step and gains.
@@ -105,9 +106,11 @@ class SimulatedExecutor:
             JointNotFound: If a fault names a joint that is not driven.
         """
         robot, options = world.robot, options or SimulationOptions()
-        self.joint_names = tuple(name for name in robot.joint_names if name not in robot.mimics)
+        self.joint_names = driven_joints(robot)
         self.period, self.latency = options.dt, latency
-        self.tolerance: Floats = np.full(len(self.joint_names), tolerance + sensors.error)
+        count = len(self.joint_names)
+        allowed = np.full(count, tolerance) if isinstance(tolerance, float | int) else tolerance
+        self.tolerance: Floats = floats("tolerance", allowed, (count,)) + sensors.error
         for fault in faults:
             if fault.joint and fault.joint not in self.joint_names:
                 raise JointNotFound("joint that is driven", fault.joint, self.joint_names)

@@ -17,7 +17,7 @@ from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.recovery import recovery
 from trajopt.driving.running import Running
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.driving.tracking import off_track
+from trajopt.driving.tracking import off_track, outside_limits
 from trajopt.planning.moving.meeting import goals_that_move
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import GoalLike
@@ -71,10 +71,13 @@ class Supervisor(Printed):
             raise ProblemError("the robot moves: a supervisor takes it over where it stands")
         self._journal = Journal(executor.now)
         self.events, self.seconds = self._journal.events, self._journal.seconds
+        guard = guard_of(self.problem, executor)
+        if outside := outside_limits(guard.problem, executor):
+            self._journal.note(Kind.OUTSIDE_LIMITS, outside)
         self._commitment = Commitment(
             executor,
             self._journal,
-            guard_of(self.problem, executor),
+            guard,
             Seen(self.problem.scene, now),
             CommittedMotion(executor.joint_names, state.commanded),
         )

@@ -15,13 +15,15 @@ def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
     A joint that turns by an angle moves a point by no more than the angle times the point's distance from the
     joint; that distance is at most the sum of the distances from joint to joint between them. Errors of
     several joints add up. It bounds as well by how much two bodies can be nearer to each other than they
-    should be: only the joints between them count there.
+    should be: only the joints between them count there, of two arms those of both.
 
     Args:
         reduced: Robot and scene.
         errors: How far each joint of the group can be off, shape (n,) [rad | m].
     """
-    return float((reduced.derived(_levers) @ (np.abs(reduced.mimic_matrix) @ errors)).max(initial=0.0))
+    alone = reduced.derived(_levers) @ (np.abs(reduced.mimic_matrix) @ errors)
+    together = pair_levers(reduced) @ errors
+    return max(float(alone.max(initial=0.0)), float(together.max(initial=0.0)))
 
 
 def pair_levers(reduced: ReducedModel) -> Floats:

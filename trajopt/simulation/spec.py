@@ -104,6 +104,9 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
     notes: list[str] = []
     names = tuple(model.names[1:])
     limits = robot.limits.take(robot.index(names))
+    # A joint may start outside its limits. It is held there: the range of motion reaches as far as it stands.
+    start = reduced.mimic_matrix @ reduced.start_positions + reduced.mimic_offset
+    lower, upper = np.minimum(limits.lower, start), np.maximum(limits.upper, start)
     for index, name in enumerate(names, start=1):
         where = model.jointPlacements[index]
         placed = Placement(np.array(where.rotation), np.array(where.translation))
@@ -121,7 +124,7 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
         kind, axis = _joint_axis(model, index)
         joint = body.add_joint(name=name, type=kind, axis=axis)
         joint.armature = float(model.armature[model.joints[index].idx_v])
-        _limit(joint, float(limits.lower[index - 1]), float(limits.upper[index - 1]))
+        _limit(joint, float(lower[index - 1]), float(upper[index - 1]))
         bodies.append(body)
     return bodies, notes
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from trajopt.robot.loading.groups import Group
+from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
@@ -10,6 +11,11 @@ from trajopt.values.errors import ModelError, shown
 
 WHOLE = "all that is simulated"
 """Name of the group."""
+
+
+def driven_joints(robot: Robot) -> tuple[str, ...]:
+    """Return the joints that have motors in a simulation: all that do not follow another."""
+    return tuple(name for name in robot.joint_names if name not in robot.mimics)
 
 
 def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> ReducedModel:
