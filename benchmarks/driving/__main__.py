@@ -24,7 +24,7 @@ from math import inf
 from pathlib import Path
 
 import trajopt as to
-from benchmarks.driving.drawing import Part, drawn, part_of
+from benchmarks.driving.drawing import TOLERANCE, Part, drawn, part_of
 from benchmarks.driving.report import failed, page
 from benchmarks.driving.waypoints import PERIOD, WaypointPilot
 from benchmarks.page import write_section
@@ -149,6 +149,7 @@ def _driven(name: str, seed: int, part: Part, way: Way, key: str) -> dict[str, o
         found.problem,
         surprises=found.surprises,
         cycle=way.options.cycle,
+        tolerance=TOLERANCE,
     )
     return row_of(key, part, done, time.process_time() - begun)
 

@@ -57,3 +57,8 @@ def test_a_run_tells_mirrors_where_to_look(folder: Path, tmp_path: Path) -> None
     done = trajopt("run", *common(folder), "--publish", port, "--record", record)
     assert done.returncode == 0, done.stderr
     assert f"trajopt view --mirror http://127.0.0.1:{port}" in done.stdout and record.is_file()
+
+
+def test_a_tolerance_is_stated_with_the_room_that_it_takes(folder: Path) -> None:
+    done = trajopt("run", *common(folder), "--tolerance", "0.5")
+    assert done.returncode == 1 and "CLEARANCE_IMPOSSIBLE" in done.stdout, done.stdout + done.stderr

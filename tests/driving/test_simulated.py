@@ -47,6 +47,18 @@ def test_reaches_the_goal_without_touching_anything(problem: to.Problem) -> None
     assert arm.contacts == ()
 
 
+def test_follows_a_fast_motion_to_a_millionth(problem: to.Problem) -> None:
+    arm, supervisor = driven(problem)
+    worst = 0.0
+    while supervisor.busy:
+        supervisor.cycle()
+        for _ in range(10):
+            arm.advance(arm.period)
+            truth = arm.truth()
+            worst = max(worst, float(np.abs(truth.positions - truth.commanded).max()))
+    assert worst < 1e-6
+
+
 @pytest.mark.parametrize(
     "fault",
     [

@@ -26,6 +26,7 @@ from trajopt.driving.random_surprise import random_surprise, undisturbed
 from trajopt.driving.recording_file import write_recording
 from trajopt.driving.run import Run
 from trajopt.driving.run import run as drive
+from trajopt.driving.simulated import TOLERANCE
 from trajopt.driving.surprises import NONE, Surprises, read_surprises
 from trajopt.problem.problem import Problem
 from trajopt.simulation import render
@@ -43,6 +44,14 @@ SurprisesOption = Annotated[
     ),
 ]
 LongestOption = Annotated[float, typer.Option("--longest", help="Most seconds of simulated time.")]
+ToleranceOption = Annotated[
+    float,
+    typer.Option(
+        "--tolerance",
+        help="How far each joint may be from where it has to be [rad | m]: that of your driver, to see what "
+        "room it takes.",
+    ),
+]
 OutOption = Annotated[
     Path | None, typer.Option("--out", help="Write everything, and how the robot moved, here as JSON.")
 ]
@@ -76,6 +85,7 @@ def run(
     motions: MotionsOption = None,
     surprises: SurprisesOption = "",
     longest: LongestOption = 60.0,
+    tolerance: ToleranceOption = TOLERANCE,
     out: OutOption = None,
     picture: PictureOption = None,
     record: RecordOption = None,
@@ -92,9 +102,9 @@ def run(
     folders = tuple(package_dir or ())
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling)
     problem = read_files(source.load(), scene, request, motions)[1].problem()
-    happening = _surprises(problem, surprises)
+    happening = _surprises(problem, surprises, tolerance)
     with watched(problem, view=view, port=port, host=host, as_json=as_json, publish=publish) as page:
-        driven = drive(problem, surprises=happening, longest=longest, watch=page.look)
+        driven = drive(problem, surprises=happening, longest=longest, tolerance=tolerance, watch=page.look)
         if record is not None:
             write_recording(record, page.recording, source.as_dict())
         page.linger(seconds)
@@ -108,7 +118,7 @@ def run(
     raise typer.Exit(0 if driven.reached and not driven.contacts_at_fault else 1)
 
 
-def _surprises(problem: Problem, words: str) -> Surprises:
+def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
     """Read the surprises, or draw one on the way of the plan.
 
     Raises:
@@ -121,7 +131,7 @@ def _surprises(problem: Problem, words: str) -> Surprises:
     seed = words.removeprefix(RANDOM)
     if not seed.isdigit():
         raise ProblemError(f"--surprises random:SEED takes a whole number, is {shown(words)}")
-    return random_surprise(problem, undisturbed(problem), int(seed))
+    return random_surprise(problem, undisturbed(problem, tolerance=tolerance), int(seed))
 
 
 def _report(driven: Run) -> str:

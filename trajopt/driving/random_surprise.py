@@ -18,6 +18,7 @@ import numpy as np
 from trajopt.driving.guard import guard_within
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.room import with_room
+from trajopt.driving.simulated import TOLERANCE
 from trajopt.driving.surprises import Surprise, Surprises
 from trajopt.planning.plan import plan
 from trajopt.problem.problem import Problem
@@ -51,7 +52,7 @@ as it has to be away."""
 
 
 @checked
-def undisturbed(problem: Problem, *, tolerance: float = 1e-3) -> Trajectory:
+def undisturbed(problem: Problem, *, tolerance: float = TOLERANCE) -> Trajectory:
     """Return the motion that a supervisor drives if nothing happens, for `random_surprise`.
 
     It keeps farther away than `plan` has to, by how far the robot can be off where it has to be.

@@ -12,7 +12,7 @@ from trajopt.driving.events import Event, Kind
 from trajopt.driving.executor import Executor
 from trajopt.driving.guard import Guard, Seen, guard_within
 from trajopt.driving.options import SupervisorOptions
-from trajopt.driving.simulated import SimulatedExecutor
+from trajopt.driving.simulated import TOLERANCE, SimulatedExecutor
 from trajopt.driving.supervisor import Supervisor
 from trajopt.driving.surprises import NONE, Surprises
 from trajopt.problem.problem import Problem
@@ -144,6 +144,7 @@ def run(
     surprises: Surprises = NONE,
     options: SupervisorOptions = DEFAULT,
     longest: float = LONGEST,
+    tolerance: float | Floats = TOLERANCE,
     watch: Callable[[Supervisor], object] | None = None,
 ) -> Run:
     """Plan a problem and drive it in the simulated world, as fast as the machine goes.
@@ -155,6 +156,7 @@ def run(
         surprises: What nobody said before; the supervisor sees it as late as the sensors are.
         options: Of the supervisor.
         longest: Most simulated time [s].
+        tolerance: As of `SimulatedExecutor`; that of your driver, to rehearse with the room that it takes.
         watch: Called after each cycle: `logbook.look`, for a view or a recording.
     """
     return driven_by(
@@ -163,6 +165,7 @@ def run(
         surprises=surprises,
         cycle=options.cycle,
         longest=longest,
+        tolerance=tolerance,
         watch=watch,
     )
 
@@ -174,6 +177,7 @@ def driven_by(
     surprises: Surprises,
     cycle: float,
     longest: float = LONGEST,
+    tolerance: float | Floats = TOLERANCE,
     watch: Callable[[P], object] | None = None,
 ) -> Run:
     """Let anything drive a problem in the simulated world, and measure it as `run` does.
@@ -184,10 +188,17 @@ def driven_by(
         surprises: What nobody said before.
         cycle: Time from one cycle to the next [s].
         longest: Most simulated time [s].
+        tolerance: As of `SimulatedExecutor`.
         watch: Called after each cycle.
     """
     world = surprises.world(problem.scene)
-    arm = _Remembering(world, problem.start_positions, sensors=surprises.sensors, faults=surprises.faults)
+    arm = _Remembering(
+        world,
+        problem.start_positions,
+        tolerance=tolerance,
+        sensors=surprises.sensors,
+        faults=surprises.faults,
+    )
     driver = pilot(arm)
     driver.see(problem.scene, 0.0)
     driver.go(problem)
