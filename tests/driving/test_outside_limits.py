@@ -1,4 +1,4 @@
-"""Joints outside the group that start outside their limits: reported, held, watched, and counted in proofs."""
+"""Joints outside the group that start outside their limits: reported, held, watched, counted in proofs."""
 
 from pathlib import Path
 
@@ -69,7 +69,7 @@ def test_joints_within_their_limits_are_not_reported(problem: to.Problem) -> Non
 def test_servo_reports_them_as_well(problem: to.Problem) -> None:
     arm = IdealExecutor(problem.scene.robot.joint_names, problem.start_positions)
     servo = Servo(arm, problem)
-    servo.command(Twist(linear=(0.0, 0.0, 0.1)))
+    servo.command(Twist(linear=np.array((0.0, 0.0, 0.1))))
     servo.tick()
     assert [event.kind for event in servo.events] == [Kind.OUTSIDE_LIMITS]
 
@@ -105,7 +105,9 @@ def test_tolerance_of_joints_outside_the_group_widens_clearances(problem: to.Pro
 
 
 def test_simulated_tolerance_is_one_number_or_one_for_each_joint(problem: to.Problem) -> None:
-    arm = SimulatedExecutor(problem.scene, problem.start_positions, tolerance=np.arange(8) * 1e-3)
+    arm = SimulatedExecutor(
+        problem.scene, problem.start_positions, tolerance=1e-3 * np.arange(8, dtype=np.float64)
+    )
     assert arm.tolerance.tolist() == pytest.approx([each * 1e-3 for each in range(8)])
     with pytest.raises(ShapeError, match="tolerance"):
         SimulatedExecutor(problem.scene, problem.start_positions, tolerance=np.full(3, 1e-3))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from trajopt.driving.stamps import CLOCK_TOLERANCE
 from trajopt.planning import Budget
 from trajopt.values.arrays import number
 from trajopt.values.errors import ProblemError
@@ -22,6 +23,8 @@ class SupervisorOptions:
         retry: After a plan that failed the next is tried so much later [s].
         patience: Where something that moves breaks the rest of the motion, the same path is driven slower, or
             with a stop, if that ends at most so much later [s]; else it is planned anew. With 0 it always is.
+        clock_tolerance: A stamp ahead of the executor's clock by at most so much counts as now [s]; one that
+            is farther ahead is refused.
     """
 
     cycle: float = 0.02
@@ -30,15 +33,17 @@ class SupervisorOptions:
     on_the_way: bool = True
     retry: float = 0.25
     patience: float = 1.0
+    clock_tolerance: float = CLOCK_TOLERANCE
 
     def __post_init__(self) -> None:
         """Check the numbers.
 
         Raises:
-            ProblemError: If one is not positive, or the patience is negative.
+            ProblemError: If one is not positive, or the patience or the clock tolerance is negative.
         """
         for name in ("cycle", "ahead", "retry"):
             if not number(name, getattr(self, name)) > 0.0:
                 raise ProblemError(f"{name} must be positive, is {getattr(self, name):g}")
-        if number("patience", self.patience) < 0.0:
-            raise ProblemError(f"patience must not be negative, is {self.patience:g}")
+        for name in ("patience", "clock_tolerance"):
+            if number(name, getattr(self, name)) < 0.0:
+                raise ProblemError(f"{name} must not be negative, is {getattr(self, name):g}")

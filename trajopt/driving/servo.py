@@ -13,6 +13,7 @@ from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import Approach, Braking, Surrounding, settle
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.driving.soonest_stop import soonest_stop
+from trajopt.driving.stamps import on_clock
 from trajopt.driving.tracking import off_track, outside_limits
 from trajopt.optimise.methods.stopping import with_jerk
 from trajopt.problem.problem import Problem
@@ -124,15 +125,18 @@ class Servo(Printed):
             stamp: When it was said, on the executor's clock [s]; now when None.
 
         Raises:
+            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; the
+                command before it stands then, until its time is out.
             JointNotFound: If a joint is not the group's.
             FrameNotFound: If there is no such frame.
         """
+        said = on_clock(stamp, self.executor.now(), self.options.clock_tolerance)
         values = values_of(command, self.problem.reduced, self.options)
         if isinstance(command, Twist):
             self.problem.reduced.attachment(command.frame)
         if self._command is None or not _alike(self._command[0], command):
             self._filtered = np.zeros(len(values))
-        self._command = command, self.executor.now() if stamp is None else number("stamp", stamp)
+        self._command = command, said
 
     @checked
     def release(self, why: str) -> None:
@@ -168,9 +172,11 @@ class Servo(Printed):
             stamp: On the executor's clock [s]; now when None.
 
         Raises:
-            ProblemError: If it is a scene of another robot; nothing is changed then.
+            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`.
+            ProblemError: If it is a scene of another robot. Nothing is changed in either case.
         """
-        self._look(self._seen.followed_by(scene, self.executor.now() if stamp is None else stamp))
+        stated = on_clock(stamp, self.executor.now(), self.options.clock_tolerance)
+        self._look(self._seen.followed_by(scene, stated))
         self._revise = True
         self._note(Kind.WORLD_CHANGED)
 

@@ -7,6 +7,7 @@ from math import exp
 
 import numpy as np
 
+from trajopt.driving.stamps import CLOCK_TOLERANCE
 from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.values.arrays import (
     Floats,
@@ -119,6 +120,8 @@ class ServoOptions:
             may turn faster than at 0.25 rad/s.
         smoothing: Time constant of a low-pass filter on commands; none when 0 [s].
         locked: Axes, of the command's frame, on which a tool's commands do not count.
+        clock_tolerance: A stamp ahead of the executor's clock by at most so much counts as now [s]; one that
+            is farther ahead is refused.
     """
 
     period: float = 0.004
@@ -131,6 +134,7 @@ class ServoOptions:
     turning: float = 1.0
     smoothing: float = 0.0
     locked: Sequence[Axis] = ()
+    clock_tolerance: float = CLOCK_TOLERANCE
 
     def __post_init__(self) -> None:
         """Check the numbers.
@@ -141,7 +145,7 @@ class ServoOptions:
         if not FASTEST <= number("period", self.period) <= SLOWEST:
             raise ProblemError(f"period is from {FASTEST:g} to {SLOWEST:g} s, is {self.period:g} s")
         above_zero(self, "timeout", "linear", "angular", "scaling", "turning")
-        at_least(self, 0.0, "clearance", "dead_zone", "smoothing")
+        at_least(self, 0.0, "clearance", "dead_zone", "smoothing", "clock_tolerance")
         object.__setattr__(self, "locked", several("locked", self.locked, Axis))
 
     @property

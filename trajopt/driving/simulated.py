@@ -29,7 +29,7 @@ MOVING = 1e-3
 pushes it away [rad/s | m/s]."""
 
 TOLERANCE = 1e-4
-"""How far a joint of the simulated robot may be from where it has to be [rad | m]: it follows to a millionth."""
+"""How far a simulated joint may be from where it has to be [rad | m]; it follows to within a millionth."""
 DEVIATIONS = 6.0
 """Of normal noise one sample in 500 million is farther off than so many standard deviations: months of one
 joint that is measured 50 times a second."""
@@ -93,8 +93,8 @@ class SimulatedExecutor:
 
         Args:
             world: What is really there; its clock is the executor's.
-            positions: Of all joints, shape (number of joints,) [rad | m]. A joint that starts outside its limits
-                is held there.
+            positions: Of all joints, shape (number of joints,) [rad | m]; a joint that starts outside its
+                limits is held there.
             latency: A motion given now can begin so much later [s].
             tolerance: How far each joint may be from where it has to be, one number for all or shape (n,)
                 [rad | m]; what is measured may be farther, by the error of the sensors.
@@ -298,8 +298,8 @@ class SimulatedExecutor:
             rates = BRAKE * rates
             self._braked = np.stack((places + self.period * rates, rates))
             return np.stack((*self._braked, np.zeros(len(rates))))
-        # MuJoCo moves joints by their velocity at the end of a step, and keeps that: what it can follow exactly
-        # are the differences of the places from step to step, not the rates at the instants.
+        # MuJoCo moves joints by their velocity at the end of a step, so it follows exactly the differences of
+        # the places from step to step, not the rates at the instants.
         here, after = self._commanded()[0], self.committed(now + self.period)[0]
         rates = (here - self._before) / self.period
         self._before = here

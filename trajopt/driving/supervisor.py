@@ -17,6 +17,7 @@ from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.recovery import recovery
 from trajopt.driving.running import Running
 from trajopt.driving.soonest_stop import StopTaken
+from trajopt.driving.stamps import on_clock
 from trajopt.driving.tracking import off_track, outside_limits
 from trajopt.planning.moving.meeting import goals_that_move
 from trajopt.problem.problem import Problem
@@ -207,12 +208,11 @@ class Supervisor(Printed):
             stamp: On the executor's clock [s]; now when None.
 
         Raises:
-            ProblemError: If it is a scene of another robot; nothing is changed then.
+            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`.
+            ProblemError: If it is a scene of another robot. Nothing is changed in either case.
         """
         commitment = self._commitment
-        commitment.world = commitment.world.followed_by(
-            scene, self.executor.now() if stamp is None else stamp
-        )
+        commitment.world = commitment.world.followed_by(scene, self._on_clock(stamp))
         self._revise = True
         self._journal.note(Kind.WORLD_CHANGED)
 
@@ -231,9 +231,11 @@ class Supervisor(Printed):
             Whether it is newer than what it takes the place of.
 
         Raises:
+            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; images
+                that come after it, with right stamps, still count.
             ModelError: If the name is one of the robot's, or of an object that is no cloud.
         """
-        measured = self.executor.now() if stamp is None else stamp
+        measured = self._on_clock(stamp)
         if measured < self._measured.get(name, -np.inf):
             return False
         world = self._commitment.world
@@ -299,6 +301,9 @@ class Supervisor(Printed):
         commitment.held = False  # constraints do not count
         self._journal.note(Kind.RECOVERING, found.words)
         return commitment.splice(found.trajectory, max(at, commitment.soonest))
+
+    def _on_clock(self, stamp: float | None) -> float:
+        return on_clock(stamp, self.executor.now(), self.options.clock_tolerance)
 
     def _look_again(self) -> None:
         """Judge what is committed, and what is left of the motion, in the world as it is known now."""

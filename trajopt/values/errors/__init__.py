@@ -46,6 +46,10 @@ class ExecutionError(TrajoptError, RuntimeError):
     """What drives a robot cannot be asked, or cannot do what it must."""
 
 
+class ClockError(ProblemError):
+    """A time stamp is ahead of the clock that it refers to."""
+
+
 class CampaignError(TrajoptError, RuntimeError):
     """A campaign cannot go on, or its folder does not hold what it must."""
 
