@@ -225,7 +225,7 @@ class SlowPlanner:
 
 
 def deadlines_missed() -> Outcome:
-    """17: The goal changes; the first ten plans to it take longer than the robot is committed ahead."""
+    """17: The goal changes; each plan to it takes longer than the robot is committed ahead."""
     problem = replace(cup(), velocity_scaling=0.1, acceleration_scaling=0.02)
     arm = Remembering(problem.scene.robot.joint_names, problem.start_positions)
     clock = SlowPlanner(arm)
@@ -237,7 +237,7 @@ def deadlines_missed() -> Outcome:
     returns = replace(problem, goal=to.joint_positions(back))
     supervisor.go(returns)
     while supervisor.busy and arm.now() < 30.0:
-        clock.due = len(said(supervisor, Kind.MISSED_DEADLINE)) < 10
+        clock.due = True
         supervisor.cycle()
         arm.advance(CYCLE)
     missed = len(said(supervisor, Kind.MISSED_DEADLINE))
@@ -245,8 +245,10 @@ def deadlines_missed() -> Outcome:
     driven = arm.given.ahead(0.0, problem.reduced.joint_names)
     assert driven is not None
     proven = to.judge(on_the_way(returns, driven, 0.0), driven).verified
-    words = f"missed {missed} times; all that was driven is one motion, proven: {proven}; then reached"
-    kept = missed == 10 and proven and not said(supervisor, Kind.REJECTED)
+    words = (
+        f"missed {missed} time on the way; all that was driven is one motion, proven: {proven}; then reached"
+    )
+    kept = missed == 1 and proven and not said(supervisor, Kind.REJECTED)
     return Outcome(words, kept and supervisor.events[-1].kind is Kind.REACHED)
 
 

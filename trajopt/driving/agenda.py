@@ -12,6 +12,7 @@ from trajopt.driving.next_goal import Transition, from_rest, passing
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.replanned import replanned
 from trajopt.driving.retimed import retimed
+from trajopt.driving.room import with_share
 from trajopt.driving.running import Pause, Progress, Running
 from trajopt.driving.uncertain import too_uncertain
 from trajopt.driving.way_back import way_back
@@ -51,6 +52,7 @@ class Agenda(Printed):
     _next_again: float = 0.0
     _hurry: bool = False
     _doubted: bool = False
+    _lead: float = 0.0
 
     @property
     def open(self) -> bool:
@@ -138,7 +140,7 @@ class Agenda(Printed):
         commitment, running, options = self.commitment, self.running, self.options
         parts, rest = running.parts(now), commitment.motion.end
         in_motion = parts is not None
-        at = max(rest + 2.0 * JOLT, now + options.ahead) if parts is None else parts
+        at = max(rest + 2.0 * JOLT, now + max(options.ahead, self._lead)) if parts is None else parts
         if in_motion and (not options.on_the_way or at < commitment.soonest):
             return  # it is let brake, or brakes already
         if not in_motion and rest > now + options.ahead:
@@ -152,14 +154,35 @@ class Agenda(Printed):
             return
         with commitment.journal.stage("plan"):
             result = replanned(running, goal, at, hurry=self._hurry)
-        late = commitment.soonest > at
-        if not late and not in_motion and self._goes_back(goal, at, result):
+        if in_motion and commitment.soonest > at:
+            self._not_planned(Kind.MISSED_DEADLINE, "" if result.verified else result.reason, same=False)
             return
-        if late or not result.verified:
-            kind = Kind.MISSED_DEADLINE if late else Kind.NO_PLAN
-            self._not_planned(kind, "" if late else result.reason, same=not late and not in_motion)
+        if not in_motion and self._goes_back(goal, max(at, commitment.soonest), result):
             return
-        self._planned(goal, result.require().trajectory, at)
+        if not result.verified:
+            words = with_share(result, goal.guard.deviation)
+            self._not_planned(Kind.NO_PLAN, words, same=not in_motion)
+            return
+        trajectory = result.require().trajectory
+        begin = at if in_motion else self._begin_at_rest(goal, trajectory, at, now)
+        if begin is not None:
+            self._planned(goal, trajectory, begin)
+
+    def _begin_at_rest(self, goal: Goal, trajectory: Trajectory, at: float, asked: float) -> float | None:
+        """Return when a motion from rest begins [s]: later than planned, if planning took longer.
+
+        Where something moves it may not hold later on; then the next plan is allowed twice the time.
+        """
+        commitment, now = self.commitment, self.commitment.executor.now()
+        if commitment.soonest <= at:
+            return at
+        later, world = now + self.options.ahead, commitment.world
+        if not world.scene.changing:
+            return later
+        if not commitment.stale(later) and goal.guard.proven(trajectory, world, later):
+            return later
+        self._lead = 2.0 * (now - asked)
+        return None
 
     def _goes_back(self, goal: Goal, at: float, result: Result) -> bool:
         """Bring the robot back to where a stop led it off its path, if nothing may begin where it stands."""

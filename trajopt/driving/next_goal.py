@@ -9,6 +9,7 @@ from trajopt.driving.events import Kind
 from trajopt.driving.guard import start_from
 from trajopt.driving.intention import Goal, Intention
 from trajopt.driving.options import SupervisorOptions
+from trajopt.driving.room import with_share
 from trajopt.planning import on_the_way
 from trajopt.planning.moving.waiting import JOLT
 from trajopt.planning.plan import plan
@@ -60,7 +61,7 @@ def from_rest(
     there = start_from(there, robot.followed(positions), there.scene)
     result = plan(there, budget=options.budget)
     if not result.verified:
-        return None, result.reason
+        return None, with_share(result, following.guard.deviation)
     return Transition(Intention.of(following, result.require().trajectory, begin), Kind.REACHED), ""
 
 

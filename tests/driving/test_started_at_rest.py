@@ -1,0 +1,85 @@
+"""A robot at rest misses no deadline: a plan that takes long is driven, and a reason is reported first."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+import trajopt as to
+from tests.driving.test_supervisor import CYCLE, kinds, problem
+from trajopt.driving import IdealExecutor, Kind, Supervisor, SupervisorOptions
+
+__all__ = ["problem"]  # a fixture
+
+
+@dataclass
+class SlowPlanner:
+    """The clock of a budget: each time a plan looks at it first in a cycle, time passes for the robot."""
+
+    arm: IdealExecutor
+    seconds: float
+    due: bool = field(default=False, init=False)
+
+    def __call__(self) -> float:
+        if self.due:
+            self.due = False
+            self.arm.advance(self.seconds)
+        return self.arm.now()
+
+
+def slowly_planned(
+    problem: to.Problem, seconds: float, tolerance: float = 1e-6
+) -> tuple[IdealExecutor, Supervisor, Callable[[float], None]]:
+    arm = IdealExecutor(problem.scene.robot.joint_names, problem.start_positions)
+    arm.tolerance[:] = tolerance
+    clock = SlowPlanner(arm, seconds)
+    supervisor = Supervisor(arm, problem, SupervisorOptions(budget=to.Budget(seconds=30.0, clock=clock)))
+    supervisor.go(problem)
+
+    def run(until: float) -> None:
+        while supervisor.busy and arm.now() < until:
+            clock.due = True
+            supervisor.cycle()
+            arm.advance(CYCLE)
+
+    return arm, supervisor, run
+
+
+def test_plan_that_takes_long_is_driven_from_rest(problem: to.Problem) -> None:
+    _, supervisor, run = slowly_planned(problem, 0.3)
+    run(10.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+
+
+def test_reason_is_reported_first_with_the_share_of_the_tolerance(problem: to.Problem) -> None:
+    _, supervisor, run = slowly_planned(problem, 0.3, tolerance=0.02)
+    run(3.0)
+    assert kinds(supervisor) == [Kind.NO_PLAN]
+    words = supervisor.events[0].words
+    assert words.startswith("CLEARANCE_IMPOSSIBLE")
+    assert "0.1168 m of each required distance is room for the driver's tolerance" in words
+    assert supervisor.blocked
+
+
+def test_tolerance_is_not_named_where_distances_do_not_matter(problem: to.Problem) -> None:
+    beyond = to.Problem(
+        scene=problem.scene, group=problem.group, start=problem.start_positions, goal={"panda_joint1": 3.5}
+    )
+    _, supervisor, run = slowly_planned(beyond, 0.0, tolerance=2e-3)
+    run(1.0)
+    assert kinds(supervisor) == [Kind.NO_PLAN] and "tolerance" not in supervisor.events[0].words
+
+
+def test_slow_plan_from_rest_among_moving_objects_is_proven_when_it_begins(problem: to.Problem) -> None:
+    """A plan that comes late is proven anew where it begins; if that fails, the next may take longer."""
+    track = to.Track.through(
+        (0.0, 1.0, 2.0),
+        [to.placement(p) for p in ((0.95, 0.19, 0.27), (0.5, 0.19, 0.27), (0.95, 0.19, 0.27))],
+    )
+    crossing = problem.scene.add("ball", to.Sphere(0.06), motion=track)
+    arm, supervisor, run = slowly_planned(problem, 0.3)
+    supervisor.see(crossing, 0.0)
+    run(10.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert not {Kind.MISSED_DEADLINE, Kind.UNPROVEN_STOP, Kind.NO_PLAN} & {*kinds(supervisor)}
+    assert not np.abs(arm.state().velocities).any()
