@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving import Fault, FaultKind, Kind, SimulatedExecutor, Supervisor
+from trajopt.driving import Fault, FaultKind, Kind, Sensors, SimulatedExecutor, Supervisor
 from trajopt.values.errors import JointNotFound
 
 CYCLE = 0.02
@@ -165,3 +165,12 @@ def test_a_robot_that_is_driven_into_something_is_at_fault_from_the_first_touch(
 def test_a_fault_names_its_joint(problem: to.Problem) -> None:
     with pytest.raises(JointNotFound, match="panda_joint9"):
         driven(problem, Fault(kind=FaultKind.STUCK, begin=0.0, end=1.0, joint="panda_joint9"))
+
+
+def test_states_that_are_known_late_are_compared_with_the_motion_of_their_time(problem: to.Problem) -> None:
+    late = Sensors(delay=0.1)
+    arm = SimulatedExecutor(problem.scene, problem.start_positions, sensors=late)
+    supervisor = Supervisor(arm, problem)
+    supervisor.go(problem)
+    run(arm, supervisor, 5.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]

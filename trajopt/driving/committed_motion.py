@@ -17,6 +17,9 @@ REST = 1e-6
 """A joint this slow stands still [rad/s | m/s]: what the judge takes for it."""
 INSTANT = 1e-9
 """Times nearer than this are one [s]."""
+REMEMBERED = 0.25
+"""A motion that is over is kept for so long [s]: states that are known later than they were measured are
+compared with it."""
 ORDERS = ("position", "velocity", "acceleration")
 
 
@@ -172,10 +175,10 @@ class CommittedMotion:
         Args:
             trajectory: One that is not refused.
             at: When it begins [s].
-            now: What ended before is forgotten [s].
+            now: The time; motions that ended more than `REMEMBERED` before it are forgotten [s].
         """
         kept = [piece for piece in self._pieces if piece.begin < at]
-        current = [number for number, piece in enumerate(kept) if piece.begin <= now]
+        current = [number for number, piece in enumerate(kept) if piece.begin <= now - REMEMBERED]
         piece = _Piece(at, trajectory, self.joint_names, self(at)[0])
         self._pieces = (*kept[current[-1] if current else 0 :], piece)
 

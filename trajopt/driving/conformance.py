@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.driving.executor import Executor
-from trajopt.values.arrays import Floats, Value
+from trajopt.values.arrays import Floats, Value, number
+from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
@@ -16,6 +17,12 @@ LOOKS = 20
 """So often a motion is looked at."""
 BRAKING = 2.0
 """Whatever moves has come to rest by then after a stop [s]."""
+BRISK = 2.0
+"""Largest acceleration of the motion that shows how far behind states are [rad/s^2 | m/s^2]."""
+REPEATED = 4
+"""So often that motion is driven, there and back."""
+PEAK = 10.0 / 3.0**0.5
+"""Largest acceleration of a quintic from rest to rest over one unit of length in one unit of time."""
 
 
 @dataclass(frozen=True)
@@ -42,23 +49,36 @@ class Rule(Value):
 
 @checked
 def conformance(
-    executor: Executor, wait: Callable[[float], object], *, step: float = 0.02, duration: float = 1.0
+    executor: Executor,
+    wait: Callable[[float], object],
+    *,
+    step: float = 0.02,
+    duration: float = 1.0,
+    speed: float = 1.0,
 ) -> tuple[Rule, ...]:
     """Try whether an executor does what it must; the robot moves.
 
-    Each joint moves by a small step and back, all together. There must be room for that, and the robot must
-    stand still without a fault.
+    Each joint moves by a small step and back, all together, slowly and then briskly. There must be room for
+    that, and the robot must stand still without a fault. How far the brisk motion is behind its stamps shows
+    how far joints are off at full speed, which the step leaves no room for.
 
     Args:
         executor: What is tried.
         wait: Lets so many seconds pass: `time.sleep`, or `advance` of a simulated one.
         step: How far each joint moves [rad | m].
         duration: How long it takes there, and back [s].
+        speed: Fastest speed at which joints will be driven [rad/s | m/s].
 
     Returns:
         Every rule, in the order in which they were tried.
+
+    Raises:
+        ProblemError: If a number is not positive, or `executor` lacks members of an `Executor`.
     """
-    return tuple(_Trial(executor, wait, step, duration).rules())
+    for name, value in (("step", step), ("duration", duration), ("speed", speed)):
+        if not number(name, value) > 0.0:
+            raise ProblemError(f"{name} must be positive, is {value:g}")
+    return tuple(_Trial(executor, wait, step, duration, speed).rules())
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +87,13 @@ class _Trial:
     wait: Callable[[float], object]
     step: float
     duration: float
+    speed: float
 
     def rules(self) -> Iterator[Rule]:
         yield from self._at_rest()
         yield from self._refusals()
         yield from self._motions()
+        yield self._at_speed()
         yield from self._stops()
 
     def _at_rest(self) -> Iterator[Rule]:
@@ -138,6 +160,37 @@ class _Trial:
         self.wait(0.2)
         yield Rule("it stands still where nothing more comes", self._moving())
 
+    def _at_speed(self) -> Rule:
+        """Drive to and fro briskly, and say how far joints are off where they move at full speed."""
+        executor = self.executor
+        rule, here = "it follows at full speed within its tolerance", self._here()
+        lasts = max((PEAK * self.step / BRISK) ** 0.5, LOOKS * executor.period)
+        pause, errors, rates = 2.0 * executor.latency, list[Floats](), list[Floats]()
+        still = [self._error() for _ in range(LOOKS)]
+        for turn in range(2 * REPEATED):
+            ends = (here, here + self.step)[:: 1 if turn % 2 == 0 else -1]
+            motion, begin = self._there(*ends, duration=lasts), executor.now() + pause
+            if refused := executor.splice(motion, begin):
+                return Rule(rule, refused)
+            while executor.now() < begin + lasts:
+                self.wait(lasts / LOOKS)
+                state = executor.state()
+                rates.append(motion(state.stamp - begin, 1))
+                errors.append(state.positions - motion(state.stamp - begin))
+            self.wait(pause)
+        behind = _behind(np.array(errors), np.array(rates), np.array(still))
+        off, tolerance = behind * self.speed, executor.tolerance
+        worst = int(tolerance.argmin())
+        if off <= tolerance[worst]:
+            return Rule(rule)
+        return Rule(
+            rule,
+            f"states are up to {1e3 * behind:.1f} ms behind their stamps: at {self.speed:g} rad/s or m/s "
+            f"{executor.joint_names[worst]} is off by {off:.4f}, its tolerance is {tolerance[worst]:.4f}; "
+            "stamp each state by the time of the command that it shows, or state a tolerance of at least "
+            f"{off:.4f}",
+        )
+
     def _stops(self) -> Iterator[Rule]:
         executor, here = self.executor, self._here()
         begin = executor.now() + 2.0 * executor.latency
@@ -182,10 +235,36 @@ class _Trial:
         """Where the robot is driven to stand: where what is committed ends."""
         return self.executor.state().commanded
 
-    def _there(self, begin: Floats, end: Floats) -> Trajectory:
+    def _error(self) -> Floats:
+        """Return by how much joints are off where they are driven to stand, a moment later."""
+        self.wait(self.executor.period)
+        state = self.executor.state()
+        return state.positions - state.commanded
+
+    def _there(self, begin: Floats, end: Floats, *, duration: float | None = None) -> Trajectory:
         still = np.zeros((2, len(begin)))
-        times = np.array((0.0, self.duration))
+        times = np.array((0.0, self.duration if duration is None else duration))
         return Trajectory(self.executor.joint_names, times, np.stack((begin, end)), still, still)
+
+
+def _behind(errors: Floats, rates: Floats, still: Floats) -> float:
+    """Return by how much time positions are behind, at most [s].
+
+    A robot that is behind by a time is off by it times its velocity. It is constant if states are late, and
+    anything up to a period if they show the last command: of such a uniform distribution the largest is
+    the mean plus the root of 3 times the standard deviation. Noise as large as at rest does not count.
+
+    Args:
+        errors: By how much joints are off in motion, shape (k, n) [rad | m].
+        rates: How fast they have to move, shape (k, n) [rad/s | m/s].
+        still: By how much they are off at rest, shape (m, n) [rad | m].
+    """
+    offset, power = still.mean(axis=0), float((rates**2).sum())
+    off = errors - offset
+    mean = float((off * rates).sum()) / power
+    noise = float(((still - offset) ** 2).mean()) * off.size * (1.0 + 3.0 * (2.0 / still.size) ** 0.5)
+    spread = max(float(((off - mean * rates) ** 2).sum()) - noise, 0.0) / power
+    return abs(mean) + (3.0 * spread) ** 0.5
 
 
 def _to_rest(motion: Trajectory, time: float) -> Trajectory:

@@ -219,7 +219,19 @@ def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
                 return ProblemError(f"each of {name} must be {_words(_parts(inner))}, is {shown(member)}")
     if set(parts) <= {float, type(None)}:
         return ShapeError(name, f"must be a number, is {shown(cast('object', value))}")
-    return ProblemError(f"{name} must be {_words(parts)}, is {shown(cast('object', value))}")
+    return ProblemError(
+        f"{name} must be {_words(parts)}, is {shown(cast('object', value))}{_lacking(parts, value)}"
+    )
+
+
+def _lacking(parts: tuple[Any, ...], value: Any) -> str:
+    """Name the members that a value lacks of the one protocol that is asked for; empty if none is."""
+    kinds = [typing.get_origin(part) or part for part in parts]
+    protocols = [kind for kind in kinds if getattr(kind, "_is_protocol", False)]
+    if len(protocols) != 1:
+        return ""
+    missing = sorted(name for name in _members(protocols[0]) if not hasattr(value, name))
+    return f"; it lacks {listed(missing)}"
 
 
 def _is_collection(hint: Any) -> bool:
@@ -256,8 +268,7 @@ def _words_of_one(hint: Any) -> str:
         return "a list of names" if typing.get_args(hint)[0] is str else "a list or another collection"
     if kind is Path:
         return "the path of a file"
-    asked = f" (it has {listed(sorted(_members(kind)))})" if getattr(kind, "_is_protocol", False) else ""
-    return kind_words(kind) + asked
+    return kind_words(kind)
 
 
 def kind_words(kind: type[object]) -> str:
