@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from trajopt.driving import IdealExecutor, Kind, Supervisor
-from trajopt.driving.guard import Seen, guard_of
+from trajopt.driving.guard import Guard, Seen, guard_of
 from trajopt.optimise.methods.stopping import stopping_motion
 from trajopt.planning import on_the_way
 from trajopt.verify import examine
@@ -312,3 +312,27 @@ def test_from_a_stop_off_the_path_the_robot_comes_back_to_where_all_holds_and_go
     assert kinds(supervisor)[-1] is Kind.REACHED and Kind.UNPROVEN_STOP not in kinds(supervisor)
     back = kinds(supervisor).index(Kind.RECOVERING)
     assert Kind.STARTED in kinds(supervisor)[back:] and "cup" in supervisor.events[back].words
+
+
+def test_stop_before_a_new_motion_begins_may_be_along_the_one_that_is_driven(
+    problem: to.Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.4)
+    here = dict(zip(problem.reduced.joint_names, problem.reduced.start_positions.tolist(), strict=True))
+    supervisor.go(replace(problem, goal=to.joint_positions(here)))
+    supervisor.cycle()
+    intended = supervisor.intended
+    assert intended is not None and intended.begin > arm.now() + arm.latency
+    ahead = supervisor.committed.ahead(arm.now() + arm.latency, problem.reduced.joint_names)
+    assert ahead is not None
+    path = ahead(np.linspace(0.0, ahead.duration, 4000))
+
+    def only_soon_and_on_the_path(_: Guard, motion: to.Trajectory, *others: object, **more: object) -> bool:
+        looks = motion(np.linspace(0.0, motion.duration, 50))
+        away = np.abs(looks[:, None] - path).max(axis=2).min(axis=1)
+        return bool(away.max() < 2e-4) and motion.duration < 0.8 * ahead.duration
+
+    monkeypatch.setattr(Guard, "proven", only_soon_and_on_the_path)
+    taken = supervisor.stop()
+    assert taken.proven and taken.along and taken.duration < 0.8 * ahead.duration

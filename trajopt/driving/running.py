@@ -14,7 +14,7 @@ from trajopt.driving.pace import PACES, where_on
 from trajopt.driving.soonest_stop import StopTaken
 from trajopt.planning.moving.waiting import JOLT
 from trajopt.problem.problem import Problem
-from trajopt.timing.stops import PathStop
+from trajopt.timing.stops import PathStop, StopsAlong
 from trajopt.values.arrays import Printed
 
 FARTHER = (0.0, 0.2, 0.5, inf)
@@ -186,20 +186,33 @@ class Running(Printed):
         self.leave()
         for _ in range(STOPS):
             asked = commitment.executor.now()
-            begin, along = commitment.soonest + lead, None
-            if intended is not None and intended.begin <= begin < min(self.parting, intended.end):
-                along = intended.stops.earliest(begin - intended.begin)
+            begin = commitment.soonest + lead
+            along, resumable = self._earliest_stop(intended, begin, problem)
             found = commitment.stop(problem, begin, None if along is None else along.trajectory, why)
             if found is not None and (not lead or found[0] is not None):
                 motion, taken = found
                 if intended is not None and taken.along:
-                    shorter = along is not None and motion is along.trajectory
-                    self.pause = Pause(intended, along) if along is not None and shorter else self._committed
+                    if along is None or motion is not along.trajectory:
+                        self.pause = self._committed
+                    elif resumable:
+                        self.pause = Pause(intended, along)
                 self.parting = begin
                 return taken
             lead = 2.0 * (commitment.executor.now() - asked)
         self.parting = commitment.soonest
         return commitment.brake(why)
+
+    def _earliest_stop(
+        self, intended: Intention | None, begin: float, problem: Problem
+    ) -> tuple[PathStop | None, bool]:
+        """Return the earliest stop on the path from a time on, and whether that is the path of the motion.
+
+        Before a new motion begins, and if there is none, the robot is on the one that is committed.
+        """
+        if intended is not None and intended.begin <= begin < min(self.parting, intended.end):
+            return intended.stops.earliest(begin - intended.begin), True
+        ahead = self.commitment.motion.ahead(begin, self.commitment.joint_names)
+        return (None, False) if ahead is None else (StopsAlong(ahead, problem.limits).earliest(0.0), False)
 
     def _after(self, now: float) -> float:
         """Return until when the robot goes on before it brakes [s]."""
