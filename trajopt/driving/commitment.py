@@ -8,7 +8,7 @@ from trajopt.driving.executor import Executor
 from trajopt.driving.guard import Guard, Seen, start_at
 from trajopt.driving.journal import Journal
 from trajopt.driving.room import with_room
-from trajopt.driving.soonest_stop import StopTaken, soonest_stop
+from trajopt.driving.soonest_stop import StopTaken, soonest_stop, why_unproven
 from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
 from trajopt.scene.scene import Scene
@@ -124,7 +124,7 @@ class Commitment(Printed):
         self.held = taken.held or not taken.proven
         self.journal.note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
         if not taken.proven:
-            self.journal.note(Kind.UNPROVEN_STOP, self.guard.why_not(motion, self.world, begin))
+            self.journal.note(Kind.UNPROVEN_STOP, why_unproven(self.guard, self.world, begin, motion))
         return motion, taken
 
     def brake(self, why: str) -> StopTaken:

@@ -12,7 +12,7 @@ from trajopt.driving.guard import Guard, Seen, guard_of, start_from
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import Approach, Braking, Surrounding, settle
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
-from trajopt.driving.soonest_stop import soonest_stop
+from trajopt.driving.soonest_stop import soonest_stop, why_unproven
 from trajopt.driving.stamps import on_clock
 from trajopt.driving.tracking import off_track, outside_limits
 from trajopt.optimise.methods.stopping import with_jerk
@@ -301,7 +301,7 @@ class Servo(Printed):
             self._splice(motion, at)
         self._note(Kind.STOPPING, f"what it was to do is not clear; at rest in {1e3 * taken.duration:.0f} ms")
         if not taken.proven:
-            self._note(Kind.UNPROVEN_STOP)
+            self._note(Kind.UNPROVEN_STOP, why_unproven(self._guard, self._seen, at, motion))
 
     def _proven(self, motion: Trajectory, at: float) -> bool:
         return not self._seen.stale(at) and self._guard.proven(motion, self._seen, at)

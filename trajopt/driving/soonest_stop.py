@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trajopt.driving.evasion import clear_at, evading_stops
 from trajopt.driving.guard import Guard, Seen
 from trajopt.optimise.methods.stopping import stop_from, stopping_motion, with_jerk
 from trajopt.planning import on_the_way
@@ -65,6 +66,7 @@ def soonest_stop(
 ) -> tuple[Trajectory, StopTaken]:
     """Return the soonest way to rest that is proven; if none is, the soonest that keeps clear, or of all.
 
+    If no stop along the path or of all joints keeps clear, one that turns away from the obstacle first may.
     Where something moves of which nothing is known any more before the robot is at rest, nothing can be
     proven: then the robot stays on its path, of which all else has been.
 
@@ -86,6 +88,27 @@ def soonest_stop(
         # With a heavy load, braking as hard as the limits allow may take a torque that there is not.
         every = sorted((*stops, *_gentle(here, ahead)), key=lambda stop: stop.duration)
         found, held = _proven(guard, world, begin, every)
+    if found is None:
+        turned = evading_stops(guard, world, begin, here, ahead, stops[0])
+        found = next((each for each in turned if guard.proven(each, world, begin, requirements=False)), None)
+        held = found is not None and guard.proven(found, world, begin)
     motion = found or stops[0]
     along_path = any(motion is stop for stop in on_path)
     return motion, StopTaken(motion.duration, along_path, found is not None, held)
+
+
+def why_unproven(guard: Guard, world: Seen, begin: float, stop: Trajectory) -> str:
+    """Say why no stop is proven: which pair comes how near, and whether any stop could do better.
+
+    Args:
+        guard: Proves.
+        world: What is known of the world.
+        begin: When the stop begins, on the executor's clock [s].
+        stop: The stop that was taken.
+    """
+    why = guard.why_not(stop, world, begin)
+    if world.stale(begin + stop.duration):
+        return why
+    if clear_at(guard, world, begin, stop):
+        return f"no stop was found that keeps clear: {why}"
+    return f"the robot is too near already where a stop can begin: {why}"
