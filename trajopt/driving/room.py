@@ -5,7 +5,6 @@ from dataclasses import replace
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.scene.scene import Scene
-from trajopt.values.printed import in_length
 
 OF_DISTANCES = {
     Status.START_IN_COLLISION,
@@ -51,4 +50,4 @@ def with_share(result: Result, off: float) -> str:
     """
     if result.status not in OF_DISTANCES or off < SMALLEST_SHARE:
         return result.reason
-    return f"{result.reason}; {in_length(off)} of each required distance is room for the driver's tolerance"
+    return f"{result.reason}; {1e3 * off:.4g} mm of each required distance is room for the driver's tolerance"
