@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import trajopt as to
 from trajopt.values.errors import MeshFileError, ShapeError
 from trajopt.values.shapes.mesh_file import Mesh, load_mesh
 
@@ -238,3 +239,45 @@ def test_distance_is_to_the_surface_on_both_sides() -> None:
     points = np.array([(0.5, 0.5, 0.1), (0.5, 0.5, 1.5), (2.0, 0.5, 0.5), (2.0, 2.0, 0.5), (0.0, 0.0, 0.0)])
     expected = [0.1, 0.5, 1.0, np.sqrt(2.0), 0.0]
     np.testing.assert_allclose(box(1, 1, 1).distance(points), expected, atol=1e-6)
+
+
+CORNERS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+BAD_FACES: dict[str, object] = {
+    "fractions": [(0, 1, 2.7)],
+    "whole numbers as floats": np.array([(0.0, 1.0, 2.0)]),
+    "text": [(0, 1, "2")],
+    "truth values": [(0, 1, True)],
+    "an array of truth values": np.array([(False, True, True)]),
+    "ragged": [(0, 1, 2), (0, 1)],
+    "infinite": [(0, 1, float("inf"))],
+    "too large for any integer": [(0, 1, 10**30)],
+    "negative": [(0, 1, -1)],
+    "beyond the last vertex": [(0, 1, 4)],
+    "pairs": [(0, 1)],
+    "one face without its row": (0, 1, 2),
+    "nothing": None,
+    "a mapping": {"faces": 1},
+}
+
+
+@pytest.mark.parametrize("name", BAD_FACES)
+def test_rejects_faces_that_are_not_indices(name: str) -> None:
+    with pytest.raises(ShapeError, match=r"Mesh\.faces"):
+        Mesh(np.array(CORNERS), BAD_FACES[name])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int32, np.uint64])
+def test_accepts_faces_of_every_integer_type(kind: type) -> None:
+    assert len(to.Mesh(CORNERS, np.array([(0, 1, 2)], dtype=kind)).faces) == 1  # type: ignore[arg-type]
+    assert len(to.Mesh(CORNERS, [(0, 1, 2)]).faces) == 1  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("coordinate", [1e38, 1e7, np.inf, np.nan])
+def test_rejects_coordinates_beyond_any_cell(coordinate: float, tmp_path: Path) -> None:
+    with pytest.raises(ShapeError, match=r"Mesh\.vertices"):
+        to.Mesh([*CORNERS[:3], (0.0, 0.0, coordinate)], [(0, 1, 3)])  # type: ignore[arg-type]
+    corners = "".join(f"vertex {x} {y} {coordinate}\n" for x, y, _ in CORNERS[:3])
+    file = tmp_path / "far.stl"
+    file.write_text(f"solid far\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid far\n")
+    with pytest.raises(MeshFileError, match=r"far\.stl"):
+        to.load_mesh(file)

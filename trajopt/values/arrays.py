@@ -74,6 +74,41 @@ def floats(
     return readonly(array)
 
 
+def indices(name: str, value: ArrayLike, width: int, count: int) -> Ints:
+    """Copy `value` into an integer array of indices and check it.
+
+    Args:
+        name: Name of the argument, for the error.
+        value: Rows of whole numbers: an integer array, or nested sequences of `int`.
+        width: Required length of a row.
+        count: Number of items that the indices select from.
+
+    Returns:
+        A fresh array of shape (any, width).
+
+    Raises:
+        ShapeError: If the shape differs, or an entry is not a whole number from 0 to `count - 1`.
+    """
+    try:
+        given = np.asarray(value)
+        truths = not isinstance(value, np.ndarray) and _holds_truth_values(value)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise ShapeError(name, f"must be rows of {width} whole numbers, is {shown(value)}") from error
+    if given.dtype.kind not in "iu" or truths:
+        raise ShapeError(name, f"must be rows of {width} whole numbers, is {shown(value)}")
+    if given.ndim != 2 or given.shape[1] != width:
+        raise ShapeError(name, f"needs shape (any, {width}), has {given.shape}")
+    outside = (given < 0) | (given >= count)
+    if outside.any():
+        raise ShapeError(name, f"has {given[outside][0]}; indices run from 0 to {count - 1} here")
+    return given.astype(np.int64)
+
+
+def _holds_truth_values(rows: ArrayLike) -> bool:
+    """Whether nested sequences hold a bool, which numpy would take for 0 or 1."""
+    return any(isinstance(item, bool | np.bool_) for item in np.asarray(rows, dtype=np.object_).flat)
+
+
 def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
     """Return one number, or an array of them, as a float array; cheap, for what is asked a million times.
 

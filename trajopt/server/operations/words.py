@@ -26,11 +26,6 @@ PLACEMENT_FIELDS = frozenset(inspect.signature(placement).parameters)
 """What a mapping has that stands for a placement."""
 
 
-def _mesh(vertices: Any, faces: Any) -> Mesh:
-    """Return triangles; vertices [m], and three indices of them for each face."""
-    return Mesh(vertices, faces)
-
-
 _STATED = (name for name in requirements.__all__ if name[0].islower())
 WORDS: Mapping[str, Callable[..., object]] = {
     **{name: cast("Callable[..., object]", getattr(requirements, name)) for name in _STATED},
@@ -43,7 +38,7 @@ WORDS: Mapping[str, Callable[..., object]] = {
     "cone": Cone,
     "plane": Plane,
     "convex": convex,
-    "mesh": _mesh,
+    "mesh": Mesh,
     "points": Points,
     "voxels": Voxels,
     "line": line,

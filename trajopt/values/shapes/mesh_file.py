@@ -12,18 +12,20 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, readonly
+from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, readonly
 from trajopt.values.arrays import path as path_of
 from trajopt.values.documents.files import is_file
 from trajopt.values.errors import MeshFileError, ShapeError
 from trajopt.values.errors.arguments import checked
 
+LARGEST = 1e6
+"""Largest coordinate of a vertex [m]: far beyond any cell, and its fourth power is still a number."""
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh(Value):
-    """Triangles, in the frame and unit of their file.
+    """Triangles: of a file (`load_mesh`), or of arrays.
 
     On construction coincident vertices are merged; faces without area, and vertices that no face
     uses, are dropped. The order of the rest is kept.
@@ -32,6 +34,10 @@ class Mesh(Value):
         vertices: Corners, shape (n, 3) [m], read-only.
         faces: Indices of the vertices of each triangle, counter-clockwise seen from outside, shape
             (m, 3), int32, read-only.
+
+    Raises:
+        ShapeError: If a vertex is not three finite numbers of at most 1e6 m, or a face is not three indices
+            of vertices.
     """
 
     vertices: Floats
@@ -40,11 +46,9 @@ class Mesh(Value):
     def __post_init__(self) -> None:
         """Check the arrays, merge and drop."""
         vertices = floats("Mesh.vertices", self.vertices, (None, 3)) + 0.0  # no negative zeros
-        faces = np.asarray(self.faces, dtype=np.int64)
-        if faces.ndim != 2 or faces.shape[1] != 3:
-            raise ShapeError("Mesh.faces", f"needs shape (any, 3), has {faces.shape}")
-        if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-            raise ShapeError("Mesh.faces", f"indices run from 0 to {len(vertices) - 1} here")
+        if (largest := float(np.abs(vertices).max(initial=0.0))) > LARGEST:
+            raise ShapeError("Mesh.vertices", f"has a coordinate of {largest:g} m, more than {LARGEST:g} m")
+        faces = indices("Mesh.faces", self.faces, 3, len(vertices))
         _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
         faces = first[inverse.ravel()][faces]
         sides = np.diff(vertices[faces[:, [0, 1, 2, 0]]], axis=1)
@@ -175,7 +179,10 @@ def load_mesh(path: Path | str, scale: tuple[float, float, float] = (1.0, 1.0, 1
     vertices = np.array(model.vertices(), dtype=np.float64).reshape(-1, 3)
     if not np.isfinite(vertices).all():
         raise MeshFileError(str(path), "it has vertices that are not finite")
-    mesh = Mesh(vertices, faces)
+    try:
+        mesh = Mesh(vertices, faces)
+    except ShapeError as error:
+        raise MeshFileError(str(path), str(error)) from error
     if not len(mesh.faces):
         raise MeshFileError(str(path), "it holds no triangle")
     return mesh
