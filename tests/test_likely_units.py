@@ -207,11 +207,8 @@ def test_a_little_inside_of_a_large_thing_asks_nothing() -> None:
 @pytest.mark.parametrize(
     ("goal", "said"),
     [
-        (
-            [0.0] * 6,
-            "6 numbers alone; as positions of joints: dict(zip(robot.group('manipulator').joints, num",
-        ),
-        (np.zeros(6), "6 numbers alone"),
+        ([0.0] * 5, "goal must be a requirement or several, the name of a state"),
+        (np.zeros(5), "positions of the group's joints or of all joints"),
         ((0.4, 0.0, 0.3), "a place alone; placement((x, y, z)) is unturned"),
     ],
 )

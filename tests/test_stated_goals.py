@@ -65,7 +65,7 @@ def test_any_goal_of_a_set_has_the_forms_of_a_goal(panda: to.Scene) -> None:
         "both": ["ready", to.gravity_torque(0.9)],
     }
     asked = problem(panda, goal=to.any_of(forms), degrees=True)
-    above = to.frame_placement("panda_link8", AT)
+    above = to.frame_placement("panda_hand_tcp", AT)
     assert str(asked.alternatives["above"].goals[0]) == str(above)
     (bent,) = asked.alternatives["bent"].goals
     assert isinstance(bent, JointPositions) and bent.positions["panda_joint4"] == pytest.approx(-np.pi / 2)
@@ -107,7 +107,7 @@ def test_joints_by_name_are_a_goal(panda: to.Scene) -> None:
 def test_a_placement_is_where_the_tool_must_be(panda: to.Scene, form: Any) -> None:
     asked = goal_of(panda, form)
     assert isinstance(asked, FramePlacement)
-    assert asked.frame == "panda_link8" and asked.reference == "world"
+    assert asked.frame == "panda_hand_tcp" and asked.reference == "world"
     np.testing.assert_allclose(asked.placement.homogeneous, AT.homogeneous, atol=1e-9)
     assert goal_of(panda, form, group="panda_manipulator").frame == "panda_hand_tcp"
 
@@ -145,7 +145,7 @@ def test_where_no_frame_is_the_tool_the_ends_are_named() -> None:
         to.Problem(scene=both, group="both", start="ready", goal=AT)
 
 
-@pytest.mark.parametrize("goal", [None, 3, [0.1] * 7, (0.4, 0.0, 0.3), np.zeros(7), object(), [AT, 3.0]])
+@pytest.mark.parametrize("goal", [None, 3, [0.1] * 8, (0.4, 0.0, 0.3), np.zeros(8), object(), [AT, 3.0]])
 def test_what_is_no_goal_is_refused_in_words(panda: to.Scene, goal: Any) -> None:
     with pytest.raises(ProblemError, match=r"^goal must be a requirement or several, the name of a state"):
         problem(panda, goal=goal)
@@ -177,16 +177,21 @@ def test_two_states_that_are_asked_together_lead_to_any_of(panda: to.Scene) -> N
 
 def test_missing_numbers_of_a_start_are_named(panda: to.Scene, odd: to.Scene) -> None:
     with pytest.raises(
-        ShapeError, match=r"has 7 numbers.*those of group panda_arm, panda_finger_joint1 and panda"
+        ShapeError, match=r"has 8 numbers.*those that follow no other, panda_finger_joint2 is"
     ):
-        problem(panda, start=[0.0] * 7)
+        problem(panda, start=[0.0] * 8)
     with pytest.raises(
-        ShapeError, match=r"has 5 numbers, and the robot has 9 joints: panda_joint1, .*_joint2"
+        ShapeError,
+        match=r"has 5 numbers, group panda_arm has 7 joints, and the robot has 9 joints: panda_joint1",
     ):
         problem(panda, start=np.zeros(5))
-    with pytest.raises(ShapeError, match=r"4 numbers, and the robot has 5 joints: if .*, follow is missing"):
-        problem(odd, start=(0.0,) * 4, goal={"pan": 1.0})
-    with pytest.raises(ProblemError, match=r"^start must be the name of a state, joint -> position, or "):
+    with pytest.raises(
+        ShapeError, match=r"3 numbers, group all has 4 joints, and the robot has 5 joints: pan, .*follow"
+    ):
+        problem(odd, start=(0.0,) * 3, goal={"pan": 1.0})
+    with pytest.raises(
+        ProblemError, match=r"^start must be the name of a state, joint -> position, positions of "
+    ):
         problem(panda, start=None)
 
 

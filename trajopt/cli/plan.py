@@ -1,4 +1,4 @@
-"""`trajopt plan`: plan a MoveIt request in a MoveIt scene."""
+"""`trajopt plan`: plan from a start to a goal, or a MoveIt request in a MoveIt scene."""
 
 import json
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from trajopt.cli.ends import Ends, scene_around
 from trajopt.cli.options import (
     DwellOption,
     Ending,
@@ -19,10 +20,8 @@ from trajopt.cli.options import (
     MotionsOption,
     PackageOption,
     PortfolioOption,
-    RequestOption,
     RobotOption,
     RobotSource,
-    SceneOption,
     SrdfOption,
     TimeBudgetOption,
     TorqueOption,
@@ -37,8 +36,34 @@ from trajopt.problem.problem import Problem
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.server.warehouse import Warehouse
 from trajopt.values.documents.json_files import write_json
+from trajopt.values.errors import ProblemError
 from trajopt.values.printed import in_unit
 
+OptionalScene = Annotated[
+    Path | None,
+    typer.Option("--scene", help="MoveIt PlanningScene in YAML; without, the robot stands alone."),
+]
+OptionalRequest = Annotated[
+    Path | None, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML, in place of --goal.")
+]
+StartOption = Annotated[
+    str | None,
+    typer.Option("--start", help=r'State, "j1 j2 ..." or "joint=value ..." \[rad | m].'),
+]
+GoalOption = Annotated[
+    str | None,
+    typer.Option(
+        "--goal",
+        help=r'Six numbers: tool at "x y z roll pitch yaw" \[m, rad]; else as --start; '
+        "six joints are given as joint=value.",
+    ),
+]
+GroupOption = Annotated[
+    str, typer.Option("--group", help="Planning group; not needed if the robot has one only.")
+]
+DegreesOption = Annotated[
+    bool, typer.Option("--degrees", help="Angles of --start and --goal are in degrees.")
+]
 ExplainOption = Annotated[
     bool,
     typer.Option("--explain", help="If there is no plan, plan again to find what would change that."),
@@ -69,8 +94,12 @@ SaveOption = Annotated[
 
 def plan(
     robot: RobotOption,
-    scene: SceneOption,
-    request: RequestOption,
+    scene: OptionalScene = None,
+    request: OptionalRequest = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    group: GroupOption = "",
+    degrees: DegreesOption = False,
     out: OutOption = None,
     save: SaveOption = None,
     srdf: SrdfOption = None,
@@ -92,15 +121,20 @@ def plan(
     workers: WorkersOption = 1,
     experience: ExperienceOption = None,
 ) -> None:
-    """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
+    """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input.
+
+    Give a scene and a request of MoveIt, or --start and --goal: trajopt plan --robot panda --group panda_arm
+    --start ready --goal "0.4 0.1 0.5 3.14 0 0".
+    """
     folders = tuple(package_dir or ())
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
     budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
-    around, asked = read_files(source.load(), scene, request, motions)
+    ends = _ends(start, goal, group, degrees=degrees, request=request)
+    problem, notes = _problem(source, scene, request, motions, ends)
     ending = Ending(dwell, finish_by)
     with progress_line() as line:
         result = plan_problem(
-            ending.of(asked.problem()),
+            ending.of(problem),
             improve=free_duration,
             every_goal=every_goal,
             experience=None if experience is None else Warehouse(experience).experience(),
@@ -108,14 +142,15 @@ def plan(
             progress=line.show,
             on_incumbent=line.have,
         )
-    notes = [*around.scene.robot.notes, *around.notes, *asked.notes, *result.remarks]
+    notes += result.remarks
     document = {
         **result.as_dict(),
         "notes": notes,
         "source": {
             **source.as_dict(),
-            "scene": str(scene.resolve()),
-            "request": str(request.resolve()),
+            **({} if scene is None else {"scene": str(scene.resolve())}),
+            **({} if request is None else {"request": str(request.resolve())}),
+            **({} if ends is None else ends.as_dict()),
             **({} if motions is None else {"motions": str(motions.resolve())}),
             **ending.as_dict(),
         },
@@ -136,6 +171,32 @@ def plan(
         for path in (each for each in (out, save) if each is not None):
             typer.echo(f"\nwritten to {path}")
     raise typer.Exit(0 if result.verified else 1)
+
+
+def _ends(
+    start: str | None, goal: str | None, group: str, *, degrees: bool, request: Path | None
+) -> Ends | None:
+    """Return start and goal of the command line; None with a request."""
+    if request is not None:
+        if start is not None or goal is not None or group or degrees:
+            raise ProblemError("--request has a start, a goal and a group: leave out the options for them")
+        return None
+    if start is None or goal is None:
+        raise ProblemError("give --start and --goal, or a --scene and a --request in YAML")
+    return Ends(start, goal, group, degrees)
+
+
+def _problem(
+    source: RobotSource, scene: Path | None, request: Path | None, motions: Path | None, ends: Ends | None
+) -> tuple[Problem, list[str]]:
+    """Return the problem that the options state, and notes on how files were read."""
+    if ends is not None:
+        around, notes = scene_around(source, scene, motions)
+        return ends.problem(around), notes
+    if scene is None or request is None:
+        raise ProblemError("--request needs the --scene that it is for")
+    read, asked = read_files(source.load(), scene, request, motions)
+    return asked.problem(), [*read.scene.robot.notes, *read.notes, *asked.notes]
 
 
 def _in_joint_space(problem: Problem, length: float) -> str:

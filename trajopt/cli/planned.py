@@ -9,6 +9,7 @@ from typing import Annotated, cast
 
 import typer
 
+from trajopt.cli.ends import Ends, scene_around
 from trajopt.cli.options import RobotSource, read_files
 from trajopt.files.bundle import Bundle, read_bundle
 from trajopt.files.bundle.bundle import SUFFIX
@@ -94,6 +95,10 @@ def _named_in(plan: Path, motions: Path | None) -> Problem:
         return named_problem(str(source["problem"]))
     robot = RobotSource.from_dict(plan, source)
     scene, request = source.get("scene"), source.get("request")
+    if ends := Ends.from_dict(source):
+        moving = motions or (Path(str(source["motions"])) if "motions" in source else None)
+        around, _ = scene_around(robot, Path(scene) if isinstance(scene, str) else None, moving)
+        return ends.problem(around)
     if not isinstance(scene, str) or not isinstance(request, str):
         raise FileFormatError(str(plan), "names no scene; give --robot, --scene and --request")
     own = source.get("motions")

@@ -63,6 +63,16 @@ class Plan:
     along_path: float | None = None
 
     @property
+    def final_state(self) -> Mapping[str, float]:
+        """Joint -> position of all joints at the end [rad | m]."""
+        reduced = self.problem.reduced
+        at = self.trajectory.positions[-1][
+            [self.trajectory.joint_names.index(j) for j in reduced.joint_names]
+        ]
+        joints = self.problem.scene.robot.joint_names
+        return dict(zip(joints, map(float, reduced.all_positions(at)), strict=True))
+
+    @property
     def certificate(self) -> Certificate:
         """What the judge measured: what holds, by how much and how that is known."""
         return self.judged.certificate
@@ -234,6 +244,15 @@ class Result:
     def stopped_by_clock(self) -> bool:
         """Whether time ran out: then, and only then, planning the same problem again may end differently."""
         return self.stopped is Stop.CLOCK
+
+    @property
+    def final_state(self) -> Mapping[str, float]:
+        """Joint -> position of all joints at the end of the plan [rad | m].
+
+        Raises:
+            PlanningFailed: If there is no plan; carries this result.
+        """
+        return self.require().final_state
 
     def require(self) -> Plan:
         """Return the plan.

@@ -17,7 +17,6 @@ from trajopt.problem.smoothness import default_costs
 from trajopt.problem.starting import in_motion, start_rates
 from trajopt.problem.stated import (
     GoalLike,
-    StartLike,
     check_goal,
     check_names,
     check_waypoints,
@@ -25,10 +24,10 @@ from trajopt.problem.stated import (
     stated_dwell,
     stated_goal,
     stated_rates,
-    stated_start,
     stated_waypoints,
 )
 from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.robot.limits import JointLimits, LimitKind
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.scene.scene import Scene
@@ -49,10 +48,12 @@ class Problem(Value):
     Attributes:
         scene: The robot and what is around it, with the clearance to keep.
         start: Name of a state (the group's; other groups stand in theirs of that name), joint -> position
-            [rad | m], or positions of all joints. Mimic joints are where they follow.
+            [rad | m], positions of the group's joints or of all joints, or a plan or result, for its end.
+            Joints that are not given are as near to zero as their limits allow; mimic joints follow.
         goal: What must hold at the end: one requirement or several, or any one goal of a set (`any_of`). The
-            name of a state or joint -> position stands for `joint_positions`, a placement for
-            `frame_placement` of the group's tool: its tool frame, where it has one, or the tip of its chain.
+            forms of a start stand for `joint_positions` of the group, a placement for `frame_placement` of
+            the group's tool: its tool frame, or the tool frame of its one end effector, or the tip of its
+            chain; the printed problem names it.
         group: The planning group; may be left out where the robot has one only.
         constraints: What must hold all the way, or between waypoints (`during`): requirements, or
             residuals of your own with bounds.
@@ -78,7 +79,7 @@ class Problem(Value):
     """
 
     scene: Scene
-    start: StartLike
+    start: ConfigurationLike
     goal: GoalLike | Sequence[GoalLike] | GoalSet
     group: str = ""
     constraints: Sequence[PathConstraint | During[PathConstraint]] = ()
@@ -107,7 +108,7 @@ class Problem(Value):
         object.__setattr__(self, "knots", stated_knots(robot, self.group, self.knots))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
-        start = stated_start(robot, self.group, self.start, degrees=degrees)
+        start = stated_configuration(robot, "start", self.start, group=self.group, degrees=degrees)
         goal = stated_goal(self.scene, self.group, self.goal, degrees=degrees)
         by_name, goals = (goal, tuple(chain(*goal.values()))) if isinstance(goal, dict) else ({}, goal)
         constraints = tuple(sequence("constraints", self.constraints))

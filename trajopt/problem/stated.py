@@ -1,7 +1,7 @@
 """What callers state of a start and a goal, in any of its forms, and what it means for a group of a robot."""
 
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias, cast
+from typing import cast
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +16,7 @@ from trajopt.problem.requirements import (
     joint_positions,
 )
 from trajopt.problem.requirements.goal_set import GoalLike
+from trajopt.robot.configuration import FORMS, Motion, joints_of, stated_configuration
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.group_tools import tool_of
@@ -24,53 +25,6 @@ from trajopt.values.arrays import Floats, floats, mapping, number, one_of, seque
 from trajopt.values.errors import ModelError, ProblemError, ShapeError, StateNotFound, listed, shown
 from trajopt.values.likely_units import stated_angle
 from trajopt.values.placement import Placement, as_placement
-
-StartLike: TypeAlias = str | Mapping[str, float] | ArrayLike
-"""Name of a state, joint -> position [rad | m], or positions of all joints."""
-
-
-def stated_start(robot: Robot, group: str, start: StartLike, *, degrees: bool) -> Floats:
-    """Return the positions of all joints at a start.
-
-    Args:
-        robot: The robot.
-        group: The planning group: where several groups have a state of the same name, its own comes first.
-        start: Where it starts.
-        degrees: Whether positions of joints that turn are in degrees.
-
-    Raises:
-        ProblemError: If it is in none of its forms.
-        ShapeError: If there is not one finite number for each joint; it names those that are missing.
-        NameNotFound: If a name is unknown.
-        MimicContradiction: If a mimic joint is not where it follows.
-    """
-    if isinstance(start, str):
-        positions = _in_state(robot, group, start)
-    elif isinstance(start, Mapping):
-        positions = robot.positions(start, degrees=degrees)
-    elif isinstance(start, list | tuple | np.ndarray):
-        given = floats("start, of all joints of the robot", cast("ArrayLike", start), (None,))
-        if len(given) != len(robot.joint_names):
-            raise ShapeError("start", _missing(robot, group, len(given)))
-        turns = np.array([joint_unit(robot.model, joint) == "rad" for joint in robot.joint_names])
-        positions = np.where(turns & one_of("degrees", degrees, bool), np.deg2rad(given), given)
-    else:
-        forms = "the name of a state, joint -> position, or positions of all joints"
-        raise ProblemError(f"start must be {forms}, is {shown(start)}")
-    return robot.followed(positions, checked=robot.mimics)
-
-
-def _in_state(robot: Robot, group: str, name: str) -> Floats:
-    """Return positions of all joints in a state: the group's own, and those of its name of other groups."""
-    others = {
-        joint: at
-        for (_, state), found in reversed(tuple(robot.states.items()))
-        if state == name
-        for joint, at in found.items()
-    }
-    own = robot.states.get((group, name), dict[str, float]())
-    together = {joint: at for joint, at in {**others, **own}.items() if joint not in robot.mimics}
-    return robot.positions(together if others else name)
 
 
 def stated_rates(
@@ -90,20 +44,6 @@ def stated_rates(
         joint: stated_angle(f"{name} of {joint}", rate, degrees=joint in turning)
         for joint, rate in given.items()
     }
-
-
-def _missing(robot: Robot, group: str, count: int) -> str:
-    """Say which joints have no number, as far as the count of the numbers tells."""
-    joints, own = robot.joint_names, robot.group(group).joints
-    words = f"has {count} numbers, and the robot has {len(joints)} joints"
-    driven = tuple(joint for joint in joints if joint not in robot.mimics)
-    for named, whose in ((own, f"those of group {group}"), (driven, "those that follow no other")):
-        if len(named) == count:
-            absent = [joint for joint in joints if joint not in named]
-            lack = " and ".join(absent) if len(absent) == 2 else listed(absent)
-            are = "is" if len(absent) == 1 else "are"
-            return f"{words}: if they are {whose}, {lack} {are} missing; give all, or joint -> position"
-    return f"{words}: {listed(joints)}; give one for each, or joint -> position"
 
 
 def only_group(robot: Robot) -> str:
@@ -171,7 +111,7 @@ def _required(
 def _is_one(item: object) -> bool:
     """Say whether something is a thing to require by itself, and no row or number of a placement."""
     matrix = cast("NDArray[np.float64]", item).shape == (4, 4) if isinstance(item, np.ndarray) else False
-    return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3)
+    return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3 | Motion)
 
 
 def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees: bool) -> Requirement:
@@ -181,27 +121,43 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
         return joint_positions(_state(scene.robot, group, item))
     if isinstance(item, Mapping):
         return joint_positions(_in_radians(scene.robot, name, item, degrees=degrees))
+    if isinstance(item, Motion):
+        return joint_positions(_of_group(scene.robot, group, stated_configuration(scene.robot, name, item)))
+    if numbers := _of_numbers(scene.robot, group, name, item, degrees=degrees):
+        return joint_positions(numbers)
     try:
         where = as_placement(name, item)
     except ModelError as error:
-        forms = "a requirement or several, the name of a state, joint -> position, or a placement"
-        hint = _of_numbers_alone(scene.robot, group, item)
-        raise ProblemError(f"{name} must be {forms}, is {shown(item)}{hint}") from error
+        forms = f"a requirement or several, {FORMS}, or a placement"
+        raise ProblemError(f"{name} must be {forms}, is {shown(item)}{_hint(item)}") from error
     return frame_placement(tool_of(scene, group), where)
 
 
-def _of_numbers_alone(robot: Robot, group: str, item: object) -> str:
-    """Say how numbers without names are given, as far as their count tells what they are."""
+def _of_numbers(
+    robot: Robot, group: str, name: str, item: object, *, degrees: bool
+) -> Mapping[str, float] | None:
+    """Return the group's positions in a row of numbers, one for each of its joints or of all joints."""
+    try:
+        count = len(floats(name, cast("ArrayLike", item), (None,)))
+    except ShapeError:
+        return None
+    if not joints_of(robot, group, count):
+        return None
+    at = stated_configuration(robot, name, cast("ArrayLike", item), group=group, degrees=degrees)
+    return _of_group(robot, group, at)
+
+
+def _of_group(robot: Robot, group: str, positions: Floats) -> dict[str, float]:
+    joints = robot.group(group).joints
+    return dict(zip(joints, map(float, positions[robot.index(joints)]), strict=True))
+
+
+def _hint(item: object) -> str:
+    """Return the remedy for three numbers, which are a position without an orientation."""
     try:
         count = len(floats("goal", cast("ArrayLike", item), (None,)))
     except ShapeError:
         return ""
-    for joints, whose in (
-        (robot.group(group).joints, f"robot.group({group!r}).joints"),
-        (robot.joint_names, "robot.joint_names"),
-    ):
-        if count == len(joints):
-            return f" ({count} numbers alone; as positions of joints: dict(zip({whose}, numbers)))"
     return " (a place alone; placement((x, y, z)) is unturned)" if count == 3 else ""
 
 

@@ -11,8 +11,10 @@ def tool_of(scene: Scene, group: str) -> str:
     """Return the frame that a placement as a goal of a group means.
 
     The tool frame fixed to what the group's last joint moves, where the scene or else the robot was given
-    one; else the tip of the group's chain; else the link that the SRDF fixes an end effector of the group to;
-    else the one link at which the group ends.
+    one; else the tool centre point of the group's one end effector, which is the one link without children
+    and without a shape that is fixed to it; else the tip of the group's chain; else the link that the SRDF
+    fixes an end effector of the group to; else the one link at which the group ends. A chain whose tip is
+    on the end effector itself ends at that tip.
 
     Raises:
         GroupNotFound: If there is no such group.
@@ -68,4 +70,37 @@ def _tools(scene: Scene, group: str) -> list[str]:
     carried = [
         name for name, link in on.items() if link != WORLD and link_joint(robot.model, link) in carriers
     ]
-    return [name for name in carried if name in scene.tools] or carried or tips
+    return (
+        [name for name in carried if name in scene.tools] or carried or _centre_points(robot, group) or tips
+    )
+
+
+def _centre_points(robot: Robot, group: str) -> list[str]:
+    """Return the tool centre point of a group's one end effector; none if there is no single one."""
+    own = robot.group(group)
+    moved = [
+        item.parent_link
+        for item in robot.end_effectors.values()
+        if str(robot.model.names[link_joint(robot.model, item.parent_link)]) in own.joints
+    ]
+    if len(moved) != 1 or (own.tip is not None and moved[0] in _above(robot, own.tip)):
+        return []
+    parents = {link_above(robot.model, link) for link in robot.links}
+    joint, shaped = link_joint(robot.model, moved[0]), {body.owner for body in robot.bodies}
+    found = [
+        link
+        for link in robot.links
+        if link not in parents | shaped
+        and link_joint(robot.model, link) == joint
+        and moved[0] in _above(robot, link)
+    ]
+    return found if len(found) == 1 else []
+
+
+def _above(robot: Robot, link: str) -> set[str]:
+    """Return the links above a link, up to the root."""
+    found = set[str]()
+    while above := link_above(robot.model, link) if joint_above(robot.model, link) != "universe" else "":
+        found.add(above)
+        link = above
+    return found

@@ -1,20 +1,23 @@
 """What a scene is made of, and what its names mean: the read-only half of `Scene`."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import Self, cast
 
+import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from trajopt.robot.bodies import CollisionBody
+from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.robot.frame_attachment import FrameAttachment
 from trajopt.robot.loading.pinocchio_model import link_frame, link_placement, links_of_the_world
 from trajopt.robot.robot import Robot
 from trajopt.scene.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.scene.collisions.clearances import PAIRS_DIFFER, ROOM, Clearances, PairKind, Part, in_kinds, kept
 from trajopt.scene.scene_object import SceneObject
-from trajopt.values.arrays import Floats, Value, floats, number, one_of, several
+from trajopt.values.arrays import Value, floats, number, one_of, several
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import FrameNotFound, ModelError, ObjectNotFound, ShapeError, shown
 from trajopt.values.likely_units import warn_of_far_apart
@@ -154,18 +157,25 @@ class SceneParts(Value):
         link = self.robot.frame(name).link
         return _shaped_links(self.robot).get(link, link)
 
-    def placement_of(self, name: str, positions: Floats) -> Placement:
+    def placement_of(self, name: str, positions: ConfigurationLike) -> Placement:
         """Return the placement in the world of a frame or object.
 
         Args:
             name: "world", a link, tool frame or object.
-            positions: Of all joints, shape (number of joints,) [rad | m].
+            positions: The configuration in any of its forms: positions of all joints or of a group's, shape
+                (number of joints,) [rad | m], joint -> position, the name of a state, or a plan, for its end.
 
         Raises:
             FrameNotFound: If the name is no frame.
+            NameNotFound: If a state or a joint is unknown.
             ShapeError: If there is not one finite position for each joint.
         """
-        at = floats("positions", positions, (len(self.robot.joint_names),))
+        # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
+        joints = len(self.robot.joint_names)
+        if isinstance(positions, list | tuple | np.ndarray) and len(cast("Sized", positions)) == joints:
+            at = floats("positions", cast("ArrayLike", positions), (joints,))
+        else:
+            at = stated_configuration(self.robot, "positions", cast("ConfigurationLike", positions))
         holder = self.holder(name)
         if holder.link == WORLD:
             return holder.placement

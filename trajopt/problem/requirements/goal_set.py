@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from trajopt.problem.requirements.requirement import Requirement
+from trajopt.robot.configuration import ConfigurationLike
 from trajopt.values.arrays import mapping
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import PlacementLike
 
-GoalLike: TypeAlias = Requirement | str | Mapping[str, float] | PlacementLike
-"""One thing that is required at a moment: a requirement; the name of a state, or joint -> position [rad | m];
-or a placement of the group's tool frame in the world."""
+GoalLike: TypeAlias = Requirement | ConfigurationLike | PlacementLike
+"""One thing that is required at a moment: a requirement; a configuration in any of its forms; or a placement
+of the group's tool frame in the world."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +38,8 @@ def any_of(goals: Mapping[str, GoalLike | Sequence[GoalLike]]) -> GoalSet:
     The planner tries the one that is nearest first; `Result.goal_name` says which it reached.
 
     Args:
-        goals: By name what a goal may be: requirements, one or several that hold together; the name of a
-            state; joint -> position; a placement of the group's tool.
+        goals: By name what a goal may be: requirements, one or several that hold together; a
+            configuration; a placement of the group's tool.
 
     Raises:
         ProblemError: If there is none, or one of them requires nothing.

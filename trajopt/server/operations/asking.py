@@ -9,7 +9,8 @@ from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
 from trajopt.files.moveit.planning_scene import SceneFile
 from trajopt.files.moveit.robot_trajectory import read_joint_trajectory
 from trajopt.problem.problem import Problem
-from trajopt.problem.stated import only_group, stated_start
+from trajopt.problem.stated import only_group
+from trajopt.robot.configuration import stated_configuration
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.server.operations.edits import edited
 from trajopt.server.operations.words import called, value_of
@@ -62,7 +63,7 @@ def reduced_in(state: SessionState, arguments: Node) -> ReducedModel:
     group = arguments["group"].text("") or only_group(state.scene.robot)
     start = state.positions
     if arguments.has("start"):
-        start = stated_start(state.scene.robot, group, value_of(arguments["start"]), degrees=False)
+        start = stated_configuration(state.scene.robot, "start", value_of(arguments["start"]), group=group)
     return reduce_model(state.scene, group, start)
 
 

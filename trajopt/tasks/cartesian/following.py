@@ -19,8 +19,8 @@ from trajopt.planning.status import Status
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
-from trajopt.problem.stated import StartLike
 from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.configuration import ConfigurationLike
 from trajopt.scene.scene import Scene
 from trajopt.tasks.cartesian.blocked import stop_reason
 from trajopt.tasks.cartesian.on_curve import OnCurve
@@ -106,7 +106,7 @@ def follow(
     scene: Scene,
     required: FollowsCurve,
     *,
-    start: StartLike,
+    start: ConfigurationLike,
     group: str = "",
     options: FollowOptions = DEFAULT_OPTIONS,
     rng: np.random.Generator | None = None,

@@ -11,7 +11,7 @@ from trajopt.planning.budget import Budget, BudgetTracker, Progress
 from trajopt.planning.plan import NO_BOUNDS
 from trajopt.problem.requirements import Requirement
 from trajopt.problem.residual import Constraint
-from trajopt.problem.stated import StartLike, stated_start
+from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, GraspingOptions, Place
 from trajopt.tasks.grasping.gripper import Gripper, arm_of, gripper_of
@@ -36,7 +36,7 @@ def pick_and_place(
     scene: Scene,
     name: str,
     *,
-    start: StartLike,
+    start: ConfigurationLike,
     grasps: Sequence[Grasp],
     places: Place | Sequence[Place],
     group: str = "",
@@ -92,7 +92,7 @@ def pick(
     scene: Scene,
     name: str,
     *,
-    start: StartLike,
+    start: ConfigurationLike,
     grasps: Sequence[Grasp],
     group: str = "",
     gripper: Gripper | None = None,
@@ -118,7 +118,7 @@ def place(
     scene: Scene,
     name: str,
     *,
-    start: StartLike,
+    start: ConfigurationLike,
     places: Place | Sequence[Place],
     opening: float | None = None,
     group: str = "",
@@ -165,7 +165,7 @@ def place(
 def _task(
     scene: Scene,
     name: str,
-    start: StartLike,
+    start: ConfigurationLike,
     group: str,
     gripper: Gripper | None,
     constraints: Constraints,
@@ -184,7 +184,7 @@ def _task(
     return Task(
         scene=scene,
         name=name,
-        start=stated_start(robot, arm, start, degrees=degrees),
+        start=stated_configuration(robot, "start", start, group=arm, degrees=degrees),
         group=arm,
         gripper=hand,
         constraints=sequence("constraints", constraints),

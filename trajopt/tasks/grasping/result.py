@@ -208,6 +208,12 @@ class PickPlaceResult(Value):
         """Positions of all joints after, shape (number of joints,) [rad | m]."""
         return self.require()[-1].end
 
+    @property
+    def final_state(self) -> Mapping[str, float]:
+        """Joint -> position of all joints after [rad | m]."""
+        joints = self.final_scene.robot.joint_names
+        return dict(zip(joints, map(float, self.final_positions), strict=True))
+
     @checked
     def segment(self, stage: Stage) -> Segment | None:
         """Return the motion of a stage; None if it has none."""

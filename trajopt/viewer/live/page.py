@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from trajopt.problem.stated import StartLike
+from trajopt.robot.configuration import ConfigurationLike
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, one_of
 from trajopt.values.errors import ProblemError
@@ -39,7 +39,7 @@ def live_view(
     scene: Scene,
     *,
     group: str = "",
-    start: StartLike | None = None,
+    start: ConfigurationLike | None = None,
     port: int = 8080,
     host: str = "127.0.0.1",
 ) -> "LiveView":

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from trajopt.problem.problem import Problem
-from trajopt.problem.stated import StartLike, only_group, stated_start
+from trajopt.problem.stated import only_group
+from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.robot.robot import Robot
 from trajopt.scene.initial_positions import initial_positions
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
@@ -41,7 +42,7 @@ class Workbench:
         held: Why nothing can be planned although the goal is a good one; empty if it can.
     """
 
-    def __init__(self, scene: Scene, group: str = "", start: StartLike | None = None) -> None:
+    def __init__(self, scene: Scene, group: str = "", start: ConfigurationLike | None = None) -> None:
         """Put the robot somewhere; its goal is where it stands.
 
         Args:
@@ -60,7 +61,7 @@ class Workbench:
         self._start = (
             initial_positions(robot)
             if start is None
-            else stated_start(robot, self.group, start, degrees=False)
+            else stated_configuration(robot, "start", start, group=self.group)
         )
         self._reduced = reduce_model(scene, self.group, self._start)
         self.hand = tool_frame(self._reduced)

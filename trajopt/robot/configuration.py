@@ -1,0 +1,127 @@
+"""Configurations of a robot in the forms that callers give, resolved to positions of all joints."""
+
+from collections.abc import Mapping
+from typing import Protocol, TypeAlias, cast, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.robot import Robot
+from trajopt.values.arrays import Floats, floats, one_of
+from trajopt.values.errors import ProblemError, ShapeError, listed, shown
+
+
+@runtime_checkable
+class Motion(Protocol):
+    """Anything that ends in a configuration: a plan, a result, a pick and place."""
+
+    @property
+    def final_state(self) -> Mapping[str, float]:
+        """Joint -> position of all joints at the end [rad | m]."""
+        ...
+
+
+ConfigurationLike: TypeAlias = str | Mapping[str, float] | ArrayLike | Motion
+"""Name of a state, joint -> position [rad | m], positions of the group's joints or of all joints, or a
+motion, which stands for its end."""
+
+FORMS = (
+    "the name of a state, joint -> position, positions of the group's joints or of all joints, "
+    "or a plan, for its end"
+)
+
+
+def stated_configuration(
+    robot: Robot, name: str, given: ConfigurationLike, *, group: str = "", degrees: bool = False
+) -> Floats:
+    """Return the positions of all joints in a configuration, shape (number of joints,) [rad | m].
+
+    Joints that are not given are at the position nearest to zero inside their limits. Numbers for all
+    joints are in the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
+
+    Args:
+        robot: The robot.
+        name: The name of the argument, for errors.
+        given: The configuration.
+        group: The group whose states come first and whose joints numbers may be for. When empty, numbers
+            may be for any group, if all groups of so many joints have the same.
+        degrees: Whether positions of revolute joints by name or in an array are in degrees; states and
+            ends of motions are as they are.
+
+    Raises:
+        ProblemError: If it is in none of its forms.
+        ShapeError: If there is not one finite number for each joint; it names those that are missing.
+        NameNotFound: If a name is unknown.
+        MimicContradiction: If a mimic joint is not where it follows.
+        PlanningFailed: If it is a result without a motion.
+    """
+    in_degrees = one_of("degrees", degrees, bool)
+    if isinstance(given, str):
+        positions = _in_state(robot, group, given)
+    elif isinstance(given, Mapping):
+        positions = robot.positions(given, degrees=in_degrees)
+    elif isinstance(given, list | tuple | np.ndarray):
+        joints, numbers = _of_joints(robot, name, cast("ArrayLike", given), group)
+        turns = np.array([joint_unit(robot.model, joint) == "rad" for joint in joints], dtype=bool)
+        numbers = np.where(turns & in_degrees, np.deg2rad(numbers), numbers)
+        if joints != robot.joint_names:
+            return robot.positions(dict(zip(joints, map(float, numbers), strict=True)))
+        positions = numbers
+    elif isinstance(given, Motion):
+        positions = robot.positions(given.final_state)
+    else:
+        raise ProblemError(f"{name} must be {FORMS}, is {shown(given)}")
+    return robot.followed(positions, checked=robot.mimics)
+
+
+def joints_of(robot: Robot, group: str, count: int) -> tuple[str, ...]:
+    """Return the joints that a number of positions are for; empty if they are for none or for several.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+    """
+    if count == len(robot.joint_names):
+        return robot.joint_names
+    groups = (robot.group(group),) if group else tuple(robot.groups.values())
+    found = {each.joints for each in groups if len(each.joints) == count}
+    return found.pop() if len(found) == 1 else ()
+
+
+def _of_joints(robot: Robot, name: str, given: ArrayLike, group: str) -> tuple[tuple[str, ...], Floats]:
+    """Return the joints of an array of positions, and the positions."""
+    numbers = floats(name, given, (None,))
+    joints = joints_of(robot, group, len(numbers))
+    if not joints:
+        raise ShapeError(name, _missing(robot, group, len(numbers)))
+    return joints, numbers
+
+
+def _in_state(robot: Robot, group: str, name: str) -> Floats:
+    """Return positions of all joints in a state: the group's own, and those of its name of other groups."""
+    others = {
+        joint: at
+        for (_, state), found in reversed(tuple(robot.states.items()))
+        if state == name
+        for joint, at in found.items()
+    }
+    own = robot.states.get((group, name), dict[str, float]())
+    together = {joint: at for joint, at in {**others, **own}.items() if joint not in robot.mimics}
+    return robot.positions(together if others else name)
+
+
+def _missing(robot: Robot, group: str, count: int) -> str:
+    """Name the joints that have no number, as far as the count of the numbers shows."""
+    joints = robot.joint_names
+    own = f" group {group} has {len(robot.group(group).joints)} joints," if group else ""
+    words = f"has {count} numbers,{own} and the robot has {len(joints)} joints"
+    driven = tuple(joint for joint in joints if joint not in robot.mimics)
+    if len(driven) == count:
+        absent = [joint for joint in joints if joint not in driven]
+        lack = " and ".join(absent) if len(absent) == 2 else listed(absent)
+        are = "is" if len(absent) == 1 else "are"
+        return (
+            f"{words}: if they are those that follow no other, {lack} {are} missing; "
+            "give all, or joint -> position"
+        )
+    return f"{words}: {listed(joints)}; give one for each, or joint -> position"
