@@ -24,6 +24,7 @@ from trajopt.driving import (
 )
 from trajopt.timing.stops import StopsAlong
 from trajopt.values.errors import FileFormatError, ObjectNotFound
+from trajopt.verify import VerifyOptions
 
 PROBLEMS = ("cup_past_pillar", "bookshelf_ur5", "past_pillar_xarm7")
 RUNS = 500
@@ -42,7 +43,8 @@ def check(problem: to.Problem, seed: int, motion: to.Trajectory) -> None:
     assert done.contacts_at_fault == (), f"{problem.name} {seed}"
     assert done.count(Kind.UNPROVEN_STOP) == 0, f"{problem.name} {seed}"
     assert done.clearance_proven is not None
-    assert done.clearance_measured >= done.clearance_proven - 1e-4, f"{problem.name} {seed}"
+    # Both are proven bounds, each as near to the true clearance as the judge's resolution.
+    assert done.clearance_measured >= done.clearance_proven - VerifyOptions().resolution, f"{problem.name} {seed}"
     assert done.clearance_proven > 0.0
 
 

@@ -38,7 +38,15 @@ RosbridgeHostOption = Annotated[
     str,
     typer.Option(
         "--rosbridge-host",
-        help="Address of both; its clients send no token: whoever reaches it drives the robot.",
+        help="Address of both. Whoever reaches it drives the robot, unless a token is needed.",
+        rich_help_panel=PANEL,
+    ),
+]
+RosbridgeTokenOption = Annotated[
+    str,
+    typer.Option(
+        "--rosbridge-token",
+        help="Secret that clients give in their address: ws://HOST:PORT/?token=SECRET.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -72,6 +80,7 @@ class RosbridgeFace:
         origins: Addresses of web pages that may connect.
         ros: Which ROS is answered as.
         clouds: Topics of clouds that become obstacles.
+        token: Secret in the address of rosbridge; none is needed if empty.
     """
 
     host: str
@@ -80,6 +89,7 @@ class RosbridgeFace:
     origins: tuple[str, ...]
     ros: Ros
     clouds: tuple[str, ...] = ()
+    token: str = ""
 
     def of(self, source: RobotSource, robot: Robot, names: tuple[str, ...]) -> "Face":
         """Return what serves a robot.
@@ -102,6 +112,7 @@ class RosbridgeFace:
             origins=self.origins,
             names=names,
             clouds=self.clouds,
+            token=self.token,
             distro=Distro[self.ros.name],
         )
 

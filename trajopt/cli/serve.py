@@ -23,6 +23,7 @@ from trajopt.cli.rosbridge import (
     RosbridgeFace,
     RosbridgeHostOption,
     RosbridgePortOption,
+    RosbridgeTokenOption,
     RosOption,
 )
 from trajopt.robot.robot import Robot
@@ -92,6 +93,7 @@ def serve(
     mesh_port: MeshPortOption = 9190,
     rosbridge_host: RosbridgeHostOption = "127.0.0.1",
     rosbridge_origin: OriginOption = None,
+    rosbridge_token: RosbridgeTokenOption = "",
     rosbridge_cloud: CloudOption = None,
     ros: RosOption = Ros.JAZZY,
 ) -> None:
@@ -124,7 +126,7 @@ def serve(
     faces, modules = [http_face(options, metrics)], [OPERATIONS]
     if rosbridge_port is not None:
         origins, clouds = tuple(rosbridge_origin or ()), tuple(rosbridge_cloud or ())
-        told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, origins, ros, clouds)
+        told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, origins, ros, clouds, rosbridge_token)
         faces.append(told.of(sources[0], next(iter(robots.values())), options.names))
         modules.append(ROSBRIDGE_OPERATIONS)
     write_log()

@@ -205,14 +205,17 @@ def test_how_much_is_told_is_chosen(tmp_path: Path) -> None:
     ("origin", "host", "admitted"),
     [
         (None, None, True),
-        ("http://localhost:3000", None, True),
+        ("http://localhost:3000", None, False),
+        ("http://[::1", None, False),
+        (None, "[::1", False),
+        (None, "", False),
         ("https://evil.example", None, False),
         ("null", None, False),
         ("https://cell.example", None, True),
         (None, "evil.example:9090", False),
     ],
 )
-def test_pages_from_elsewhere_are_not_let_in(
+def test_admits_only_named_pages_and_known_hosts(
     tmp_path: Path, origin: str | None, host: str | None, admitted: bool
 ) -> None:
     async def run() -> None:
@@ -235,3 +238,12 @@ def test_pages_from_elsewhere_are_not_let_in(
             assert status == (101 if admitted else 403)
 
     asyncio.run(asyncio.wait_for(run(), 60.0))
+
+
+def test_a_token_is_part_of_the_address() -> None:
+    options = RosbridgeOptions(token="s3cret")
+    assert options.knows("/?token=s3cret") and options.knows("/any?a=1&token=s3cret")
+    assert not any(
+        options.knows(path) for path in ("/", "/?token=", "/?token=S3CRET", "//[", "/?token=\u00e9")
+    )
+    assert RosbridgeOptions().knows("/")

@@ -53,9 +53,11 @@ async def serve_rosbridge(
 
     async def door(connection: ServerConnection, request: Request) -> Response | None:
         host, origin = request.headers.get("Host", ""), request.headers.get("Origin", "")
-        if options.admits(host, origin):
-            return None
-        return refusal(HTTPStatus.FORBIDDEN, "the page or the name of the server is not one it knows")
+        if not options.admits(host, origin):
+            return refusal(HTTPStatus.FORBIDDEN, "this page or this name of the server is not admitted")
+        if not options.knows(request.path):
+            return refusal(HTTPStatus.UNAUTHORIZED, "connect by ws://HOST:PORT/?token=TOKEN")
+        return None
 
     async def nobody(connection: ServerConnection) -> None:
         """Meet no one: every request for a mesh is answered before it could become a conversation."""

@@ -2,7 +2,7 @@
 
 import asyncio
 from http import HTTPStatus
-from urllib.parse import unquote, urlsplit
+from urllib.parse import unquote
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
@@ -58,7 +58,7 @@ class MeshFiles:
         host, origin = request.headers.get("Host", ""), request.headers.get("Origin", "")
         if not self._options.admits(host, origin):
             return refusal(HTTPStatus.FORBIDDEN, "the page or the name of the server is not one it knows")
-        name = unquote(urlsplit(request.path).path).removeprefix("/")
+        name = unquote(request.path.partition("?")[0]).removeprefix("/")
         found = await asyncio.to_thread(self._description.file, name)
         if found is None:
             return refusal(HTTPStatus.NOT_FOUND, "no file of the robot's packages has that name")

@@ -1,9 +1,10 @@
 """Where the bridge listens, whom it lets in, and which ROS it answers as."""
 
+import hmac
 from dataclasses import dataclass
 from enum import Enum
 from ipaddress import ip_address
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 from trajopt.files.messages import Generation
 from trajopt.values.arrays import Value, at_least
@@ -36,8 +37,7 @@ class RosbridgeOptions(Value):
     """Where the bridge listens, and whom it lets in.
 
     Clients of rosbridge send no token: whoever reaches the port drives the robot. So it listens on this
-    machine only, unless another address is given, and lets in no page of a browser that is not of this one
-    or named here.
+    machine only, unless another address is given, and admits no web page but those of `origins`.
 
     Attributes:
         host: Address to listen on.
@@ -45,6 +45,7 @@ class RosbridgeOptions(Value):
         mesh_port: Port of the meshes over HTTP; 0 for any that is free.
         distro: Which ROS it answers as.
         origins: Addresses of pages, such as "https://cell.example", that browsers may bring in.
+        token: If not empty, a client connects by `ws://HOST:PORT/?token=TOKEN` only.
         names: Names, beside that of the host, by which clients may call the server.
         clouds: Topics of `sensor_msgs/PointCloud2` that become obstacles.
         connections: At a time.
@@ -57,6 +58,7 @@ class RosbridgeOptions(Value):
     mesh_port: int = 9190
     distro: Distro = Distro.JAZZY
     origins: tuple[str, ...] = ()
+    token: str = ""
     names: tuple[str, ...] = ()
     clouds: tuple[str, ...] = ()
     connections: int = 64
@@ -85,16 +87,27 @@ class RosbridgeOptions(Value):
             return self.host not in LOCAL_NAMES
 
     def admits(self, host: str, origin: str) -> bool:
-        """Say whether a client may come in.
+        """Whether a client may connect.
 
         Args:
-            host: What it calls the server: a page elsewhere can have that name lead here.
-            origin: Where the page is from that a browser shows; empty of what is no browser.
+            host: The name by which it calls the server: a foreign page can have any name lead here.
+            origin: Origin of the web page, as its browser states it; empty if the client is not a browser. A page
+                is admitted only if `origins` names it, whichever machine or port it is from.
         """
-        called = urlsplit(f"//{host}").hostname or ""
-        known = {*LOCAL_NAMES, self.host, *self.names}
-        if not self.open and called not in known:
+        called = _name_in(f"//{host}")
+        if not called or (not self.open and called not in {*LOCAL_NAMES, self.host, *self.names}):
             return False
-        if not origin or origin in self.origins:
-            return True
-        return (urlsplit(origin).hostname or "") in known
+        return not origin or origin in self.origins
+
+    def knows(self, path: str) -> bool:
+        """Whether the path of a request holds the token, if one is needed."""
+        given = parse_qs(path.partition("?")[2]).get("token", [""])[0]
+        return hmac.compare_digest(given.encode(), self.token.encode()) or not self.token
+
+
+def _name_in(address: str) -> str:
+    """Return the name of the host in an address; empty if it is not an address."""
+    try:
+        return urlsplit(address).hostname or ""
+    except ValueError:
+        return ""
