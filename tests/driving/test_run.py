@@ -44,7 +44,9 @@ def check(problem: to.Problem, seed: int, motion: to.Trajectory) -> None:
     assert done.count(Kind.UNPROVEN_STOP) == 0, f"{problem.name} {seed}"
     assert done.clearance_proven is not None
     # Both are proven bounds, each as near to the true clearance as the judge's resolution.
-    assert done.clearance_measured >= done.clearance_proven - VerifyOptions().resolution, f"{problem.name} {seed}"
+    assert done.clearance_measured >= done.clearance_proven - VerifyOptions().resolution, (
+        f"{problem.name} {seed}"
+    )
     assert done.clearance_proven > 0.0
 
 

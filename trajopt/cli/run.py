@@ -48,8 +48,7 @@ ToleranceOption = Annotated[
     float,
     typer.Option(
         "--tolerance",
-        help="How far each joint may be from where it has to be [rad | m]: that of your driver, to see what "
-        "room it takes.",
+        help="Largest tracking error of each joint \\[rad] or \\[m]; give your driver's to see its room.",
     ),
 ]
 OutOption = Annotated[

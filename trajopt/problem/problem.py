@@ -31,7 +31,7 @@ from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.robot.limits import JointLimits, LimitKind
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats, Value, number, one_of, sequence, several
+from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several
 from trajopt.values.errors import ProblemError, ProblemNotFound, WaypointNotFound, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_short
@@ -104,6 +104,7 @@ class Problem(Value):
     def __post_init__(self, degrees: bool) -> None:
         """Keep each field in one form, its exact type under an underscore, and check names and numbers."""
         robot = one_of("scene", self.scene, Scene).robot
+        name_of("name", self.name)
         object.__setattr__(self, "group", one_of("group", self.group, str) or only_group(robot))
         object.__setattr__(self, "knots", stated_knots(robot, self.group, self.knots))
         if not robot.group(self.group).joints:

@@ -11,7 +11,7 @@ from trajopt.scene.scene_motions import SceneMotions
 from trajopt.scene.scene_object import SceneObject, checked_mass, covered_parts, object_placement
 from trajopt.scene.timing import ALWAYS
 from trajopt.scene.track import Prediction, Track
-from trajopt.values.arrays import Floats, floats, number, one_of, unless_none
+from trajopt.values.arrays import Floats, floats, name_of, number, one_of, unless_none
 from trajopt.values.errors import FrameNotFound, ModelError, shown
 from trajopt.values.placement import WORLD, PlacementLike, as_placement
 from trajopt.values.shapes.shapes import Shape
@@ -101,7 +101,7 @@ class Scene(SceneMotions):
             FrameNotFound: If `on` is unknown.
             ShapeError: If the placement is none.
         """
-        if one_of("the tool's name", name, str) in (WORLD, "", *self.frame_names, *self.objects):
+        if name_of("tool frame", name) in (WORLD, "", *self.frame_names, *self.objects):
             taken = "a frame of the robot" if name in self.frame_names else "an object"
             why = f"is taken by {taken if name != WORLD else 'the world'}" if name else "is empty"
             raise ModelError(f"tool frame {shown(name)} {why}: name it differently")

@@ -12,7 +12,7 @@ from trajopt.scene.scene_object import SceneObject, cloud_parts, object_placemen
 from trajopt.scene.scene_parts import SceneParts
 from trajopt.scene.timing import timing_of
 from trajopt.scene.track import TOLERANCE, Prediction, Track
-from trajopt.values.arrays import one_of
+from trajopt.values.arrays import name_of, one_of
 from trajopt.values.errors import DuplicateObject, ModelError, shown
 from trajopt.values.placement import IDENTITY, WORLD, PlacementLike, as_placement
 from trajopt.values.shapes.shapes import Points, Voxels
@@ -109,7 +109,7 @@ class SceneMotions(SceneParts):
 
     def _check_free(self, name: str) -> None:
         """Refuse the id of an object that is taken."""
-        if one_of("the object's id", name, str) in self.objects:
+        if name_of("object id", name) in self.objects:
             raise DuplicateObject(name)
         if not name or name == WORLD or name in self.frame_names:
             raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")

@@ -9,7 +9,7 @@ from typing import Any, Self, TypeAlias, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trajopt.values.errors import ProblemError, ShapeError, shown
+from trajopt.values.errors import ModelError, ProblemError, ShapeError, shown
 from trajopt.values.errors.arguments import kind_words
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -74,7 +74,7 @@ def floats(
     return readonly(array)
 
 
-def indices(name: str, value: ArrayLike, width: int, count: int) -> Ints:
+def indices(name: str, value: object, width: int, count: int) -> Ints:
     """Copy `value` into an integer array of indices and check it.
 
     Args:
@@ -104,9 +104,10 @@ def indices(name: str, value: ArrayLike, width: int, count: int) -> Ints:
     return given.astype(np.int64)
 
 
-def _holds_truth_values(rows: ArrayLike) -> bool:
+def _holds_truth_values(rows: object) -> bool:
     """Whether nested sequences hold a bool, which numpy would take for 0 or 1."""
-    return any(isinstance(item, bool | np.bool_) for item in np.asarray(rows, dtype=np.object_).flat)
+    entries: NDArray[Any] = np.asarray(rows, dtype=np.object_)
+    return any(type(entry) in (bool, np.bool_) for entry in entries.flat)
 
 
 def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
@@ -308,6 +309,24 @@ def path(name: str, value: Path | str) -> Path:
     if not isinstance(value, Path | str):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"{name} must be the path of a file, is {shown(value)}")
     return Path(value)
+
+
+def name_of(what: str, value: str) -> str:
+    """Return a name that files can hold.
+
+    Args:
+        what: What it names, for the error.
+        value: The name.
+
+    Raises:
+        ModelError: If it has a lone surrogate, which UTF-8 cannot encode.
+    """
+    name = one_of(what, value, str)
+    if any("\ud800" <= letter <= "\udfff" for letter in name):
+        raise ModelError(
+            f"{what} {shown(name)} has a character that UTF-8 cannot encode: name it differently"
+        )
+    return name
 
 
 def direction_of(name: str, value: ArrayLike) -> Floats:

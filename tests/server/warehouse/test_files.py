@@ -97,6 +97,27 @@ def test_damaged_contents_are_named(path: Path, statement: str, words: str) -> N
         kept.scene("cell")
 
 
+@pytest.mark.parametrize("column", ["kind", "version", "duration"])
+def test_reports_a_damaged_column(path: Path, column: str) -> None:
+    change(path, f"UPDATE entries SET {column} = 'nonsense'")
+    with Warehouse(path) as kept, pytest.raises(FileFormatError, match=r"damaged.*nonsense"):
+        kept.find()
+
+
+def test_only_the_owner_can_read_a_new_file(path: Path) -> None:
+    with Warehouse(path) as kept:
+        kept.find()
+        modes = {each.name: each.stat().st_mode & 0o777 for each in path.parent.glob(f"{path.name}*")}
+    assert modes and set(modes.values()) == {0o600}, modes
+
+
+def test_an_empty_file_is_not_opened_as_a_warehouse(tmp_path: Path) -> None:
+    (tmp_path / "empty").touch()
+    with pytest.raises(FileFormatError, match="is empty"):
+        Warehouse(tmp_path / "empty", create=False)
+    assert (tmp_path / "empty").read_bytes() == b""
+
+
 def test_pages_that_were_overwritten_are_named(path: Path) -> None:
     data = bytearray(path.read_bytes())
     data[4096:] = bytes(len(data) - 4096)

@@ -91,8 +91,8 @@ class RosbridgeOptions(Value):
 
         Args:
             host: The name by which it calls the server: a foreign page can have any name lead here.
-            origin: Origin of the web page, as its browser states it; empty if the client is not a browser. A page
-                is admitted only if `origins` names it, whichever machine or port it is from.
+            origin: Origin of the web page, as its browser states it; empty if the client is not a browser. A
+                page is admitted only if `origins` names it, whichever machine or port it is from.
         """
         called = _name_in(f"//{host}")
         if not called or (not self.open and called not in {*LOCAL_NAMES, self.host, *self.names}):

@@ -4,6 +4,7 @@ SQLite's write-ahead log: readers see whole transactions only, one process write
 and what was committed is on the disk before the call returns.
 """
 
+import os
 import sqlite3
 import time
 from collections.abc import Generator
@@ -145,6 +146,9 @@ class Database(Forked):
         if self._connection is not None:
             return self._connection
         mode = "rwc" if create else "rw"
+        if create and not self.path.exists():
+            # Plans and scenes are the owner's. SQLite gives its log the mode of the file.
+            os.close(os.open(self.path, os.O_CREAT | os.O_RDWR, 0o600))
         connection = sqlite3.connect(
             f"{self.path.absolute().as_uri()}?mode={mode}",
             uri=True,
@@ -153,20 +157,26 @@ class Database(Forked):
             check_same_thread=False,
         )
         try:
-            self._prepared(connection)
+            self._prepared(connection, create=create)
         except BaseException:
             connection.close()
             raise
         self._connection = connection
         return connection
 
-    def _prepared(self, connection: sqlite3.Connection) -> None:
-        """Check what the file is, make the tables of a new one, and set how it is used."""
+    def _prepared(self, connection: sqlite3.Connection, *, create: bool) -> None:
+        """Check the file, make the tables of a new one, and set how it is used.
+
+        Raises:
+            FileFormatError: If it is not a warehouse, or is empty and may not be made one.
+        """
         connection.execute("PRAGMA trusted_schema = OFF")  # a file from a stranger may have views of its own
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
         connection.create_function("folded", 1, _folded, deterministic=True)
         if not self._is_warehouse(connection):
+            if not create:
+                raise self.error("is empty: it is not a warehouse yet")
             _in_log(connection)
             connection.execute("BEGIN IMMEDIATE")
             try:

@@ -106,22 +106,29 @@ def moment(when: datetime) -> str:
 
 
 def entry_of(connection: sqlite3.Connection, row: Sequence[object]) -> Entry:
-    """Return the entry of a row of `COLUMNS`."""
+    """Return the entry of a row of `COLUMNS`.
+
+    Raises:
+        sqlite3.DatabaseError: If a column does not hold a value of its kind.
+    """
     number, kind, name, version, made, robot, goal, status, duration, note, mark = row[:11]
     tags = connection.execute("SELECT tag FROM tags WHERE entry = ? ORDER BY tag", (number,))
-    return Entry(
-        kind=Kind[str(kind)],
-        name=str(name),
-        version=int(str(version)),
-        made=str(made),
-        robot=str(robot),
-        goal=str(goal),
-        status=str(status),
-        duration=None if duration is None else float(str(duration)),
-        note=str(note),
-        tags=tuple(tag for (tag,) in tags),
-        fingerprint=str(mark),
-    )
+    try:
+        return Entry(
+            kind=Kind[str(kind)],
+            name=str(name),
+            version=int(str(version)),
+            made=str(made),
+            robot=str(robot),
+            goal=str(goal),
+            status=str(status),
+            duration=None if duration is None else float(str(duration)),
+            note=str(note),
+            tags=tuple(tag for (tag,) in tags),
+            fingerprint=str(mark),
+        )
+    except (KeyError, ValueError) as error:
+        raise sqlite3.DatabaseError(f"entry {number} is damaged: {error}") from error
 
 
 def the_one(

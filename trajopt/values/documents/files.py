@@ -19,6 +19,8 @@ DEEPEST = 100
 """Levels that a file may be nested."""
 _NESTING = re.compile(r"[\[{]|[\]}]|(?:[-?:][ \t]+){100}|\n {1000}")
 # YAML 1.1 takes 1e-05 (no point) for a string; writers in other languages mean the number.
+_SURROGATE = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")
+"""A surrogate, or the escape of one: most are halves of pairs, and only a lone one is refused."""
 _EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 
 
@@ -73,7 +75,8 @@ def parse_json(text: str, path: Path | str) -> object:
         path: The file that it is from, or what complaints call it.
 
     Raises:
-        FileFormatError: If it cannot be parsed, is nested too deep, or a mapping has a key twice.
+        FileFormatError: If it cannot be parsed, is nested too deep, a mapping has a key twice, or a text
+            cannot be encoded.
     """
     refuse_deep_nesting(path, text)
 
@@ -86,9 +89,16 @@ def parse_json(text: str, path: Path | str) -> object:
         return found
 
     try:
-        return cast("object", json.loads(text, object_pairs_hook=mapping))
+        document = cast("object", json.loads(text, object_pairs_hook=mapping))
+        if _SURROGATE.search(text):
+            json.dumps(document, ensure_ascii=False).encode()
+        return document
     except FileFormatError:
         raise
+    except UnicodeEncodeError as error:
+        raise FileFormatError(
+            str(path), "has a text with a lone surrogate, which UTF-8 cannot encode"
+        ) from error
     except (ValueError, RecursionError) as error:
         raise FileFormatError(str(path), f"cannot be parsed: {error}") from error
 
