@@ -92,6 +92,7 @@ def calls(folder: Path) -> dict[str, Sound]:
         "Cylinder": Sound(to.Cylinder, {"radius": 0.1, "length": 0.1}),
         "Capsule": Sound(to.Capsule, {"radius": 0.1, "length": 0.1}),
         "Cone": Sound(to.Cone, {"radius": 0.1, "length": 0.1}),
+        "Mesh": Sound(to.Mesh, {"vertices": np.eye(3), "faces": [(0, 1, 2)]}),
         "Points": Sound(to.Points, {"points": np.eye(3), "radius": 0.01}),
         "Voxels": Sound(to.Voxels, {"keys": np.eye(3, dtype=int), "size": 0.02}),
         "Problem": Sound(

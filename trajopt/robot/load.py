@@ -48,7 +48,8 @@ def load(
         srdf: With a path or a description: MoveIt's semantic description.
         limits: With a path or a description: MoveIt's `joint_limits.yaml`.
         package_dirs: With a path or a description: folders to look in for `package://` meshes.
-        xacro: With a xacro file: its arguments by name.
+        xacro: With a xacro file: its arguments by name. The file is expanded in a process that reads only its
+            own folder, its packages and `package_dirs`.
         meshes: With a path or a description: how collision meshes become convex.
         base: With a path or a description: how the robot's base moves, made by `trajopt.bases`; it
             stands still when None.

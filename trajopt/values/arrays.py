@@ -91,7 +91,7 @@ def indices(name: str, value: object, width: int, count: int) -> Ints:
     """
     try:
         given = np.asarray(value)
-        truths = not isinstance(value, np.ndarray) and _holds_truth_values(value)
+        truths = given is not value and _holds_truth_values(value)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise ShapeError(name, f"must be rows of {width} whole numbers, is {shown(value)}") from error
     if given.dtype.kind not in "iu" or truths:

@@ -1,23 +1,32 @@
 """xacro, the macros that most URDFs are written with: expanded by the package `xacrodoc`, without ROS."""
 
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from trajopt.values.errors import FileFormatError, MissingExtra
 
 SUFFIX = ".xacro"
 """Ending of the names of xacro files."""
 _PACKAGE = "xacrodoc"
+_CHILD = Path(__file__).with_name("xacro_child.py")
+_PATIENCE = 60.0
+"""Time after which the process that expands a file is ended [s]; its limit of CPU time is half of that."""
+_CANNOT = "cannot be expanded by xacro:"
+_ROS = ("AMENT_", "COLCON_", "ROS_")
+"""What the names of ROS's environment variables begin with; of others the process is told none."""
 
 
 def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Path]) -> bytes:
     """Return the URDF that a xacro file makes.
 
     `$(find NAME)` is a package that holds the file, one in a package directory or beside the package that
-    holds the file, or one that ROS knows.
+    holds the file, or one that ROS knows. Expressions are Python, so the file is expanded in a process of its
+    own, which reads the file's folder, its packages and the package directories, and does nothing else.
 
     Args:
         path: The file.
@@ -26,17 +35,34 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
 
     Raises:
         MissingExtra: If `xacrodoc` is not installed.
-        FileFormatError: If it cannot be expanded.
+        FileFormatError: If it cannot be expanded, or takes more than 30 s or 2 GB.
     """
     if find_spec(_PACKAGE) is None:
         raise MissingExtra(_PACKAGE, "xacro")
-    packages: Any = import_module(f"{_PACKAGE}.packages")
-    xacro: Any = import_module("xacro")  # in which xacrodoc has put its own way to find packages
-    beside = [str(folder) for folder in path.absolute().parents[1:3]]
+    own, beside = path.absolute().parent, [str(folder) for folder in path.absolute().parents[1:3]]
+    environment = {name: value for name, value in os.environ.items() if name.startswith(_ROS)}
+    known = [folder for value in environment.values() for folder in value.split(os.pathsep)]
+    request = {
+        "file": str(path.absolute()),
+        "arguments": dict(arguments),
+        "packages": [*map(str, package_dirs), *beside],
+        "folders": [os.path.realpath(folder) for folder in (own, *package_dirs)],
+        "searched": [os.path.realpath(folder) for folder in (*beside, *filter(os.path.isabs, known))],
+    }
     try:
-        packages.reset()
-        packages.look_in([*map(str, package_dirs), *beside])
-        packages.walk_up_from(path)
-        return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml()).encode()
-    except Exception as error:  # whatever the expressions in it raise, and their parser
-        raise FileFormatError(str(path), f"cannot be expanded by xacro: {error}") from error
+        done = subprocess.run(
+            [sys.executable, "-I", str(_CHILD)],
+            input=json.dumps(request).encode(),
+            capture_output=True,
+            timeout=_PATIENCE,
+            env=environment,
+            check=False,
+        )
+        answer = json.loads(done.stdout)
+    except subprocess.TimeoutExpired as error:
+        raise FileFormatError(str(path), f"{_CANNOT} it takes more than {_PATIENCE:g} s") from error
+    except ValueError as error:
+        raise FileFormatError(str(path), f"{_CANNOT} it takes more than 30 s of CPU time or 2 GB") from error
+    if "error" in answer:
+        raise FileFormatError(str(path), f"{_CANNOT} {answer['error']}")
+    return str(answer["urdf"]).encode()

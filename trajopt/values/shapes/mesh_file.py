@@ -12,7 +12,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, readonly
+from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, number, readonly
 from trajopt.values.arrays import path as path_of
 from trajopt.values.documents.files import is_file
 from trajopt.values.errors import MeshFileError, ShapeError
@@ -94,6 +94,7 @@ class Mesh(Value):
         Returns:
             Shape (k,). Open parts contain nothing.
         """
+        points = floats("points", points, (None, 3))
         part, closed = self.parts(opening)
         solid = closed[part]
         triangles, part = self.triangles[solid], part[solid]
@@ -112,6 +113,7 @@ class Mesh(Value):
         Returns:
             Shape (k,) [m].
         """
+        points = floats("points", points, (None, 3))
         surface = coal.BVHModelOBBRSS()
         surface.beginModel(len(self.faces), len(self.vertices))
         surface.addVertices(np.array(self.vertices))
@@ -135,6 +137,7 @@ class Mesh(Value):
         Returns:
             Part of each face, shape (m,), and whether each part is closed, shape (parts,).
         """
+        opening = number("opening", opening, infinite=True)
         edges, face = _edges(self.faces), np.tile(np.arange(len(self.faces)), 3)
         _, edge, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
         edge = edge.ravel()
