@@ -4,6 +4,7 @@ import inspect
 import re
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -244,3 +245,19 @@ def test_a_printed_problem_says_where_the_axes_of_a_goal_point() -> None:
     assert "its z points down, its x along x" in printed((AT.translation, w_first))
     free = to.frame_placement("panda_hand", AT, rotation_tolerance=np.inf)
     assert "points" not in printed(free)
+
+
+def test_notes_a_mesh_in_millimetres(planar_arm: to.Robot) -> None:
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+    faces = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    with pytest.warns(UnitWarning, match=r"'part' is 500 m wide.*scale=0\.001"):
+        to.Scene(planar_arm).add("part", to.Mesh(500.0 * corners, faces))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        to.Scene(planar_arm).add("hall", to.Mesh(19.0 * corners, faces))
+
+
+def test_one_factor_scales_a_mesh_file(tmp_path: Path) -> None:
+    file = tmp_path / "part.obj"
+    file.write_text("v 0 0 0\nv 500 0 0\nv 0 500 0\nf 1 2 3\n")
+    assert float(np.ptp(to.load_mesh(file, 0.001).vertices, axis=0).max()) == pytest.approx(0.5)

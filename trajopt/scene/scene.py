@@ -13,7 +13,9 @@ from trajopt.scene.timing import ALWAYS
 from trajopt.scene.track import Prediction, Track
 from trajopt.values.arrays import Floats, floats, name_of, number, one_of, unless_none
 from trajopt.values.errors import FrameNotFound, ModelError, shown
+from trajopt.values.likely_units import warn_of_wide_mesh
 from trajopt.values.placement import WORLD, PlacementLike, as_placement
+from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Shape
 
 
@@ -77,6 +79,8 @@ class Scene(SceneMotions):
         self._check_free(name)
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, unless_none("meshes", meshes, MeshPolicy) or MeshPolicy())
+        if isinstance(shape, Mesh):
+            warn_of_wide_mesh(shown(name), shape.vertices)
         links = self._owners(touch_links)
         where = object_placement(name, placement)
         if motion is not None and (placement is not None or frame != WORLD):

@@ -26,6 +26,9 @@ FAR_APART = 4.0
 """Distances to keep from this on were likely meant in millimetres: no arm reaches so far, so it would have no
 room [m]."""
 
+WIDE_MESH = 20.0
+"""Meshes wider than this were likely drawn in millimetres: a part of 20 mm read as metres is so wide, and
+robot cells are narrower [m]."""
 WIDE = 2.0
 """Tolerances from this on were likely meant in millimetres: what may be as far off as the whole of an arm's
 workspace is wide is not asked for [m]."""
@@ -130,6 +133,18 @@ def warn_of_far_object(name: str, xyz: Floats) -> None:
     if float(np.linalg.norm(xyz)) > FARTHEST_OBJECT:
         metres, fewer = (", ".join(f"{value:g}" for value in (size * xyz).tolist()) for size in (1.0, 1e-3))
         warn_of_unit(f"{name} is ({metres}) m: were millimetres meant? Lengths are in metres: ({fewer})")
+
+
+def warn_of_wide_mesh(name: str, vertices: Floats) -> None:
+    """Warn of a mesh that is wider than a robot cell.
+
+    Args:
+        name: Name of the object.
+        vertices: Its corners, shape (n, 3) [m].
+    """
+    width = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
+    if width > WIDE_MESH:
+        warn_of_unit(f"{name} is {width:g} m wide: were millimetres meant? Then load_mesh(path, scale=0.001)")
 
 
 def warn_of_far_apart(name: str, distance: float) -> None:

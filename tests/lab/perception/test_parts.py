@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.lab.perception import Clustering, Flatness, clusters, planes, without
+from trajopt.lab.perception import Clustering, Flatness, Workspace, clusters, planes, without
+from trajopt.lab.perception.cells import Grid
 
 
 def moved(points: np.ndarray, x: float, y: float = 0.0) -> np.ndarray:
@@ -125,3 +126,15 @@ def test_planes_are_the_same_each_time_and_none_are_found_in_a_ball() -> None:
     ball *= 0.3 / np.linalg.norm(ball, axis=1)[:, None]
     assert planes(to.Points(ball, 0.003), Flatness(least=400)) == ()
     assert planes(to.Points(np.zeros((2, 3)) + 1.0, 0.003)) == ()
+
+
+def test_border_cells_hold_what_is_measured_in_the_workspace() -> None:
+    """A wall at 0.549 m of a workspace that ends at 0.55 m, which is not a multiple of the cell."""
+    room, sensor = Workspace((-0.55, -0.55, -0.55), (0.55, 0.55, 0.55)), to.placement((0.0, 0.0, 0.0))
+    grid = Grid.around(sensor, 1.0, 0.02, room)
+    for wall in (0.549, -0.549):
+        cells = np.array([wall, 0.0, 0.0]) / 0.02 - grid.first
+        at = [np.array([cell], dtype=np.float32) for cell in cells]
+        assert grid.numbered(at, np.ones(1, dtype=np.bool_))[0] >= 0
+    whole = Grid.around(sensor, 1.0, 0.05, room)
+    assert (whole.first == -11).all() and (whole.count == 22).all(), "a multiple gets no more cells"

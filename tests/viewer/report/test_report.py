@@ -19,6 +19,7 @@ from trajopt.values.trajectory import Path as PlannedPath
 from trajopt.viewer.report import write_report
 from trajopt.viewer.report.measured import SAMPLES, amount, measured
 from trajopt.viewer.report.scenery import scenery
+from trajopt.viewer.report.sections import change_of_duration
 from trajopt.viewer.report.subject import subject_of
 from trajopt.viewer.report.svg import plot, ticks
 
@@ -244,3 +245,8 @@ def test_the_command(kept: Bundle, tmp_path: Path, capsys: pytest.CaptureFixture
     assert "MB" in capsys.readouterr().out and out.is_file()
     app_for(words)([*words, "--json"], standalone_mode=False)
     assert json.loads(capsys.readouterr().out)["bytes"] == out.stat().st_size
+
+
+def test_a_motion_that_takes_more_time_is_longer() -> None:
+    assert change_of_duration(-2.6e-3) == "2.6 ms longer"
+    assert change_of_duration(2.6e-3) == "2.6 ms shorter"

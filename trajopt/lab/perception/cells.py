@@ -67,7 +67,10 @@ class Grid(Value):
 
     @staticmethod
     def around(where: Placement, reach: float, edge: float, workspace: Workspace | None) -> "Grid":
-        """Return the cells that are wholly in a workspace; without one those within reach of a sensor.
+        """Return the cells that a workspace meets; without one those within reach of a sensor.
+
+        Where the workspace does not end at a multiple of the edge, its last cells reach beyond it: a surface
+        measured inside the workspace is always in a cell.
 
         Args:
             where: The sensor in the world.
@@ -76,8 +79,8 @@ class Grid(Value):
             workspace: None for everything.
         """
         if workspace is not None:
-            first = np.ceil(workspace.lower / edge - SAME)
-            last = np.floor(workspace.upper / edge + SAME)
+            first = np.floor(workspace.lower / edge + SAME)
+            last = np.ceil(workspace.upper / edge - SAME)
         else:
             first = np.floor((where.translation - reach) / edge)
             last = np.ceil((where.translation + reach) / edge)

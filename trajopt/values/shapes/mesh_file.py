@@ -155,12 +155,13 @@ class Mesh(Value):
 
 
 @checked
-def load_mesh(path: Path | str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Mesh:
+def load_mesh(path: Path | str, scale: float | tuple[float, float, float] = 1.0) -> Mesh:
     """Read a mesh file.
 
     Args:
         path: A file whose format assimp tells by suffix: .dae, .stl, .obj, ...
-        scale: Factors along x, y, z, as in a URDF. If they mirror, faces are turned to point outward.
+        scale: One factor, such as 0.001 for a file in millimetres, or factors along x, y, z, as in a URDF. If
+            they mirror, faces are turned to point outward.
 
     Returns:
         All nodes of the file in one frame; in metres if file and scale say so.
@@ -169,15 +170,16 @@ def load_mesh(path: Path | str, scale: tuple[float, float, float] = (1.0, 1.0, 1
         MeshFileError: If the file is missing or unreadable, or holds no triangle.
     """
     path = path_of("path", path)
+    factors = np.array(np.broadcast_to(np.asarray(scale, dtype=np.float64), 3))
     if not is_file(path):
         raise MeshFileError(str(path), "no such file")
     try:
-        model = coal.MeshLoader().load(str(path), np.array(scale, dtype=np.float64))
+        model = coal.MeshLoader().load(str(path), factors)
     except (ValueError, RuntimeError) as error:
         raise MeshFileError(str(path), _reason(str(error))) from error
     corners = [model.tri_indices(face) for face in range(int(model.num_tris))]
     faces = np.array([(c[0], c[1], c[2]) for c in corners], dtype=np.int32).reshape(-1, 3)
-    if np.prod(np.sign(scale)) < 0:
+    if np.prod(np.sign(factors)) < 0:
         faces = faces[:, ::-1]
     vertices = np.array(model.vertices(), dtype=np.float64).reshape(-1, 3)
     if not np.isfinite(vertices).all():

@@ -140,7 +140,7 @@ def costs(subject: Subject) -> str:
         (
             escape(price.what),
             escape(units.get(price.unit, price.unit)),
-            "" if price.seconds is None else f"{1000.0 * price.seconds:.2g} ms shorter",
+            "" if price.seconds is None else change_of_duration(price.seconds),
             "" if price.objective is None else f"{price.objective:.2g}",
         )
         for price in subject.prices
@@ -275,3 +275,8 @@ def _items(words: Sequence[str]) -> str:
 
 def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
+
+
+def change_of_duration(saved: float) -> str:
+    """Describe by how much a motion gets shorter, or longer if the saved time [s] is negative."""
+    return f"{1000.0 * abs(saved):.2g} ms {'longer' if saved < 0.0 else 'shorter'}"
