@@ -11,6 +11,7 @@ from pkgutil import iter_modules
 from xml.etree import ElementTree
 
 from trajopt.robot.bases import MovingBase
+from trajopt.robot.loading.config_folder import read_config_folder
 from trajopt.robot.meshes.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import one_of, path
@@ -44,7 +45,8 @@ def load(
     end in "_description" are those of the package `robot_descriptions`, which downloads what they name.
 
     Args:
-        robot: A name, or the path of a URDF, xacro or MJCF file.
+        robot: A name, or the path of a URDF, xacro or MJCF file, or of the folder of a MoveIt configuration,
+            which gives URDF, SRDF and joint limits.
         srdf: With a path or a description: MoveIt's semantic description.
         limits: With a path or a description: MoveIt's `joint_limits.yaml`.
         package_dirs: With a path or a description: folders to look in for `package://` meshes.
@@ -58,7 +60,7 @@ def load(
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
-        FileFormatError: If it is a folder, or a file cannot be read.
+        FileFormatError: If it is a folder in which no URDF can be told, or a file cannot be read.
         MissingExtra: If it is a description or a xacro file, and what reads that is not installed.
         ModelError: If options for a path come with a name, or a description has no URDF.
     """
@@ -70,7 +72,7 @@ def load(
             raise ModelError(f"robot {shown(robot)} is installed by name and brings its own files")
         return _limited(installed[str(robot)].load()(), torque_scaling, limit_jerk)
     file = path("robot", robot)
-    if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not isfile(file):
+    if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not (isfile(file) or isdir(file)):
         urdf, folders = _description(str(robot), installed)
         dirs = (*package_dirs, *folders)
         described = Robot.from_urdf(
@@ -78,7 +80,18 @@ def load(
         )
         return _limited(described, torque_scaling, limit_jerk)
     if isdir(file):
-        raise FileFormatError(str(robot), "is a folder: give the URDF, xacro or MJCF file in it")
+        found = read_config_folder(file, [Path(folder) for folder in package_dirs])
+        dirs = (*package_dirs, file.parent)
+        configured = Robot.from_urdf(
+            found.urdf,
+            srdf=srdf or found.srdf,
+            limits=limits or found.limits,
+            package_dirs=dirs,
+            xacro=xacro,
+            meshes=meshes,
+            base=base,
+        )
+        return _limited(configured, torque_scaling, limit_jerk)
     if not isfile(file):  # never raises, as `Path.is_file` does on what cannot be a path
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     if _root(file) == "mujoco":

@@ -13,7 +13,7 @@ from trajopt.robot.loading.mimics import MIMIC_ERROR
 from trajopt.robot.loading.pinocchio_model import joint_above, joint_frame_names, link_names
 from trajopt.robot.loading.srdf import EndEffector, Srdf
 from trajopt.robot.loading.urdf import Mimic
-from trajopt.values.errors import listed, shown
+from trajopt.values.errors import ModelError, listed, shown
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,24 @@ class Semantics:
     notes: tuple[str, ...]
 
 
+def _check_robot(model: pin.Model, srdf: Srdf) -> None:
+    """Refuse an SRDF of another name whose groups name links and joints, none of which the robot has."""
+    groups = srdf.groups.values()
+    named = {
+        *(name for group in groups for name in (*group.joints, *group.links)),
+        *(name for group in groups for ends in group.chains for name in ends),
+    }
+    if (
+        srdf.robot != model.name
+        and named
+        and named.isdisjoint({*link_names(model), *joint_frame_names(model)})
+    ):
+        raise ModelError(
+            f"the SRDF is of another robot, {shown(srdf.robot)}: its groups name {listed(sorted(named))}, "
+            f"and {model.name} has none of them"
+        )
+
+
 def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> Semantics:
     """Return what an SRDF says that a robot has.
 
@@ -44,7 +62,11 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
         model: Pinocchio's model.
         srdf: The semantic description.
         mimics: Joints that follow another, each with the one that leads it in the end.
+
+    Raises:
+        ModelError: If it is the description of another robot.
     """
+    _check_robot(model, srdf)
     groups, missing, said = resolve_groups(model, srdf, frozenset(mimics))
     notes = [*_bases(srdf), *said]
     notes += [f"group {shown(name)} is left out: {reason}" for name, reason in missing.items()]

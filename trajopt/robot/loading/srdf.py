@@ -71,6 +71,7 @@ class Srdf:
         disabled_pairs: Link pairs never checked for collision.
         passive_joints: Joints nobody drives.
         left_out: Why a named state is left out, by its name.
+        robot: Name of the robot, as the file states it.
     """
 
     groups: Mapping[str, GroupElement] = field(default_factory=dict[str, GroupElement])
@@ -85,6 +86,7 @@ class Srdf:
     disabled_pairs: frozenset[frozenset[str]] = frozenset()
     passive_joints: frozenset[str] = frozenset()
     left_out: Mapping[str, str] = field(default_factory=dict[str, str])
+    robot: str = ""
 
 
 def read_srdf(path: Path) -> Srdf:
@@ -122,6 +124,7 @@ def read_srdf(path: Path) -> Srdf:
         ),
         passive_joints=frozenset(_names(path, root, "passive_joint")),
         left_out=left_out,
+        robot=root.get("name", ""),
     )
 
 
