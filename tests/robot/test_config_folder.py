@@ -66,7 +66,5 @@ def test_reports_a_folder_without_a_robot(tmp_path: Path) -> None:
 def test_rejects_the_srdf_of_another_robot(tmp_path: Path) -> None:
     configured = write_config(tmp_path)
     (configured / "config" / "planar.srdf").write_text(SRDF.format(name="fanuc", joint="joint_1"))
-    with pytest.raises(
-        ModelError, match="of another robot, 'fanuc': its groups name joint_1, and odd has none"
-    ):
+    with pytest.raises(ModelError, match="robot, 'fanuc': its groups name joint_1, and odd has none"):
         to.load(configured)
