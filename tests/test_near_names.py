@@ -57,3 +57,28 @@ def test_what_resembles_nothing_is_answered_with_what_there_is(scene: to.Scene) 
 
 def problem(scene: to.Scene) -> to.Problem:
     return to.Problem(scene=scene, group="panda_arm", start="ready", goal="ready")
+
+
+HINTS = {"plan": r"require\(\)", "success": "verified", "error": "reason", "error_code": "status"}
+
+
+@pytest.mark.parametrize("name", HINTS)
+def test_results_hint_at_names_of_other_libraries(name: str) -> None:
+    start = {"joint1": 0.0, "joint2": 0.0}
+    result = to.plan(to.Problem(scene=to.Scene(to.load("planar2")), start=start, goal=start))
+    with pytest.raises(AttributeError, match=rf"no attribute '{name}': use .*{HINTS[name]}"):
+        getattr(result, name)
+    assert not hasattr(result, "nonsense")
+
+
+def test_scenes_hint_at_names_of_other_libraries(planar_arm: to.Robot) -> None:
+    with pytest.raises(AttributeError, match=r"scene\.add\(name, to\.Box"):
+        _ = to.Scene(planar_arm).add_box  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match=r"no attribute 'nonsense'$"):
+        _ = to.Scene(planar_arm).nonsense  # type: ignore[attr-defined]
+
+
+def test_a_transposed_matrix_is_named(planar_arm: to.Robot) -> None:
+    matrix = to.placement((0.1, 0.2, 0.3)).homogeneous.T
+    with pytest.raises(to.TrajoptError, match=r"transposed, give matrix\.T"):
+        to.Scene(planar_arm).add("ball", to.Sphere(0.1), matrix)

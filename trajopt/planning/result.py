@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from math import inf
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from trajopt.native import native_cores
 from trajopt.optimise.solvers import SolveResult
@@ -23,6 +23,7 @@ from trajopt.timing import Retimed
 from trajopt.values.documents.json_files import write_json
 from trajopt.values.errors import PlanningFailed, shown
 from trajopt.values.errors.arguments import checked
+from trajopt.values.other_names import unknown_attribute
 from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Certificate
@@ -116,6 +117,18 @@ class Plan:
         import_module("trajopt.files.bundle").save(self, path)
 
 
+OTHER_NAMES = {
+    **dict.fromkeys(
+        ("success", "succeeded", "successful", "ok", "is_success", "solved", "found"), "result.verified"
+    ),
+    **dict.fromkeys(("plan", "solution", "get_plan"), "result.require(), which raises if there is no plan"),
+    **dict.fromkeys(("error", "error_message", "why"), "result.reason, or result.explain()"),
+    **dict.fromkeys(("joint_trajectory", "motion"), "result.trajectory"),
+    **dict.fromkeys(("error_code", "val"), "result.status"),
+}
+"""Names of attributes in other libraries, and what to use here."""
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """What planning returned.
@@ -173,6 +186,12 @@ class Result:
     remarks: tuple[str, ...] = ()
     blocks: tuple[Block, ...] = ()
     arguments: PlanArguments | None = None
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            """Name what is meant by a name of another library."""
+            raise unknown_attribute(self, name, OTHER_NAMES)
 
     def __repr__(self) -> str:
         """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""

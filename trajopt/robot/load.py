@@ -11,7 +11,6 @@ from pkgutil import iter_modules
 from xml.etree import ElementTree
 
 from trajopt.robot.bases import MovingBase
-from trajopt.robot.loading.config_folder import read_config_folder
 from trajopt.robot.meshes.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import one_of, path
@@ -80,6 +79,8 @@ def load(
         )
         return _limited(described, torque_scaling, limit_jerk)
     if isdir(file):
+        from trajopt.robot.loading.config_folder import read_config_folder  # which reads YAML
+
         found = read_config_folder(file, [Path(folder) for folder in package_dirs])
         dirs = (*package_dirs, file.parent)
         configured = Robot.from_urdf(

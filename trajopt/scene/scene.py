@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from trajopt.robot.meshes.mesh_cover import MeshPolicy
 from trajopt.scene.collisions.allowed_collisions import ContactAllowance
@@ -14,9 +15,23 @@ from trajopt.scene.track import Prediction, Track
 from trajopt.values.arrays import Floats, floats, name_of, number, one_of, unless_none
 from trajopt.values.errors import FrameNotFound, ModelError, shown
 from trajopt.values.likely_units import warn_of_wide_mesh
+from trajopt.values.other_names import unknown_attribute
 from trajopt.values.placement import WORLD, PlacementLike, as_placement
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Shape
+
+OTHER_NAMES = {
+    "add_box": "scene = scene.add(name, to.Box(x, y, z), placement)",
+    "add_sphere": "scene = scene.add(name, to.Sphere(radius), placement)",
+    "add_cylinder": "scene = scene.add(name, to.Cylinder(radius, length), placement)",
+    "add_plane": "scene = scene.add(name, to.Plane(), placement)",
+    "add_mesh": "scene = scene.add(name, to.load_mesh(path), placement)",
+    **dict.fromkeys(("add_object", "add_obstacle", "add_shape"), "scene = scene.add(name, shape, placement)"),
+    **dict.fromkeys(("remove_object", "remove_world_object", "delete"), "scene = scene.remove(name)"),
+    **dict.fromkeys(("attach_box", "attach_object", "attach_mesh"), "scene = scene.attach(name, frame)"),
+    **dict.fromkeys(("get_objects", "get_known_object_names"), "scene.objects"),
+}
+"""Names of methods in other libraries, and what to write here."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +53,12 @@ class Scene(SceneMotions):
         tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
         kind_margins: The margin of kinds of pairs, where it differs from that of everything [m].
     """
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            """Name what is meant by a name of another library."""
+            raise unknown_attribute(self, name, OTHER_NAMES)
 
     def add(
         self,

@@ -187,7 +187,9 @@ def as_placement(name: str, value: PlacementLike) -> Placement:
             return placement(stated[0], quaternion=stated[1])
         matrix = floats("matrix", cast("ArrayLike", value), (4, 4))
         if np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-6:
-            raise ShapeError("matrix", f"its last row is {matrix[3].tolist()}, not (0, 0, 0, 1)")
+            transposed = np.abs(matrix[:, 3] - (0.0, 0.0, 0.0, 1.0)).max() <= 1e-6
+            hint = ": it is transposed, give matrix.T" if transposed else ""
+            raise ShapeError("matrix", f"its last row is {matrix[3].tolist()}, not (0, 0, 0, 1){hint}")
         return placement(matrix[:3, 3], rotation=matrix[:3, :3])
     except SizeError as error:
         raise SizeError(name, str(error)) from error
