@@ -3,6 +3,7 @@
 import importlib
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -49,31 +50,31 @@ def exists(name: str) -> bool:
     return False
 
 
-@pytest.mark.parametrize("page", PAGES, ids=ids)
-def test_its_files_exist(page: Path) -> None:
+def missing_files(page: Path) -> list[str]:
+    """Return the files that a page names and that do not exist."""
     spans = SPAN.findall(page.read_text())
     files = {name.rstrip("/") for span in spans if FILE.fullmatch(name := span.split("::")[0])}
-    assert [name for name in sorted(files) if not (ROOT / name).exists()] == []
+    return [name for name in sorted(files) if not (ROOT / name).exists()]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=ids)
-def test_its_names_can_be_imported(page: Path) -> None:
+def missing_names(page: Path) -> list[str]:
+    """Return the modules and attributes that a page names and that cannot be imported."""
     text = page.read_text()
     names = {name for span in SPAN.findall(text) for name in MODULE.findall(span)} - NOT_PYTHON
     names |= set(re.findall(r"^\.\. auto\w+:: (\S+)$", text, re.MULTILINE))
-    assert [name for name in sorted(names) if not exists(name)] == []
+    return [name for name in sorted(names) if not exists(name)]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=ids)
-def test_its_links_lead_somewhere(page: Path) -> None:
+def dead_links(page: Path) -> list[str]:
+    """Return the links of a page that lead nowhere, or to a copy that only a build makes."""
     folders = [ROOT / "docs" / name for name in LAID]
     targets = {target: (page.parent / target).resolve() for target in LINK.findall(page.read_text())}
     laid = {target for target, there in targets.items() if any(map(there.is_relative_to, folders))}
-    assert sorted(laid | {target for target, there in targets.items() if not there.exists()}) == []
+    return sorted(laid | {target for target, there in targets.items() if not there.exists()})
 
 
-@pytest.mark.parametrize("page", [*PAGES, WORKFLOW], ids=ids)
-def test_its_commands_of_make_exist(page: Path) -> None:
+def missing_commands(page: Path) -> list[str]:
+    """Return the targets of make that a page names and that the Makefile does not have."""
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     assert len(targets) > 5
     text = page.read_text()
@@ -83,7 +84,14 @@ def test_its_commands_of_make_exist(page: Path) -> None:
         else {name for span in SPAN.findall(text) for name in MAKE.findall(span)}
         | set(re.findall(r"^    make ([a-z-]+)", text, re.MULTILINE))
     )
-    assert named - targets == set()
+    return sorted(named - targets)
+
+
+@pytest.mark.parametrize("missing", [missing_files, missing_names, dead_links, missing_commands])
+def test_pages_name_what_exists(missing: Callable[[Path], list[str]]) -> None:
+    pages = [*PAGES, WORKFLOW] if missing is missing_commands else PAGES
+    found = {ids(page): names for page in pages if (names := missing(page))}
+    assert found == {}
 
 
 def test_a_name_that_is_gone_is_seen() -> None:
