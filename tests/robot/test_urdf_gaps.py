@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.robots_for_tests import ODD_ARM
 from trajopt.values.errors import FileFormatError
 
 LIMIT = '<limit lower="-1" upper="1" velocity="2" effort="30"/>'
@@ -158,3 +159,33 @@ def test_negative_moments_of_inertia_are_told(tmp_path: Path) -> None:
     (said,) = (note for note in robot.notes if "inertia" in note)
     assert said.startswith("no body has the negative moments of inertia that are stated of what swing moves")
     assert not any("inertia" in note for note in loaded(tmp_path, MASS, MASS).notes)
+
+
+def changed_arm(folder: Path, old: str, new: str) -> to.Robot:
+    """Load the odd arm with one part of its URDF replaced."""
+    assert old in ODD_ARM
+    (folder / "odd.urdf").write_text(ODD_ARM.replace(old, new, 1))
+    return to.load(folder / "odd.urdf")
+
+
+@pytest.mark.parametrize("limit", ['effort="60" velocity="-1"', 'effort="-60" velocity="2.5"'])
+def test_notes_negative_limits(limit: str, tmp_path: Path) -> None:
+    robot = changed_arm(tmp_path, 'effort="60" velocity="2.5"', limit)
+    assert "negative limits of velocity or effort count as not stated: elbow" in robot.notes
+    assert (robot.limits.velocity > 0.0).all()
+
+
+def test_notes_soft_limits_that_are_narrower(tmp_path: Path) -> None:
+    limit = '<limit lower="-2.5" upper="2.5" effort="60" velocity="2.5"/>'
+    soft = '<safety_controller soft_lower_limit="{}" soft_upper_limit="2.5" k_velocity="1"/>'
+    (tmp_path / "narrow").mkdir()
+    narrow = changed_arm(tmp_path / "narrow", limit, limit + soft.format(-2.4))
+    assert any("soft limits of a <safety_controller>" in note and "elbow" in note for note in narrow.notes)
+    equal = changed_arm(tmp_path, limit, limit + soft.format(-2.5))
+    assert not any("safety_controller" in note for note in equal.notes)
+
+
+def test_rejects_a_collision_of_two_geometries(tmp_path: Path) -> None:
+    two = '<geometry><box size="0.1 0.1 0.1"/></geometry><geometry><sphere radius="0.3"/></geometry>'
+    with pytest.raises(FileFormatError, match="base: a <collision> has 2 <geometry> elements"):
+        changed_arm(tmp_path, '<geometry><box size="0.1 0.1 0.1"/></geometry>', two)

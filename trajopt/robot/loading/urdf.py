@@ -130,6 +130,9 @@ def _link_geometries(
             geometry = element.find("geometry")
             if geometry is None:
                 raise FileFormatError(str(path), f"link {link.get('name')}: <{tag}> has no <geometry>")
+            if tag == "collision" and (count := len(element.findall("geometry"))) > 1:
+                reason = f"a <collision> has {count} <geometry> elements: write one <collision> for each"
+                raise FileFormatError(str(path), f"link {link.get('name')}: {reason}")
             origin = element.find("origin")
             where = placement()
             if origin is not None:

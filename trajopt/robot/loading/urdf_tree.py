@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
+from trajopt.robot.loading.xml_file import numbers
 from trajopt.values.errors import FileFormatError, FrameNotFound, listed, shown
 
 _UNUSED = ("safety_controller", "calibration")
@@ -74,15 +75,41 @@ def complete(path: Path, root: ElementTree.Element) -> list[str]:
     root.attrib.pop("version", None)
     for material in root.findall("material"):
         root.remove(material)
-    still = [joint.get("name", "") for joint in root.findall("joint") if not _complete_joint(path, joint)]
+    joints = root.findall("joint")
+    negative = [joint.get("name", "") for joint in joints if _has_negative_limit(path, joint)]
+    softer = [joint.get("name", "") for joint in joints if _has_narrower_soft_limits(path, joint)]
+    still = [joint.get("name", "") for joint in joints if not _complete_joint(path, joint)]
     dropped = [link.get("name", "") for link in root.findall("link") if not _complete_inertia(link)]
     said: list[str] = []
     if still:
         unmoved = "which URDF takes as 0, so that nothing moves"
         said.append(f"no lower and upper limits are stated, {unmoved}: {listed(still)}")
+    if negative:
+        said.append(f"negative limits of velocity or effort count as not stated: {listed(negative)}")
+    if softer:
+        narrower = "soft limits of a <safety_controller> are narrower than the limits and are not applied"
+        said.append(f"{narrower}; give them as limits= to keep them: {listed(softer)}")
     if dropped:
         said.append(f"inertias without a mass or moments are left out of torques: {listed(dropped)}")
     return said
+
+
+def _has_negative_limit(path: Path, joint: ElementTree.Element) -> bool:
+    limit = joint.find("limit")
+    keys = ("velocity", "effort")
+    return limit is not None and any(numbers(path, limit, key, "0", count=1)[0] < 0.0 for key in keys)
+
+
+def _has_narrower_soft_limits(path: Path, joint: ElementTree.Element) -> bool:
+    soft, limit = joint.find("safety_controller"), joint.find("limit")
+    if soft is None or limit is None or joint.get("type") not in ("revolute", "prismatic"):
+        return False
+    lower, upper = (numbers(path, limit, key, "0", count=1)[0] for key in ("lower", "upper"))
+    softly_lower, softly_upper = (
+        numbers(path, soft, f"soft_{key}_limit", str(hard), count=1)[0]
+        for key, hard in (("lower", lower), ("upper", upper))
+    )
+    return softly_lower > lower or softly_upper < upper
 
 
 def _complete_joint(path: Path, joint: ElementTree.Element) -> bool:
