@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.optimise.kinematics import forward_kinematics
 from trajopt.planning import Status
 from trajopt.tasks.grasping import (
     Grasp,
@@ -109,6 +110,19 @@ def test_constraints_hold_while_it_is_held_and_no_longer(carried: PickPlaceResul
             for t in np.linspace(0.0, segment.trajectory.duration, 21):
                 thing = segment.scene.placement_of("thing", segment.positions(float(t)))
                 assert np.arccos(min(thing.rotation[2, 2], 1.0)) < 0.1
+
+
+def test_tool_speed_holds_in_every_motion_of_the_arm(panda: to.Robot, gripper: Gripper) -> None:
+    scene = on_table(panda, BLOCK, STOOD)
+    slow = GraspingOptions(tool_speed=to.tool_speed("panda_hand_tcp", linear=0.2))
+    picked = pick(scene, "thing", start="ready", grasps=grasps_of(scene, "thing", gripper), options=slow)
+    assert picked.verified, picked.explain()
+    for segment in picked.segments:
+        problem, motion = segment.result.problem, segment.trajectory
+        times = np.linspace(0.0, motion.duration, 200)
+        placed = forward_kinematics(problem.reduced, "panda_hand_tcp", motion(times))
+        speeds = np.linalg.norm(np.gradient(placed.translation, times, axis=0), axis=1)
+        assert speeds.max() < 0.2 * 1.01, segment.stage
 
 
 def test_fingers_keep_clear_until_they_close(carried: PickPlaceResult) -> None:

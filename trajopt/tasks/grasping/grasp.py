@@ -1,5 +1,6 @@
 """Grasp and place: how a gripper takes hold of an object, where it puts it down, and the options of both."""
 
+from collections.abc import Sequence
 from dataclasses import InitVar, dataclass, field
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.optimise.methods import Knots, Method
 from trajopt.problem.requirements import POSITION_TOLERANCE, FramePlacement, frame_placement
+from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.values.arrays import Floats, Value, direction_of, floats, number, one_of, positive
 from trajopt.values.errors import ShapeError, shown
 from trajopt.values.errors.arguments import checked
@@ -160,6 +162,7 @@ class GraspingOptions:
     Attributes:
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        tool_speed: Speed limits of tools in every motion of the arm.
         aside: How far the tool may leave the line of a straight motion [m].
         turn: How far it may turn there [rad].
         contact_time: How long the object may touch what it stands on, after the lift begins and before the
@@ -172,6 +175,7 @@ class GraspingOptions:
 
     velocity_scaling: float = 1.0
     acceleration_scaling: float = 1.0
+    tool_speed: ToolSpeed | Sequence[ToolSpeed] = ()
     aside: float = 2e-3
     turn: float = 0.02
     contact_time: float = 0.15

@@ -153,6 +153,7 @@ def straight_problem(
         knots=KNOTS,
         velocity_scaling=options.velocity_scaling,
         acceleration_scaling=options.acceleration_scaling,
+        tool_speed=options.tool_speed,
         name=name,
     )
 

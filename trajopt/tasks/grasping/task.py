@@ -169,6 +169,7 @@ class Task:
             constraints=self.constraints if stage.holds else (),
             velocity_scaling=self.options.velocity_scaling,
             acceleration_scaling=self.options.acceleration_scaling,
+            tool_speed=self.options.tool_speed,
             name=f"{stage.name.lower()} {self.name}",
         )
         return self.plan(stage, problem, candidate)
