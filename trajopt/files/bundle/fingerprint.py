@@ -31,7 +31,15 @@ def fingerprint(value: object) -> str:
     Raises:
         ModelError: If it holds an object that no file can hold, such as code of the caller's.
     """
-    writer = _ContentWriter()
+    return digest_as_written(_ContentWriter(), value)
+
+
+def digest_as_written(writer: Writer, value: object) -> str:
+    """Return a digest of a value's document and arrays, as a fresh writer writes them.
+
+    Raises:
+        ModelError: If the value holds an object that no file can hold.
+    """
     whole = sha256(json.dumps(writer.document(value, type(value).__name__)).encode())
     for array in writer.arrays.values():
         whole.update(f"{array.dtype} {array.shape}".encode() + array.tobytes())

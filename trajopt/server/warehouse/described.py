@@ -1,12 +1,11 @@
 """What can be asked of an entry without reading it: its robot, scene, goal and words."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from hashlib import sha256
 from typing import TypeAlias
 
 from trajopt.files.bundle import Bundle
+from trajopt.files.bundle.fingerprint import digest_as_written
 from trajopt.files.bundle.to_document import Writer
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.result import Plan, Result
@@ -91,11 +90,7 @@ def described(value: Keepable | Bundle) -> Described:
 
 def scene_fingerprint(scene: Scene) -> str:
     """Return what tells a scene with its robot from others: the same for the same numbers."""
-    writer = Writer()
-    whole = sha256(json.dumps(writer.document(scene, "scene")).encode())
-    for array in writer.arrays.values():
-        whole.update(f"{array.dtype} {array.shape}".encode() + array.tobytes())
-    return whole.hexdigest()
+    return digest_as_written(Writer(), scene)
 
 
 def _of_problem(problem: Problem) -> Described:
