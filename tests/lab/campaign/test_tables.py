@@ -2,14 +2,16 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pytest
 
 from trajopt.lab.campaign import CampaignFolder
-from trajopt.lab.campaign.columns import row_columns, task_columns
+from trajopt.lab.campaign.columns import encoded, read_rows, row_columns, task_columns
 from trajopt.lab.campaign.tables import table_of
+from trajopt.values.errors import CampaignError
 
 WITHOUT_PANDAS = """
 import sys
@@ -44,6 +46,25 @@ def test_rows_and_problems_of_a_campaign_are_read_back(planned: CampaignFolder) 
     ):
         expected = pa.Table.from_pylist([dict(row) for row in rows], schema=columns)
         assert table_of(rows, columns).equals(expected) and expected.num_rows == 12
+
+
+def test_flipped_bits_of_pages_are_refused(tmp_path: Path) -> None:
+    """Each page has a checksum; only the headers of pages and the footer, a few percent of a file, have none."""
+    drawn = np.random.default_rng(0)
+    rows = [{"id": f"{i:04x}", "times": drawn.random(20), "positions": drawn.random(140)} for i in range(40)]
+    data, file = encoded(rows), tmp_path / "rows.parquet"
+    file.write_bytes(data)
+    sound = list(read_rows(file))
+    refused = 0
+    for at, bit in zip(drawn.integers(100, len(data) // 2, 60), drawn.integers(0, 8, 60), strict=True):
+        spoilt = bytearray(data)
+        spoilt[at] ^= 1 << int(bit)
+        file.write_bytes(spoilt)
+        try:
+            assert list(read_rows(file)) == sound
+        except CampaignError:
+            refused += 1
+    assert refused > 50
 
 
 def test_a_column_of_another_kind_is_refused() -> None:

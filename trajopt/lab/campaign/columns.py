@@ -94,6 +94,7 @@ def encoded(rows: Sequence[Row]) -> bytes:
         table_of(rows, row_columns()),
         stream,
         compression="zstd",
+        write_page_checksum=True,
         use_dictionary=list(REPEATED),
         use_byte_stream_split=[f"{name}.list.element" for name in NUMBERS],
     )
@@ -116,7 +117,7 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
         with (
             written_whole(path, durable=True) as draft,
             draft.open("wb") as file,
-            pq.ParquetWriter(file, columns, compression="zstd") as writer,
+            pq.ParquetWriter(file, columns, compression="zstd", write_page_checksum=True) as writer,
         ):
             some: list[Row] = []
             for task in tasks:
@@ -148,7 +149,7 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
     import pyarrow.parquet as pq
 
     try:
-        with pq.ParquetFile(path) as file:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
             for batch in file.iter_batches(ROWS_AT_ONCE, columns=None if columns is None else list(columns)):
                 for row in batch.to_pylist():
                     yield {name: dict(item) if _is_map(item) else item for name, item in row.items()}
@@ -166,7 +167,7 @@ def size_of(path: Path) -> tuple[int, frozenset[str]]:
     import pyarrow.parquet as pq
 
     try:
-        with pq.ParquetFile(path) as file:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
             return file.metadata.num_rows, frozenset(file.schema_arrow.names)
     except (OSError, pa.ArrowException) as error:
         raise CampaignError(f"{path} cannot be read: {error}") from error

@@ -91,7 +91,7 @@ class ConfigurationTable(Value):
         columns = dict(zip((*self.joint_names, *COLUMNS), numbers, strict=True))
         facts = {name: getattr(self, name) for name in ("robot", "group", "frame", "reference")}
         facts["joints"] = ",".join(self.joint_names)
-        pq.write_table(pa.table(columns).replace_schema_metadata(facts), path)
+        pq.write_table(pa.table(columns).replace_schema_metadata(facts), path, write_page_checksum=True)
 
 
 @checked
@@ -212,7 +212,7 @@ def _read_npz(path: Path | str) -> ConfigurationTable:
 def _read_parquet(path: Path | str) -> ConfigurationTable:
     import pyarrow.parquet as pq
 
-    table = pq.read_table(path)
+    table = pq.read_table(path, page_checksum_verification=True)
     facts = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
     joints = tuple(facts["joints"].split(","))
 
