@@ -49,7 +49,7 @@ def test_rows_and_problems_of_a_campaign_are_read_back(planned: CampaignFolder) 
 
 
 def test_flipped_bits_of_pages_are_refused(tmp_path: Path) -> None:
-    """Each page has a checksum; only the headers of pages and the footer, a few percent of a file, have none."""
+    """Each page has a checksum; the headers of pages and the footer, a few percent of a file, have none."""
     drawn = np.random.default_rng(0)
     rows = [{"id": f"{i:04x}", "times": drawn.random(20), "positions": drawn.random(140)} for i in range(40)]
     data, file = encoded(rows), tmp_path / "rows.parquet"
