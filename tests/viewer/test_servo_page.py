@@ -150,7 +150,8 @@ def test_a_mouse_leads_the_robot_and_what_it_said_leads_it_again(
             held(page, "Drive")
             until(lambda: rows[-1][0, 1] > start[1] + 0.1, "the button moved nothing")
             page.mouse.up()
-            until(lambda: not servo.moving, "letting go stopped nothing")
+            # A row is written before the servo's state changes: wait until the last one is at rest, too.
+            until(lambda: not servo.moving and not rows[-1][1:].any(), "letting go stopped nothing")
             rest = rows[-1][0].copy()
             time.sleep(0.5)
             assert np.array_equal(rows[-1][0], rest)
