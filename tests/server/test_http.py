@@ -1,12 +1,15 @@
 """What HTTP sees beside the operations: health, numbers, pages, who is let in, and the end."""
 
 import asyncio
+import contextlib
 import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import httpx
@@ -18,7 +21,7 @@ from tests.server.serving import SMALL, Serving, serving
 from tests.server.test_service import served
 from trajopt.cli.serve import loaded, sources_of
 from trajopt.server import Service
-from trajopt.server.client import Client, ServerError
+from trajopt.server.client import Client, ServerError, Session
 from trajopt.server.http import HttpOptions, http_app
 
 TOKEN = "a token of sixteen or more"
@@ -153,11 +156,29 @@ def test_the_command_serves_logs_and_ends(tmp_path: Path) -> None:
     assert all(len(line["session"]) == 6 for line in requests)
 
 
-def test_a_server_that_is_killed_has_its_sessions_again_when_it_is_started_anew(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("robot", "ending"),
+    [
+        ("planar2", signal.SIGKILL),
+        pytest.param("panda", signal.SIGKILL, marks=pytest.mark.slow),
+        pytest.param("panda", signal.SIGTERM, marks=pytest.mark.slow),
+        pytest.param("ur5", signal.SIGKILL, marks=pytest.mark.slow),
+    ],
+)
+def test_sessions_survive_the_end_of_the_server(robot: str, ending: signal.Signals, tmp_path: Path) -> None:
+    """Also with an edit under way: all that were answered are there, and at most the one that was not."""
     kept = ["--warehouse", str(tmp_path / "cell.warehouse")]
-    command = [sys.executable, "-m", "trajopt", "serve", "--robot", "planar2", "--port", "0", *kept]
-    ball = {"name": "ball", "shape": {"sphere": {"radius": 0.1}}, "placement": {"xyz": [0.75, -0.4, 0.14]}}
-    name = ""
+    command = [sys.executable, "-m", "trajopt", "serve", "--robot", robot, "--port", "0", *kept]
+    place = {"xyz": [0.75, -0.4, 0.14]}
+    name, answered = "", list[str]()
+
+    def edit(session: Session) -> None:
+        with contextlib.suppress(ServerError):
+            for count in range(1000):
+                ball = {"name": f"ball {count}", "shape": {"sphere": {"radius": 0.01}}, "placement": place}
+                session.edit([{"add": ball}])
+                answered.append(f"ball {count}")
+
     for _ in range(2):
         with subprocess.Popen(
             [*command, "--workers", "1"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
@@ -168,10 +189,15 @@ def test_a_server_that_is_killed_has_its_sessions_again_when_it_is_started_anew(
                     if not name:
                         session = client.session()
                         name = session.id
-                        session.edit([{"add": ball}])
+                        editing = threading.Thread(target=edit, args=(session,))
+                        editing.start()
+                        while len(answered) < 5:
+                            time.sleep(0.01)
+                        process.send_signal(ending)
+                        editing.join()
                     else:
-                        session = client.resume(name)
-                        assert list(session.read()["objects"]) == ["ball"]
+                        found = list(client.resume(name).read()["objects"])
+                        assert found[: len(answered)] == answered and len(found) <= len(answered) + 1
             finally:
                 process.kill()
 
