@@ -1,5 +1,6 @@
 """A page opens by its own address only; foreign pages and other host names are refused."""
 
+import socket
 from collections.abc import Generator
 from http import HTTPStatus
 from urllib.parse import urlsplit
@@ -66,6 +67,24 @@ def test_without_the_secret_nothing_is_served(page: GuardedServer, path: str) ->
 def test_another_name_of_this_machine_is_refused(page: GuardedServer) -> None:
     answer = httpx.get(page.address, headers={"Host": "evil.example"})
     assert answer.status_code == HTTPStatus.MISDIRECTED_REQUEST
+
+
+@pytest.mark.parametrize(
+    ("request_line", "headers", "status"),
+    [
+        (b"GET /\xff HTTP/1.1", (b"Host: localhost",), HTTPStatus.FORBIDDEN),
+        (b"GET / HTTP/1.1", (b"Host: localhost", b"Host: localhost"), HTTPStatus.BAD_REQUEST),
+        (b"GET / HTTP/1.1", (), HTTPStatus.BAD_REQUEST),
+        (b"GET / HTTP/1.1", (b"Host: [::1",), HTTPStatus.MISDIRECTED_REQUEST),
+        (b"GET / HTTP/1.1", (b"Host: \xff",), HTTPStatus.MISDIRECTED_REQUEST),
+    ],
+)
+def test_refuses_malformed_requests(
+    page: GuardedServer, request_line: bytes, headers: tuple[bytes, ...], status: HTTPStatus
+) -> None:
+    with socket.create_connection(("127.0.0.1", page.get_port()), 10.0) as connection:
+        connection.sendall(b"\r\n".join((request_line, *headers, b"", b"")))
+        assert int(connection.recv(4096).split()[1]) == status
 
 
 def test_secrets_differ(page: GuardedServer) -> None:

@@ -40,7 +40,9 @@ class PageGuard:
             return HTTPStatus.MISDIRECTED_REQUEST, "this page is served to this machine only"
         if origins and origins[0].lower().partition("://")[2] != called:
             return HTTPStatus.FORBIDDEN, "other web pages may not use this page"
-        if not hmac.compare_digest(_first(request.path).encode(), self.secret.encode()):
+        if not hmac.compare_digest(
+            _first(request.path).encode(errors="surrogateescape"), self.secret.encode()
+        ):
             return HTTPStatus.FORBIDDEN, "open the address that trajopt printed: it holds a secret"
         return None
 

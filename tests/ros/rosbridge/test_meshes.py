@@ -54,6 +54,8 @@ def test_meshes_and_nothing_else(tmp_path: Path) -> None:
             assert (await get("/lab_description/meshes/look.stl", "evil.example"))[0] == 403
             page = "Origin: https://evil.example\r\n"
             assert (await get("/lab_description/meshes/look.stl", more=page))[0] == 403
+            for twice in ("Host: localhost", "Origin: https://a.example\r\nOrigin: https://b.example"):
+                assert (await get("/lab_description/meshes/look.stl", more=f"{twice}\r\n"))[0] == 400
             for request in (
                 b"POST / HTTP/1.1\r\nHost: localhost\r\n\r\n",
                 b"\x00\xff\r\n\r\n",

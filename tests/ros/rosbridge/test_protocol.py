@@ -246,3 +246,25 @@ def test_a_token_is_part_of_the_address() -> None:
     wrong = ("/", "/?token=", "/?token=S3CRET", "//[", "/?token=\u00e9")
     assert not any(map(options.knows, wrong))
     assert RosbridgeOptions().knows("/")
+
+
+@pytest.mark.parametrize(
+    ("request_line", "headers", "status"),
+    [
+        (b"GET /?token=\xff HTTP/1.1", (b"Host: localhost",), 401),
+        (b"GET /?token=s3cret HTTP/1.1", (b"Host: localhost", b"Host: localhost"), 400),
+        (b"GET /?token=s3cret HTTP/1.1", (b"Host: localhost", b"Origin: null", b"Origin: null"), 400),
+        (b"GET /?token=s3cret HTTP/1.1", (), 403),
+    ],
+)
+def test_refuses_malformed_handshakes(
+    tmp_path: Path, request_line: bytes, headers: tuple[bytes, ...], status: int
+) -> None:
+    async def run() -> None:
+        async with bridged(tmp_path, token="s3cret") as bridge:
+            reader, writer = await asyncio.open_connection("127.0.0.1", bridge.port)
+            writer.write(b"\r\n".join((request_line, *headers, b"", b"")))
+            assert int((await reader.readline()).split()[1]) == status
+            writer.close()
+
+    asyncio.run(asyncio.wait_for(run(), 60.0))

@@ -13,7 +13,7 @@ from trajopt.ros.rosbridge.bridge import Bridge
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.connection import converse
 from trajopt.ros.rosbridge.description import RobotDescription
-from trajopt.ros.rosbridge.mesh_files import MeshFiles, refusal
+from trajopt.ros.rosbridge.mesh_files import MeshFiles, refusal, refused
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.server.service import Service
 
@@ -52,9 +52,9 @@ async def serve_rosbridge(
     meshes = MeshFiles(description, options)
 
     async def door(connection: ServerConnection, request: Request) -> Response | None:
-        host, origin = request.headers.get("Host", ""), request.headers.get("Origin", "")
-        if not options.admits(host, origin):
-            return refusal(HTTPStatus.FORBIDDEN, "this page or this name of the server is not admitted")
+        not_admitted = refused(options, request.headers)
+        if not_admitted is not None:
+            return not_admitted
         if not options.knows(request.path):
             return refusal(HTTPStatus.UNAUTHORIZED, "connect by ws://HOST:PORT/?token=TOKEN")
         return None

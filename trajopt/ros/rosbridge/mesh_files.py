@@ -46,6 +46,16 @@ def refusal(status: HTTPStatus, reason: str) -> Response:
     return http_response(status, f"{reason}\n".encode(), "text/plain; charset=utf-8")
 
 
+def refused(options: RosbridgeOptions, headers: Headers) -> Response | None:
+    """Return the refusal of a request by its Host and Origin, None if its client is admitted."""
+    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(hosts) > 1 or len(origins) > 1:
+        return refusal(HTTPStatus.BAD_REQUEST, "needs one Host and at most one Origin")
+    if not options.admits("".join(hosts), "".join(origins)):
+        return refusal(HTTPStatus.FORBIDDEN, "this page or this name of the server is not admitted")
+    return None
+
+
 class MeshFiles:
     """Answers requests for the files of a robot's meshes, and for no others."""
 
@@ -55,12 +65,14 @@ class MeshFiles:
 
     async def answer(self, connection: ServerConnection, request: Request) -> Response:
         """Answer a request."""
-        host, origin = request.headers.get("Host", ""), request.headers.get("Origin", "")
-        if not self._options.admits(host, origin):
-            return refusal(HTTPStatus.FORBIDDEN, "the page or the name of the server is not one it knows")
+        not_admitted = refused(self._options, request.headers)
+        if not_admitted is not None:
+            return not_admitted
         name = unquote(request.path.partition("?")[0]).removeprefix("/")
         found = await asyncio.to_thread(self._description.file, name)
         if found is None:
             return refusal(HTTPStatus.NOT_FOUND, "no file of the robot's packages has that name")
         body = await asyncio.to_thread(found.read_bytes)
-        return http_response(HTTPStatus.OK, body, TYPES.get(found.suffix.lower(), OTHER), origin)
+        return http_response(
+            HTTPStatus.OK, body, TYPES.get(found.suffix.lower(), OTHER), request.headers.get("Origin", "")
+        )

@@ -102,7 +102,8 @@ class RosbridgeOptions(Value):
     def knows(self, path: str) -> bool:
         """Whether the path of a request holds the token, if one is needed."""
         given = parse_qs(path.partition("?")[2]).get("token", [""])[0]
-        return hmac.compare_digest(given.encode(), self.token.encode()) or not self.token
+        sent = given.encode(errors="surrogateescape")  # bytes beyond ASCII arrive as lone surrogates
+        return hmac.compare_digest(sent, self.token.encode()) or not self.token
 
 
 def _name_in(address: str) -> str:
