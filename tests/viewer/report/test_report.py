@@ -249,4 +249,5 @@ def test_the_command(kept: Bundle, tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_a_motion_that_takes_more_time_is_longer() -> None:
     assert change_of_duration(-2.6e-3) == "2.6 ms longer"
+    assert change_of_duration(0.154) == "150 ms shorter"
     assert change_of_duration(2.6e-3) == "2.6 ms shorter"

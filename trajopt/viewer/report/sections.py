@@ -279,4 +279,5 @@ def _capital(words: str) -> str:
 
 def change_of_duration(saved: float) -> str:
     """Describe by how much a motion gets shorter, or longer if the saved time [s] is negative."""
-    return f"{1000.0 * abs(saved):.2g} ms {'longer' if saved < 0.0 else 'shorter'}"
+    milliseconds = float(f"{1000.0 * abs(saved):.2g}")
+    return f"{milliseconds:g} ms {'longer' if saved < 0.0 else 'shorter'}"
