@@ -36,8 +36,9 @@ class Distro(Enum):
 class RosbridgeOptions(Value):
     """Where the bridge listens, and whom it lets in.
 
-    Clients of rosbridge send no token: whoever reaches the port drives the robot. So it listens on this
-    machine only, unless another address is given, and admits no web page but those of `origins`.
+    The protocol has no token: whoever reaches the port drives the robot. So it listens on this machine only,
+    unless another address is given, admits no web page but those of `origins`, and may ask for a token in the
+    address. The port of the meshes asks for none.
 
     Attributes:
         host: Address to listen on.
