@@ -13,7 +13,7 @@ from trajopt.ros.rosbridge.bridge import Bridge
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.connection import converse
 from trajopt.ros.rosbridge.description import RobotDescription
-from trajopt.ros.rosbridge.mesh_files import MeshFiles, refusal, refused
+from trajopt.ros.rosbridge.mesh_files import MeshFiles, admission_error, refusal
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.server.service import Service
 
@@ -52,7 +52,7 @@ async def serve_rosbridge(
     meshes = MeshFiles(description, options)
 
     async def door(connection: ServerConnection, request: Request) -> Response | None:
-        not_admitted = refused(options, request.headers)
+        not_admitted = admission_error(options, request.headers)
         if not_admitted is not None:
             return not_admitted
         if not options.knows(request.path):

@@ -46,7 +46,7 @@ def refusal(status: HTTPStatus, reason: str) -> Response:
     return http_response(status, f"{reason}\n".encode(), "text/plain; charset=utf-8")
 
 
-def refused(options: RosbridgeOptions, headers: Headers) -> Response | None:
+def admission_error(options: RosbridgeOptions, headers: Headers) -> Response | None:
     """Return the refusal of a request by its Host and Origin, None if its client is admitted."""
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
     if len(hosts) > 1 or len(origins) > 1:
@@ -65,7 +65,7 @@ class MeshFiles:
 
     async def answer(self, connection: ServerConnection, request: Request) -> Response:
         """Answer a request."""
-        not_admitted = refused(self._options, request.headers)
+        not_admitted = admission_error(self._options, request.headers)
         if not_admitted is not None:
             return not_admitted
         name = unquote(request.path.partition("?")[0]).removeprefix("/")
