@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.geometry import Counts, Query
 from trajopt.optimise.methods import Decoded
-from trajopt.optimise.methods.timing import PATH_TOLERANCE, retime_path
+from trajopt.optimise.methods.timing import PATH_TOLERANCE, retime_path, retime_with_stops
 from trajopt.optimise.solvers import SolveResult
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.infeasibility import reasons
@@ -95,12 +95,32 @@ class Workspace(Printed):
                 if away <= tolerance:
                     continue
                 with self.tracker.stage("retime"):
-                    retimed = retime_path(self.problem, item.path, tolerance=tolerance, query=self.query)
+                    retimed = retime_path(
+                        self.problem,
+                        item.path,
+                        through=item.waypoint_knots,
+                        tolerance=tolerance,
+                        query=self.query,
+                    )
                 if isinstance(retimed, RetimeFailure):
                     yield retimed
                     return
                 away = retimed.deviation
                 yield from self.begun(TimedMotion(item.path, retimed.trajectory, retimed))
+            if item.waypoint_knots:
+                yield from self._stopping(item)
+
+    def _stopping(self, item: Decoded) -> Iterator[TimedMotion | RetimeFailure]:
+        """Time a path with a stop at each waypoint: no corner at a joint's limit can be passed otherwise."""
+        with self.tracker.stage("retime"):
+            retimed = retime_with_stops(
+                self.problem, item.path, item.waypoint_knots, tolerance=PATH_TOLERANCES[-1], query=self.query
+            )
+        if isinstance(retimed, RetimeFailure):
+            yield retimed
+        else:
+            stops = "the motion stops at each waypoint, as the tolerances cannot be held in passing"
+            yield from self.begun(TimedMotion(item.path, retimed.trajectory, retimed, (stops,)))
 
     def begun(self, motion: TimedMotion) -> Iterator[TimedMotion]:
         """Yield a motion timed so that it seems clear of what changes, the soonest first; as it is if never.
@@ -162,7 +182,7 @@ class Workspace(Printed):
             self.tracker.count_work(among.looks.counts.since(before))
             if found is None:
                 return
-            yield replace(motion, trajectory=found.trajectory, remarks=found.remarks)
+            yield replace(motion, trajectory=found.trajectory, remarks=(*motion.remarks, *found.remarks))
 
     @cached_property
     def _among(self) -> Among | None:

@@ -59,10 +59,10 @@ class Problem(Value):
             residuals of your own with bounds.
         waypoints: What must hold on the way, in order, by name, or in a sequence and then named "1", "2",
             ...: for each what a goal may be, held at one moment that the planner chooses.
-            The timed motion rounds the corners of the path, so tolerances of a millimetre or more are
-            kept best.
+            The motion passes it without a stop, unless it could not hold the tolerance otherwise.
         costs: What to minimise; squared velocity and acceleration by default.
-        knots: Number of knots of the path, from 3 to 2000; when 0: 24, or 48 where a base's wheels roll.
+        knots: Number of knots of the path, from 3 to 2000; when 0: 24, or 48 where a base's wheels roll, or 8
+            for each leg between waypoints if those are more.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest speeds of tools: one limit or several.
@@ -106,7 +106,6 @@ class Problem(Value):
         robot = one_of("scene", self.scene, Scene).robot
         name_of("name", self.name)
         object.__setattr__(self, "group", one_of("group", self.group, str) or only_group(robot))
-        object.__setattr__(self, "knots", stated_knots(robot, self.group, self.knots))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
         start = stated_configuration(robot, "start", self.start, group=self.group, degrees=degrees)
@@ -120,7 +119,9 @@ class Problem(Value):
         for item in constraints:
             check_path_constraint(item.required if isinstance(item, During) else item)
         waypoints = stated_waypoints(self.scene, self.group, self.waypoints, degrees=degrees)
-        check_waypoints(waypoints, self.knots)
+        knots = stated_knots(robot, self.group, self.knots, len(waypoints))
+        object.__setattr__(self, "knots", knots)
+        check_waypoints(waypoints, knots)
         costs = default_costs() if self.costs is None else several("costs", self.costs, Cost)
         speeds = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else self.tool_speed
         tools = several("tool_speed", speeds, ToolSpeed)

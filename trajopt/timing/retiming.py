@@ -1,12 +1,17 @@
 """From a path to a trajectory: time-optimal along it under velocity, acceleration and torque limits."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from trajopt.native import timing
 from trajopt.robot.limits import JointLimits
 from trajopt.timing.functions import DeviationBound, InverseDynamics, ToolLimits
+from trajopt.timing.passing import timed_through
 from trajopt.timing.refusal import ROOM, STILL, endless, immovable, untimed
 from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import LONGEST, Path, Trajectory
@@ -22,6 +27,7 @@ def retime(
     path: Path,
     limits: JointLimits,
     *,
+    through: Sequence[int] = (),
     inverse_dynamics: InverseDynamics | None = None,
     tools: ToolLimits | None = None,
     deviation: DeviationBound | None = None,
@@ -36,6 +42,8 @@ def retime(
         path: A polyline; it may have repeated knots, or go nowhere at all.
         limits: Limits of its joints; `JointLimits.scaled` makes motions slower.
             Where a joint that moves has a jerk limit, jerks are limited.
+        through: Knots, neither first nor last, that the smooth path passes through although corners are
+            rounded: the corner is moved outwards, by no more than the tolerance.
         inverse_dynamics: Torques of the joints at positions, velocities and accelerations; without
             it effort limits are not used. Joints with infinite effort limits have none.
         tools: Limited speeds of tools.
@@ -47,11 +55,11 @@ def retime(
         The trajectory, or the reason why there is none.
 
     Raises:
-        ShapeError: If the limits are of other joints than the path, a velocity or acceleration limit is
-            not finite, a function returns another shape or a number that is not finite, or the distances of
-            knots overflow.
+        ShapeError: If the limits are of other joints than the path, `through` names no inner knot, a
+            velocity or acceleration limit is not finite, a function returns another shape or a number that
+            is not finite, or the distances of knots overflow.
     """
-    _check(path, limits)
+    _check(path, limits, through)
     failure = endless(path.knots, limits)
     if failure is not None:
         return failure
@@ -60,9 +68,18 @@ def retime(
     failure = immovable(path.knots, limits)
     if failure is not None:
         return failure
-    found = timed(
-        path, limits, inverse_dynamics=inverse_dynamics, tools=tools, deviation=deviation, options=options
-    )
+
+    def along(knots: Floats) -> timing.Retimed:
+        return timed(
+            replace(path, knots=knots),
+            limits,
+            inverse_dynamics=inverse_dynamics,
+            tools=tools,
+            deviation=deviation,
+            options=options,
+        )
+
+    found = timed_through(path.knots, np.array(through, dtype=np.int64), limits, along)
     failure = untimed(found, limits)
     if failure is not None:
         return failure
@@ -101,12 +118,16 @@ def timed(
     )
 
 
-def _check(path: Path, limits: JointLimits) -> None:
+def _check(path: Path, limits: JointLimits, through: Sequence[int]) -> None:
     if limits.joint_names != path.joint_names:
         raise ShapeError("limits", f"are of {limits.joint_names}, the path is of {path.joint_names}")
     for name, limit in (("velocity", limits.velocity), ("acceleration", limits.acceleration)):
         if not np.isfinite(limit).all():
             raise ShapeError(f"limits.{name}", f"must be finite, else time would vanish: {limit.tolist()}")
+    inner = len(path.knots) - 2
+    outside = [knot for knot in through if not 1 <= knot <= inner]
+    if outside:
+        raise ShapeError("through", f"must be knots between 1 and {inner}, not {outside}")
 
 
 def _standing(path: Path, duration: float) -> Trajectory:

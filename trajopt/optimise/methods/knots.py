@@ -123,6 +123,5 @@ class KnotsProgram(Printed):
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
         """Return the path through the knots; see `Program.decode`."""
-        return (
-            Decoded((self.covered or self.nlp).decode(solved.x), narrow=isinstance(solved, NarrowResult)),
-        )
+        nlp, narrow = self.covered or self.nlp, isinstance(solved, NarrowResult)
+        return (Decoded(nlp.decode(solved.x), narrow=narrow, waypoint_knots=nlp.waypoint_knots),)

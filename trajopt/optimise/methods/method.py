@@ -25,11 +25,13 @@ class Decoded(Value):
         path: The path.
         trajectory: The motion, if the method decides on time too; None where retiming does.
         narrow: Whether the path passes gaps that are too narrow for the margins: little may be rounded off.
+        waypoint_knots: The knots of the path that are waypoints: the motion passes through them.
     """
 
     path: Path
     trajectory: Trajectory | None = None
     narrow: bool = False
+    waypoint_knots: tuple[int, ...] = ()
 
 
 class Program(Protocol):

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,7 +14,7 @@ from trajopt.robot.limits import JointLimits
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.errors.arguments import checked
-from trajopt.values.trajectory import Path
+from trajopt.values.trajectory import Path, Trajectory
 
 PATH_TOLERANCE = 5e-3
 """How far a timed motion may leave its path unless told otherwise [m]."""
@@ -23,6 +25,7 @@ def retime_path(
     problem: Problem,
     path: Path,
     *,
+    through: Sequence[int] = (),
     tolerance: float = PATH_TOLERANCE,
     query: Query | None = None,
     limits: JointLimits | None = None,
@@ -35,6 +38,7 @@ def retime_path(
     Args:
         problem: The problem.
         path: Of the group's joints.
+        through: Knots that the motion passes through although corners are rounded.
         tolerance: How far any point of the robot may leave the path where its corners are rounded [m].
         query: Of the problem's reduced model; a new one when None.
         limits: Of the group's joints; the problem's when None.
@@ -44,7 +48,7 @@ def retime_path(
 
     Raises:
         FrameNotFound: If a tool speed names an unknown frame.
-        ShapeError: If the path is of other joints.
+        ShapeError: If the path is of other joints, or `through` names no inner knot.
     """
     limits, reduced = limits or problem.limits, problem.reduced
     query = query or Query(reduced)
@@ -56,10 +60,49 @@ def retime_path(
     return retime(
         path,
         limits,
+        through=through,
         inverse_dynamics=query.dynamics.torque if limited else None,
         tools=tool_limits(query, problem.tool_speeds),
         deviation=deviation,
         options=replace(RetimeOptions(), path_tolerance=tolerance),
+    )
+
+
+def retime_with_stops(
+    problem: Problem, path: Path, stops: Sequence[int], *, tolerance: float, query: Query
+) -> Retimed | RetimeFailure:
+    """Find the fastest trajectory along a path that comes to rest at some of its knots.
+
+    Args:
+        problem: The problem.
+        path: Of the group's joints.
+        stops: Knots between the first and the last, increasing.
+        tolerance: How far any point of the robot may leave the path where its corners are rounded [m].
+        query: Of the problem's reduced model.
+
+    Returns:
+        The trajectory, or the reason why one of its parts has none.
+    """
+    legs: list[Retimed] = []
+    for first, last in pairwise((0, *stops, len(path.knots) - 1)):
+        leg = replace(path, knots=path.knots[first : last + 1])
+        timed = retime_path(problem, leg, tolerance=tolerance, query=query)
+        if isinstance(timed, RetimeFailure):
+            return timed
+        legs.append(timed)
+    trajectory = reduce(Trajectory.followed_by, (leg.trajectory for leg in legs))
+    kinds = {kind for leg in legs for kind in leg.binding}
+    lasts = [leg.trajectory.duration for leg in legs]
+    return Retimed(
+        trajectory,
+        max(leg.deviation for leg in legs),
+        sum(leg.added_duration for leg in legs),
+        sum(leg.passes for leg in legs),
+        {
+            kind: sum(leg.binding.get(kind, 0.0) * last for leg, last in zip(legs, lasts, strict=True))
+            / sum(lasts)
+            for kind in sorted(kinds)
+        },
     )
 
 

@@ -90,10 +90,12 @@ class KnotsNlp(CompilableMotionNlp):
     Attributes:
         margins: The clearance that it asks for along the motion.
         share: How much of the margins beyond what is required that is.
+        waypoint_knots: The knot that each waypoint is held at.
     """
 
     margins: TaperedMargins
     share: float = 1.0
+    waypoint_knots: tuple[int, ...] = ()
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per segment: few, or as many as the sweep of the bodies demands."""
@@ -249,7 +251,17 @@ def _transcribed(problem: Problem, seed: Floats, waypoint_knots: Sequence[int], 
     span = limits.upper - limits.lower
     prismatic = np.array([joint_unit(reduced.model, name) == "m" for name in reduced.joint_names])
     scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
-    return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items), margins)
+    return KnotsNlp(
+        problem,
+        counts,
+        lower,
+        upper,
+        scale,
+        query,
+        tuple(items),
+        margins,
+        waypoint_knots=tuple(waypoint_knots),
+    )
 
 
 def _clearance(problem: Problem, margins: TaperedMargins, share: float) -> Constraint:

@@ -154,7 +154,7 @@ class CasadiKnotsProgram(NlpProgram[KnotsNlp]):
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
         """Return the path through the knots; see `Program.decode`."""
-        return (Decoded(self.nlp.decode(solved.x)),)
+        return (Decoded(self.nlp.decode(solved.x), waypoint_knots=self.nlp.waypoint_knots),)
 
     def _round(
         self,
