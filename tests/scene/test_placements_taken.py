@@ -102,7 +102,8 @@ def test_none_is_forgotten() -> None:
     """Every public function whose declared arguments hold a placement takes all its forms, and is above."""
     declared: set[str] = set()
     for module in (to, cartesian, grasping, kinematics):
-        for value in list(vars(module).values()):
+        for name in dir(module):
+            value: object = getattr(module, name)
             if inspect.isfunction(value) and value.__module__.startswith("trajopt"):
                 declared |= {value.__name__} & placed(value)
     for kind in (to.Scene, to.Robot):

@@ -25,6 +25,7 @@ from trajopt.planning.infeasibility import (
     too_late,
 )
 from trajopt.planning.infeasibility.exclusion import conflicting
+from trajopt.planning.infeasibility.resting import resting_hint
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
@@ -65,7 +66,8 @@ class EndpointChecks:
         if refusal is None:
             return None
         if refusal.status is Status.START_IN_COLLISION:
-            refusal = self._never_apart(seen) or refusal
+            resting = resting_hint(self.workspace.problem)
+            refusal = self._never_apart(seen) or replace(refusal, message=refusal.message + resting)
         proven = seen.clear or seen.proven
         if refusal.status is Status.START_CANNOT_BE_HELD:
             proven = box_overloads(self.workspace.problem, self._start, self._start)

@@ -74,6 +74,20 @@ class Plan:
         return dict(zip(joints, map(float, reduced.all_positions(at)), strict=True))
 
     @property
+    def final_velocity(self) -> Mapping[str, float]:
+        """Joint of the group -> velocity at the end, for `start_velocity` [rad/s | m/s]."""
+        return self._final(1)
+
+    @property
+    def final_acceleration(self) -> Mapping[str, float]:
+        """Joint of the group -> acceleration at the end, for `start_acceleration` [rad/s^2 | m/s^2]."""
+        return self._final(2)
+
+    def _final(self, order: int) -> Mapping[str, float]:
+        motion = self.trajectory
+        return dict(zip(motion.joint_names, map(float, motion(motion.duration, order)), strict=True))
+
+    @property
     def certificate(self) -> Certificate:
         """What the judge measured: what holds, by how much and how that is known."""
         return self.judged.certificate

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from trajopt.robot.configuration import ConfigurationLike
 from trajopt.robot.meshes.mesh_cover import MeshPolicy
 from trajopt.scene.collisions.allowed_collisions import ContactAllowance
 from trajopt.scene.scene_motions import SceneMotions
 from trajopt.scene.scene_object import SceneObject, checked_mass, covered_parts, object_placement
 from trajopt.scene.timing import ALWAYS
 from trajopt.scene.track import Prediction, Track
-from trajopt.values.arrays import Floats, floats, name_of, number, one_of, unless_none
+from trajopt.values.arrays import name_of, number, one_of, several, unless_none
 from trajopt.values.errors import FrameNotFound, ModelError, shown
 from trajopt.values.likely_units import warn_of_wide_mesh
 from trajopt.values.other_names import unknown_attribute
@@ -32,6 +33,9 @@ OTHER_NAMES = {
     **dict.fromkeys(("get_objects", "get_known_object_names"), "scene.objects"),
 }
 """Names of methods in other libraries, and what to write here."""
+LIFTING = 0.5
+"""For so long an object may touch what it rests on after it was grasped [s]: lifted at 0.1 m/s^2 it is a
+centimetre above by then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,9 +210,10 @@ class Scene(SceneMotions):
         link: str,
         *,
         placement: PlacementLike | None = None,
-        at: Floats | None = None,
+        at: ConfigurationLike | None = None,
         touch_links: Iterable[str] = (),
         mass: float | None = None,
+        resting_on: str | Iterable[str] = (),
     ) -> Scene:
         """Fix an object to a link, a tool frame or an object that is attached: it moves along from now on.
 
@@ -218,15 +223,17 @@ class Scene(SceneMotions):
             name: The object's id.
             link: The link, tool frame, attached object or object that moves.
             placement: Of the object in the link's frame; or
-            at: Positions of all joints at which it is grasped where it stands; of what moves by itself, where
-                it is when the clock shows 0.
+            at: Configuration at which it is grasped where it stands, in any of its forms; of what
+                moves by itself, where it is when the clock shows 0.
             touch_links: Links that may touch it, beside the link itself and what is attached between; as
                 for `add`.
             mass: Its mass [kg]; the one it was added with when None.
+            resting_on: One or several objects or links that it stands on until it is lifted: contact is
+                accepted for the first half second of a motion, to a depth of 1 mm (`allow_contact`).
 
         Raises:
             ObjectNotFound: If there is none of that id.
-            FrameNotFound: If the link or a touch link is unknown.
+            FrameNotFound: If the link, a touch link or what it rests on is unknown.
             ModelError: Unless exactly one of `placement` and `at` is given, or if `link` stands still.
             ShapeError: If the mass is negative or not finite.
         """
@@ -242,25 +249,35 @@ class Scene(SceneMotions):
             raise ModelError("attach: give either `placement`, in the link, or `at`, where it is grasped")
         where = object_placement(name, placement)
         if at is not None:
-            at = floats("at", at, (len(self.robot.joint_names),))
-            where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
+            positions = self._configuration("at", at)
+            where = self._placement_at(link, positions).inverse() * self._placement_at(name, positions)
         links = self._owners(touch_links) | ({holder, self.owner(link)} - {WORLD}) | item.touch_links
         weight = item.mass if mass is None else checked_mass(name, mass)
-        return self._with(
+        held = self._with(
             replace(item, placement=where, frame=link, touch_links=links, mass=weight, timing=ALWAYS)
         )
+        supports = (resting_on,) if isinstance(resting_on, str) else several("resting_on", resting_on, str)
+        for support in supports:
+            held = held.allow_contact(f"{name} rests on {support}", name, support, first=LIFTING)
+        return held
 
-    def detach(self, name: str, *, at: Floats) -> Scene:
-        """Leave an object in the world where it is at these positions of all joints, when the clock shows 0.
+    def detach(self, name: str, *, at: ConfigurationLike) -> Scene:
+        """Leave an object in the world where it is at a configuration, when the clock shows 0.
+
+        Args:
+            name: The object's id.
+            at: The configuration, in any of its forms: the end of a plan is one.
 
         Raises:
             ObjectNotFound: If there is none of that id.
             ModelError: If it is not attached.
+            NameNotFound: If a state or a joint is unknown.
+            ShapeError: If there is not one finite position for each joint.
         """
         item = self.object(name)
         if self.holder(name).link == WORLD and self.carrier(item.frame) is None:
             raise ModelError(f"object {shown(name)} is not attached to a link")
-        where, nothing = self.placement_of(name, at), frozenset[str]()
+        where, nothing = self._placement_at(name, self._configuration("at", at)), frozenset[str]()
         return self._with(replace(item, placement=where, frame=WORLD, touch_links=nothing))
 
     def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> Scene:

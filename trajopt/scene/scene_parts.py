@@ -17,7 +17,7 @@ from trajopt.robot.robot import Robot
 from trajopt.scene.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.scene.collisions.clearances import PAIRS_DIFFER, ROOM, Clearances, PairKind, Part, in_kinds, kept
 from trajopt.scene.scene_object import SceneObject
-from trajopt.values.arrays import Value, floats, number, one_of, several
+from trajopt.values.arrays import Floats, Value, floats, number, one_of, several
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import FrameNotFound, ModelError, ObjectNotFound, ShapeError, shown
 from trajopt.values.likely_units import warn_of_far_apart
@@ -170,16 +170,21 @@ class SceneParts(Value):
             NameNotFound: If a state or a joint is unknown.
             ShapeError: If there is not one finite position for each joint.
         """
+        return self._placement_at(name, self._configuration("positions", positions))
+
+    def _configuration(self, name: str, given: ConfigurationLike) -> Floats:
+        """Return the positions of all joints in a configuration in any of its forms."""
         # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
         joints = len(self.robot.joint_names)
-        if isinstance(positions, list | tuple | np.ndarray) and len(cast("Sized", positions)) == joints:
-            at = floats("positions", cast("ArrayLike", positions), (joints,))
-        else:
-            at = stated_configuration(self.robot, "positions", cast("ConfigurationLike", positions))
+        if isinstance(given, list | tuple | np.ndarray) and len(cast("Sized", given)) == joints:
+            return floats(name, cast("ArrayLike", given), (joints,))
+        return stated_configuration(self.robot, name, cast("ConfigurationLike", given))
+
+    def _placement_at(self, name: str, positions: Floats) -> Placement:
         holder = self.holder(name)
         if holder.link == WORLD:
             return holder.placement
-        return link_placement(self.robot.model, holder.link, at) * holder.placement
+        return link_placement(self.robot.model, holder.link, positions) * holder.placement
 
     def object_bodies(self) -> tuple[CollisionBody, ...]:
         """Return the collision bodies of all objects, each fixed to a link or the world."""

@@ -8,6 +8,8 @@ from trajopt.values.arrays import Floats
 
 SMALL = 0.1
 """Lengths below this are printed in millimetres [m]."""
+ROUNDING = 1e-9
+"""Lengths below this are rounding of numbers of metres, and print as nothing [m]."""
 PRINTED_UNITS = {"m": ("mm", 1e3), "rad": ("deg", float(np.degrees(1.0)))}
 """What metres and radians are printed in, and how many of it one of them is."""
 LONGEST_LINE = 200
@@ -15,7 +17,9 @@ LONGEST_LINE = 200
 
 
 def in_length(metres: float) -> str:
-    """Print a length: 12 mm, or 0.25 m."""
+    """Print a length: 12 mm, or 0.25 m; what rounding makes of none as 0 mm."""
+    if abs(metres) < ROUNDING:
+        return "0 mm"
     return f"{metres * 1e3:.3g} mm" if abs(metres) < SMALL else f"{metres:.4g} m"
 
 

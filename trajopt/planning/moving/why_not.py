@@ -14,6 +14,7 @@ from trajopt.planning.infeasibility.fixed_links import FixedLinkMet, FixedLinks,
 from trajopt.planning.infeasibility.in_time import LOOK, InTime, Occupied, Sweep
 from trajopt.planning.infeasibility.occupied import Span
 from trajopt.planning.infeasibility.reasons import Block, BlockKind
+from trajopt.planning.infeasibility.resting import resting_hint
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import Workspace
@@ -58,14 +59,15 @@ def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
         return failure
     why = _WhyNot(failure.problem, alone.require().trajectory, tracker)
     found = why.refusal(proven=False)
+    resting = resting_hint(failure.problem)
     if found is not None:
-        return _instead_of(failure, found)
+        return _instead_of(failure, replace(found, message=found.message + resting))
     blocks = why.on_the_way()
     said = [block.words for block in blocks[:NAMED]]
     said += [f"{len(blocks) - NAMED} more"] * (len(blocks) > NAMED)
     said += [words for words in (why.ends_before(),) if words]
     said += [check.detail for check in _unknown(failure)]
-    return replace(failure, blocks=blocks, message="; ".join(said) or failure.message)
+    return replace(failure, blocks=blocks, message=("; ".join(said) or failure.message) + resting)
 
 
 def _instead_of(failure: Result, found: Result) -> Result:

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from trajopt.geometry.gap import TOUCHING, gap
+from trajopt.geometry.gap import gap
+from trajopt.geometry.supports import supports
 from trajopt.planning.status import Status
 from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.scene.reduced import ReducedModel
@@ -14,7 +15,7 @@ from trajopt.tasks.grasping.result import Refusal, Segment, Stage
 from trajopt.tasks.grasping.straight import track_line, up, vector_of
 from trajopt.tasks.grasping.task import CandidateNames, Moment, Step, Task, in_turn
 from trajopt.values.arrays import Floats
-from trajopt.values.placement import WORLD, Placement
+from trajopt.values.placement import Placement
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
     if isinstance(found, Refusal):
         yield found
         return
-    supports = touched(scene, task.name, stands)
+    stood_on = supports(scene, task.name, stands)
     for at in found:
         there = reduced.all_positions(at)
         turned = scene.placement_of(gripper.tool, there).rotation
@@ -75,7 +76,7 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
             continue
         closed = task.opened(there, grasp.width)
         held = lifting = task.held(grasp)
-        for support in supports:
+        for support in stood_on:
             lifting = lifting.allow_contact(
                 f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time
             )
@@ -141,7 +142,7 @@ def place_candidates(
     """
     gripper, options = task.gripper, task.options
     lowering = held
-    for support in touched(held, task.name, held.placement_of(place.frame, start) * place.placement):
+    for support in supports(held, task.name, held.placement_of(place.frame, start) * place.placement):
         lowering = lowering.allow_contact(
             f"{task.name} stands on {support}", task.name, support, last=options.contact_time
         )
@@ -184,25 +185,6 @@ def plan_place(
         lambda at: task.straight(Stage.RETREAT, put, at, candidate.away, names),
     )
     return in_turn(steps, start)
-
-
-def touched(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
-    """Return the objects at rest that an object touches at a placement in the world.
-
-    Args:
-        scene: The scene.
-        name: The object.
-        where: Its placement in the world.
-    """
-    own = [(where * placed, shape) for shape, placed in scene.object(name).parts]
-    found = (
-        body.owner
-        for body in scene.object_bodies()
-        if body.owner != name
-        and body.frame == WORLD
-        and any(gap(placed, shape, body.placement, body.shape) < TOUCHING for placed, shape in own)
-    )
-    return tuple(dict.fromkeys(found))
 
 
 def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
