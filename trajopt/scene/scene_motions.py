@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from math import inf
 from typing import Self
@@ -12,7 +13,7 @@ from trajopt.scene.scene_object import SceneObject, cloud_parts, object_placemen
 from trajopt.scene.scene_parts import SceneParts
 from trajopt.scene.timing import timing_of
 from trajopt.scene.track import TOLERANCE, Prediction, Track
-from trajopt.values.arrays import name_of, one_of
+from trajopt.values.arrays import name_of, one_of, several
 from trajopt.values.errors import DuplicateObject, ModelError, shown
 from trajopt.values.placement import IDENTITY, WORLD, PlacementLike, as_placement
 from trajopt.values.shapes.shapes import Points, Voxels
@@ -90,7 +91,7 @@ class SceneMotions(SceneParts):
                 raise DuplicateObject(key)
         return replace(self, objects={**self.objects, **added})
 
-    def with_cloud(self, name: str, cloud: Points | Voxels | None) -> Self:
+    def with_cloud(self, name: str, cloud: Points | Voxels | None, *, given: Iterable[str] = ()) -> Self:
         """Put what was seen into the world, in place of all that was seen before under that name.
 
         What else is said of the object stays: what may touch it, margins and clearances.
@@ -98,14 +99,16 @@ class SceneMotions(SceneParts):
         Args:
             name: Of the object: a new one, or a cloud that the scene has.
             cloud: In the world, about its origin; None where nothing was seen: a mere frame remains.
+            given: What is taken for granted of it, as phrases: each certificate repeats them.
 
         Raises:
             ModelError: If the name is one of the robot's, or of an object that is no cloud.
         """
+        stated = several("given", given, str)
         if one_of("the cloud's id", name, str) in self.objects:
-            return self._with(replaced_cloud(self.objects[name], cloud))
+            return self._with(replaced_cloud(self.objects[name], cloud, stated))
         self._check_free(name)
-        return self._with(SceneObject(name, cloud_parts(cloud), IDENTITY, WORLD))
+        return self._with(SceneObject(name, cloud_parts(cloud), IDENTITY, WORLD, given=stated))
 
     def _check_free(self, name: str) -> None:
         """Refuse the id of an object that is taken."""

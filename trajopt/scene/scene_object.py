@@ -50,6 +50,7 @@ class SceneObject(Value):
         notes: What its meshes became.
         mass: Its mass [kg]; 0 where it is not known.
         timing: When it is there, and how it moves; `placement` is where it is at time 0 then.
+        given: What is taken for granted of it, in phrases that follow "proven given that" in certificates.
     """
 
     name: str
@@ -60,6 +61,7 @@ class SceneObject(Value):
     notes: tuple[str, ...] = ()
     mass: float = 0.0
     timing: Timing = ALWAYS
+    given: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Say what it is made of and where it is."""
@@ -180,7 +182,9 @@ def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
     return () if cloud is None else ((cloud, IDENTITY),)
 
 
-def replaced_cloud(old: SceneObject, cloud: Points | Voxels | None) -> SceneObject:
+def replaced_cloud(
+    old: SceneObject, cloud: Points | Voxels | None, given: tuple[str, ...] = ()
+) -> SceneObject:
     """Return an object with another cloud in the world in place of its own.
 
     Raises:
@@ -189,7 +193,7 @@ def replaced_cloud(old: SceneObject, cloud: Points | Voxels | None) -> SceneObje
     if not all(isinstance(shape, Points | Voxels) for shape, _ in old.parts):
         raise ModelError(f"{shown(old.name)} is no cloud, and would be lost: remove it, or take another name")
     parts = cloud_parts(cloud)
-    return replace(old, parts=parts, placement=IDENTITY, frame=WORLD, notes=(), timing=ALWAYS)
+    return replace(old, parts=parts, placement=IDENTITY, frame=WORLD, notes=(), timing=ALWAYS, given=given)
 
 
 def checked_mass(name: str, mass: float) -> float:

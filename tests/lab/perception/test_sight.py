@@ -99,3 +99,33 @@ def test_a_lost_pixel_is_like_its_neighbours_and_a_hole_is_not() -> None:
 
     assert solid(spots) <= solid(exact) + 5 < solid(spots, bridged=0)
     assert solid(hole) > solid(exact)
+
+
+def test_states_that_unseen_space_beside_the_robot_is_taken_for_free() -> None:
+    scene, camera = to.Scene(ROBOT), camera_over()
+    around = Workspace((-0.3, -0.3, 0.0), (0.3, 0.3, 0.6))
+    sensing = Sensing(workspace=around)
+    solid = with_unseen(scene, image([TABLE], camera), sensing, cell=0.02)
+    (given,) = solid.objects["unseen"].given
+    assert "that no image shows, up to 54.6 mm from where the robot was" in given
+    problem = to.Problem(scene=solid, group="panda_arm", start=AT, goal=AT)
+    names, start = problem.reduced.joint_names, problem.reduced.start_positions
+    rest = np.zeros((2, len(names)))
+    motion = to.Trajectory(names, np.array((0.0, 1.0)), np.stack((start, start)), rest, rest)
+    assert f"proven given that {given}" in to.judge(problem, motion).notes
+
+
+def test_states_fewer_cubes_where_less_is_taken_for_the_robot() -> None:
+    def count(padding: float) -> int:
+        sensing = Sensing(workspace=Workspace((-0.3, -0.3, 0.0), (0.3, 0.3, 0.6)), padding=padding)
+        solid = with_unseen(to.Scene(ROBOT), image([TABLE], camera_over()), sensing, cell=0.02)
+        (given,) = solid.objects["unseen"].given
+        return int(given.split()[3])
+
+    assert 0 < count(0.0) < count(0.02)
+
+
+def test_states_nothing_where_the_robot_is_outside_the_workspace() -> None:
+    far = Workspace((3.0, 3.0, 0.0), (3.2, 3.2, 0.2))
+    solid = with_unseen(to.Scene(ROBOT), image([TABLE], camera_over()), Sensing(workspace=far), cell=0.02)
+    assert solid.objects["unseen"].given == ()

@@ -18,6 +18,7 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.errors import ProblemError, SizeError
 from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_length
 from trajopt.values.shapes.shapes import Voxels
 
 Measured = DepthImage | PointCloud
@@ -103,9 +104,11 @@ def with_unseen(
     """Make solid all of the workspace that no image sees to be empty, as one object of cubes.
 
     A cube is empty if every pixel of an image that looks at any of it measured something behind it, the
-    noise taken off; a pixel that measured nothing shows nothing. Where the robot was when an image was
-    taken is not solid. So what is proven clear of these cubes is clear of everything in the workspace that
-    has not moved since, as far as the camera's noise and placement are what they are said to be.
+    noise taken off; a pixel that measured nothing shows nothing. Where the robot was when an image was taken
+    is not solid, nor what is as near to it as `sensing.padding`: else it could not move. That nothing else
+    is there, nobody saw: certificates state it, with the number of cubes and how far they reach. Everything
+    else in the workspace that has not moved since is kept clear of, as far as the camera's noise and
+    placement are what they are said to be.
 
     Args:
         scene: The robot.
@@ -127,10 +130,28 @@ def with_unseen(
     for image in each:
         sight = Sight.of(image, known, sensing, holes_are_clear=False)
         hidden[hidden] = ~sight.through(middles[hidden], radius)
+    unseen = np.flatnonzero(hidden)
+    near, inside = np.zeros((2, len(unseen)), dtype=np.bool_)
+    for image in each:
         mask = RobotMask.of(known, image.positions, sensing.known)
-        hidden[hidden] = ~mask.covers(middles[hidden], sensing.padding + radius)
+        near |= mask.covers(middles[unseen], sensing.padding + radius)
+        inside |= mask.covers(middles[unseen], 0.0)
+    hidden[unseen[near]] = False
     left = unpacked(keys[hidden])
-    return scene.with_cloud(name, Voxels(left, cell) if len(left) else None)
+    given = _free_beside_robot(int((near & ~inside).sum()), cell, sensing)
+    return scene.with_cloud(name, Voxels(left, cell) if len(left) else None, given=given)
+
+
+def _free_beside_robot(count: int, cell: float, sensing: Sensing) -> tuple[str, ...]:
+    """State what is taken for free although nobody saw it."""
+    if not count:
+        return ()
+    known = "".join(f" and {name}" for name in sensing.known)
+    cubes, reach = f"{count} cubes of {in_length(cell)}", in_length(sensing.padding + cell * np.sqrt(3.0))
+    return (
+        f"nothing is in {cubes} that no image shows, up to {reach} from where the robot{known} was when it "
+        "was measured",
+    )
 
 
 def _several(measured: M | Sequence[M]) -> tuple[M, ...]:

@@ -84,8 +84,11 @@ class Surroundings:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """What a proof takes for granted of that which changes with time, in sentences."""
-        return tuple(f"proven given that {name} {_as_said(timing)}" for name, timing in self._timings.items())
+        """What a proof takes for granted of objects and of how they change with time, in sentences."""
+        objects = self._kinematics.reduced.scene.objects
+        stated = [phrase for item in objects.values() for phrase in item.given]
+        stated += [f"{name} {_as_said(timing)}" for name, timing in self._timings.items()]
+        return tuple(f"proven given that {phrase}" for phrase in stated)
 
     @property
     def _timings(self) -> Mapping[str, Timing]:
