@@ -24,6 +24,7 @@ from trajopt.planning.workers import attempted_in_threads
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import function, one_of, unless_none
 from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import named
 
 Run = Callable[[Search], Result]
 """Runs a search to its end."""
@@ -31,6 +32,7 @@ NO_BOUNDS = Budget()
 """The default budget: the seeds of the schedule, one after the other."""
 
 
+@named
 def plan(
     problem: Problem,
     *,

@@ -22,6 +22,7 @@ from trajopt.planning.status import Status
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats
+from trajopt.values.errors.arguments import named
 from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Judge
 
@@ -34,6 +35,7 @@ BECAUSE = "what is left of the running motion is nearly what is asked"
 """Why planning takes the method."""
 
 
+@named
 def replan(
     problem: Problem,
     running: Trajectory,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +33,8 @@ class ToolSpeed(Value):
         steady: Share of the linear limit by which the speed may fall below it between its ramps, as in
             wiping or welding at constant speed; inf if any lower speed will do.
     """
+
+    GIVEN_AS: ClassVar[str] = "Problem(tool_speed=...)"
 
     frame: str
     linear: float

@@ -111,6 +111,7 @@ class Scene(SceneMotions):
         if motion is not None and (placement is not None or frame != WORLD):
             raise ModelError(f"{shown(name)} is where its motion has it: give no placement and no frame")
         added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass))
+        self.added_elsewhere.add(name)
         return self._with(added).with_motion(name, motion, appears=appears, expires=expires)
 
     def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> Scene:

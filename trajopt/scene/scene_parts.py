@@ -31,6 +31,10 @@ FROM_SRDF = AllowedCollisions()
 """Stands for the pairs that the robot's description disables, unless another matrix is given."""
 
 
+COPY = "added to a copy of this scene, which `scene = scene.add(..)` keeps"
+"""Why a scene lacks what was added: it is a value."""
+
+
 @dataclass(frozen=True, eq=False)
 class SceneParts(Value):
     """The fields of a scene, which `Scene` says more of, and what can be asked of them.
@@ -74,8 +78,14 @@ class SceneParts(Value):
             ObjectNotFound: If there is none of that id.
         """
         if one_of("object", name, str) not in self.objects:
-            raise ObjectNotFound("object", name, self.objects, frames=self.frame_names)
+            lost = COPY if name in self.added_elsewhere else ""
+            raise ObjectNotFound("object", name, self.objects, frames=self.frame_names, left_out=lost)
         return self.objects[name]
+
+    @cached_property
+    def added_elsewhere(self) -> set[str]:
+        """Ids of the objects that `add` gave to scenes made of this one, which does not have them."""
+        return set()
 
     @property
     def placed(self) -> Mapping[str, SceneObject]:
@@ -244,7 +254,11 @@ class SceneParts(Value):
         """Each tool, and what is around the robot, as a heading and words."""
         tools = (f"{item.name} on {item.frame} at {item.placement}" for item in self.tools.values())
         around = f"{', '.join(self.objects) or 'nothing'}; {self.distances}"
-        return (*(("tool", words) for words in tools), ("around it", around))
+        lines = [*(("tool", words) for words in tools), ("around it", around)]
+        if self.added_elsewhere:
+            lost = ", ".join(sorted(self.added_elsewhere))
+            lines.append(("not there", f"{lost}: {COPY}"))
+        return tuple(lines)
 
     @property
     def distances(self) -> str:
@@ -260,7 +274,8 @@ class SceneParts(Value):
     def _check_frame(self, name: str) -> None:
         known = (WORLD, *self.frame_names)
         if one_of("frame", name, str) not in known and name not in self.objects:
-            raise FrameNotFound("frame", name, known, objects=self.objects)
+            lost = COPY if name in self.added_elsewhere else ""
+            raise FrameNotFound("frame", name, known, objects=self.objects, left_out=lost)
 
     def _owners(self, names: Iterable[str]) -> frozenset[str]:
         return frozenset(self.owner(name, "touch link") for name in several("touch_links", names, str))

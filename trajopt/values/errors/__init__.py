@@ -5,7 +5,7 @@ problem at all. Each class also derives from the builtin exception that it refin
 numbers that are taken as they are, though another unit is likely.
 """
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
@@ -52,6 +52,39 @@ class ClockError(ProblemError):
 
 class CampaignError(TrajoptError, RuntimeError):
     """A campaign cannot go on, or its folder does not hold what it must."""
+
+
+OTHER_ARGUMENTS: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(
+        ("timeout", "time_limit", "max_time", "planning_time", "allowed_planning_time"), ("seconds", "budget")
+    ),
+    **dict.fromkeys(("quat", "xyzw", "orientation", "rotation_quaternion"), ("quaternion",)),
+    **dict.fromkeys(("euler", "angles"), ("rpy",)),
+    **dict.fromkeys(("pos", "position", "translation", "origin"), ("xyz", "placement")),
+    **dict.fromkeys(("pose", "transform"), ("placement",)),
+    **dict.fromkeys(("planner", "planner_id", "solver", "optimizer"), ("method",)),
+    **dict.fromkeys(("seed", "initial_guess", "init"), ("seeds", "rng")),
+    **dict.fromkeys(("link", "frame_name", "tip"), ("frame",)),
+}
+"""Names of arguments in other libraries, and what is meant here, the first of them that a function has."""
+
+
+class UnknownArgument(ProblemError, TypeError):
+    """A function has no argument of that name; the message names the one meant, or all that it has."""
+
+    def __init__(self, called: str, name: str, known: Sequence[str]) -> None:
+        """Find the argument that is meant.
+
+        Args:
+            called: The function.
+            name: What was given.
+            known: Its arguments.
+        """
+        self.name, self.known = name, tuple(known)
+        usual = [other for other in OTHER_ARGUMENTS.get(name, ()) if other in known]
+        near = usual or get_close_matches(name, known, n=1)
+        meant = f"did you mean {near[0]}?" if near else f"it has {', '.join(known)}"
+        super().__init__(f"{called} has no argument {name}: {meant}")
 
 
 class NameNotFound(ModelError, KeyError):

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, Union, cast
 
 import numpy as np
 
-from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.values.errors import ProblemError, ShapeError, UnknownArgument
 from trajopt.values.errors.shown import listed, shown
 
 Target = TypeVar("Target", bound=Callable[..., Any])
@@ -41,15 +41,19 @@ def checked(target: Target) -> Target:
     Raises:
         ProblemError: By the function, if an argument is of another kind; it names the argument.
         ShapeError: By the function, if it must be a number and is none.
+        UnknownArgument: By the function, if it has no argument of that name.
     """
     if inspect.isclass(target):
         cast("Any", target).__init__ = checked(target.__init__)
         return cast("Target", target)
     kinds, code = Kinds(target), inspect.unwrap(target).__code__
     names = code.co_varnames[: code.co_argcount]
+    known = _names_of(target)
 
     @wraps(target)
     def call(*args: Any, **kwargs: Any) -> Any:
+        if known is not None and not kwargs.keys() <= known:
+            raise _unknown(target, kwargs, known)
         for given in (zip(names, args, strict=False), kwargs.items()):
             for name, value in given:
                 test, hint = kinds[name]
@@ -58,6 +62,41 @@ def checked(target: Target) -> Target:
         return target(*args, **kwargs)
 
     return cast("Target", call)
+
+
+def named(target: Target) -> Target:
+    """Have a function that checks its arguments itself name the one that is meant by an unknown one.
+
+    Raises:
+        UnknownArgument: By the function.
+    """
+    known = _names_of(target)
+
+    @wraps(target)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        if known is not None and not kwargs.keys() <= known:
+            raise _unknown(target, kwargs, known)
+        return target(*args, **kwargs)
+
+    return cast("Target", call)
+
+
+def _names_of(target: Callable[..., Any]) -> frozenset[str] | None:
+    """Return the names that a function's arguments may be given by; None if it takes any."""
+    code = inspect.unwrap(target).__code__
+    if code.co_flags & inspect.CO_VARKEYWORDS:
+        return None
+    return frozenset(code.co_varnames[code.co_posonlyargcount : code.co_argcount + code.co_kwonlyargcount])
+
+
+def _unknown(target: Callable[..., Any], given: Mapping[str, Any], known: frozenset[str]) -> UnknownArgument:
+    """Return the error of the first argument that a function does not have."""
+    ordered = [
+        name for name in inspect.unwrap(target).__code__.co_varnames if name in known - {"self", "cls"}
+    ]
+    name = next(each for each in given if each not in known)
+    called = target.__qualname__.removesuffix(".__init__")
+    return UnknownArgument(called, name, ordered)
 
 
 def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
@@ -216,12 +255,19 @@ def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
         test = _test(inner)
         for member in cast("Iterable[Any]", value):
             if not test(member):
-                return ProblemError(f"each of {name} must be {_words(_parts(inner))}, is {shown(member)}")
+                words = f"each of {name} must be {_words(_parts(inner))}, is {shown(member)}"
+                return ProblemError(f"{words}{_given_elsewhere(member)}")
     if set(parts) <= {float, type(None)}:
         return ShapeError(name, f"must be a number, is {shown(cast('object', value))}")
     return ProblemError(
         f"{name} must be {_words(parts)}, is {shown(cast('object', value))}{_lacking(parts, value)}"
     )
+
+
+def _given_elsewhere(value: object) -> str:
+    """Say which argument a value is for, if its class knows; empty otherwise."""
+    argument = getattr(type(value), "GIVEN_AS", "")
+    return f"; it is given as {argument}" if argument else ""
 
 
 def _lacking(parts: tuple[Any, ...], value: Any) -> str:
