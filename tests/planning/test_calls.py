@@ -9,8 +9,8 @@ import trajopt as to
 from trajopt.optimise.solvers.native_descent import NativeDescent
 
 MOST_FRAMES = 9
-"""Python frames from `plan` to the one that calls a native core, both counted, and that of the decorator which names
-unknown arguments."""
+"""Python frames from `plan` to the one that calls a native core, both counted, and that of the decorator
+which names unknown arguments."""
 
 
 def frames_of_plan(names: list[str]) -> Callable[[], None]:

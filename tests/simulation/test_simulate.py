@@ -10,7 +10,6 @@ import pytest
 from tests.simulation.conftest import INERTIA, LENGTH, MASS, reduced_all, smooth
 from trajopt.robot.bodies import MeshPolicy
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.simulation import SimulationOptions, simulate
 from trajopt.values.errors import ModelError, ShapeError
@@ -234,12 +233,6 @@ def test_trajectory_of_other_joints_is_refused(pendulum: Pendulum) -> None:
     other = Trajectory(("elsewhere",), np.array([0.0, 1.0]), np.zeros((2, 1)))
     with pytest.raises(ModelError, match="the trajectory moves elsewhere"):
         simulate(reduced, other)
-
-
-def test_robot_without_masses_is_refused(planar_arm: Robot) -> None:
-    reduced = reduce_model(Scene(planar_arm), "arm", planar_arm.positions())
-    with pytest.raises(ModelError, match="<inertial>"):
-        simulate(reduced, smooth(reduced, np.zeros(2), np.ones(2), 1.0))
 
 
 @pytest.mark.parametrize(

@@ -233,6 +233,7 @@ class SimulatedExecutor:
         at[robot.index(self.joint_names)] = positions
         whole = whole_robot(world, self.joint_names, robot.followed(at))
         self._world, self._plant = world, Plant(whole, self._options.dt)
+        self._plant.require_masses()
         self._controller = ComputedTorque(replace(whole, model=loaded_model(whole)), self._options)
         self._plant.reset(positions, velocities)
         self._effort = whole.limits.effort

@@ -9,7 +9,7 @@ from trajopt.scene.payload import loaded_model
 from trajopt.scene.planned_robot import Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
 from trajopt.simulation.contacts import ContactLog
-from trajopt.simulation.controller import ComputedTorque, in_group_order, reference
+from trajopt.simulation.controller import ComputedTorque, Reference, in_group_order, reference
 from trajopt.simulation.options import SimulationOptions
 from trajopt.simulation.rollout import Rollout, TrackingError
 from trajopt.values.arrays import Floats, readonly, unless_none
@@ -18,6 +18,7 @@ from trajopt.values.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from trajopt.robot.loading.mujoco_library import mujoco
+    from trajopt.simulation.plant import Plant
 
 BLOWN_UP = 1e4
 """Joint speed [rad/s | m/s] beyond which a simulation has diverged."""
@@ -60,6 +61,9 @@ def simulate(
     exactly, so errors come from torque limits, contacts, or jumps in the trajectory. What changes with time
     is there at its times, exactly on its track, and yields to nothing.
 
+    A robot of which a joint moves no mass, as its description has no inertias, is put where the plan has it
+    at each time instead: contacts are found, but torques are zero, and a note says so.
+
     Args:
         motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
             Joints outside the group stand still.
@@ -69,7 +73,7 @@ def simulate(
     Raises:
         PlanningFailed: If the result has no plan.
         ProblemError: If it takes more than a million steps.
-        ModelError: If the trajectory's joints are not the group's, or the robot has no masses.
+        ModelError: If the trajectory's joints are not the group's.
     """
     from trajopt.simulation.plant import Plant  # MuJoCo takes a second to import
 
@@ -78,6 +82,8 @@ def simulate(
     trajectory = in_group_order(reduced, trajectory)
     plant = Plant(reduced, options.dt)
     followed = reference(trajectory, options.dt, options.settling_time)
+    if plant.massless:
+        return _played(plant, reduced, trajectory, followed, options)
     controller = ComputedTorque(replace(reduced, model=loaded_model(reduced)), options)
     plant.reset(followed.positions[0], followed.velocities[0])
     log = ContactLog(reduced.scene.allowances, trajectory.duration)
@@ -110,6 +116,43 @@ def simulate(
         {name: float(s) for name, s in zip(reduced.joint_names, limited, strict=True) if s > 0.0},
         diverged,
         plant.notes,
+    )
+
+
+def _played(
+    plant: "Plant",
+    reduced: ReducedModel,
+    trajectory: Trajectory,
+    followed: Reference,
+    options: SimulationOptions,
+) -> Rollout:
+    """Put the robot where a trajectory has it at each time, without dynamics."""
+    log = ContactLog(reduced.scene.allowances, trajectory.duration)
+    plant.reset(followed.positions[0], followed.velocities[0])
+    for t, positions, velocities in zip(
+        followed.times.tolist(), followed.positions, followed.velocities, strict=True
+    ):
+        log.record(t, plant.show(t, positions, velocities))
+    stride, last = max(1, round(options.sample_period / options.dt)), len(followed.times) - 1
+    stored = sorted({*range(0, last, stride), last})
+    exact = readonly(np.zeros(len(reduced.joint_names)))
+    without = (
+        f"the motion is played without dynamics: joint {plant.massless} moves no mass; "
+        "with an <inertial> for the links beyond it torques and tracking are simulated too"
+    )
+    return Rollout(
+        reduced,
+        trajectory,
+        readonly(followed.times[stored]),
+        readonly(followed.positions[stored]),
+        readonly(followed.velocities[stored]),
+        readonly(np.zeros((len(stored), len(exact)))),
+        TrackingError(exact, exact),
+        log.contacts(),
+        {},
+        None,
+        (*plant.notes, without),
+        dynamic=False,
     )
 
 

@@ -84,6 +84,7 @@ def simulate_phases(
     for rule in report.spec.equalities:
         rule.solimp = np.array(COUPLING_IMPEDANCE)
     plant = Plant(whole, options.dt, report)
+    plant.require_masses()
     run = _Run(plant, whole, loose, moving, options)
     at = start
     for index, phase in enumerate(phases):

@@ -33,7 +33,7 @@ class Plant:
             report: Its MuJoCo model, with whatever was added to it; a new one when None.
 
         Raises:
-            ModelError: If MuJoCo refuses the model, or a joint moves no mass.
+            ModelError: If MuJoCo refuses the model.
         """
         report = report or describe(reduced)
         report.spec.option.timestep = dt
@@ -53,7 +53,7 @@ class Plant:
         self._changing = report.changing
         self._presence = Presence(report.changing, self.model, self._owner)
         self._mimic_matrix, self._mimic_offset = reduced.mimic_matrix, reduced.mimic_offset
-        self._check_inertia(reduced)
+        self.massless = self._massless(reduced)
 
     @property
     def positions(self) -> Floats:
@@ -74,10 +74,7 @@ class Plant:
     def reset(self, positions: Floats, velocities: Floats) -> None:
         """Put the group at positions and velocities, shape (n,) each; mimicking joints follow."""
         mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[self._position] = self._mimic_matrix @ positions + self._mimic_offset
-        self.data.qvel[self._velocity] = self._mimic_matrix @ velocities
-        self._put(0.0)
-        mujoco.mj_forward(self.model, self.data)
+        self.show(0.0, positions, velocities)
 
     def step(self, torques: Floats) -> Mapping[tuple[str, str], float]:
         """Advance one time step.
@@ -114,14 +111,40 @@ class Plant:
             depths[pair] = max(depths.get(pair, 0.0), -float(contacts.dist[k]))
         return depths
 
-    def _check_inertia(self, reduced: ReducedModel) -> None:
+    def require_masses(self) -> None:
+        """Refuse a robot one of whose joints moves no mass.
+
+        Raises:
+            ModelError: If there is one.
+        """
+        if self.massless:
+            raise ModelError(
+                f"joint {shown(self.massless)} moves no mass, so nothing can be simulated; "
+                "give the links beyond it an <inertial> in the URDF"
+            )
+
+    def show(self, time: float, positions: Floats, velocities: Floats) -> Mapping[tuple[str, str], float]:
+        """Put the group at positions and velocities without dynamics.
+
+        Args:
+            time: When that is [s].
+            positions: Shape (n,) [rad | m].
+            velocities: Shape (n,) [rad/s | m/s].
+
+        Returns:
+            Penetration [m] of links and objects, by pair of owners.
+        """
+        self.data.qpos[self._position] = self._mimic_matrix @ positions + self._mimic_offset
+        self.data.qvel[self._velocity] = self._mimic_matrix @ velocities
+        self._put(time)
+        mujoco.mj_forward(self.model, self.data)
+        return self._touching()
+
+    def _massless(self, reduced: ReducedModel) -> str:
+        """Return a joint of the group that moves no mass; empty if all move some."""
         self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
         full = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, full)
-        moved = self._mimic_matrix.T @ full[self._velocity][:, self._velocity] @ self._mimic_matrix
-        for name, inertia in zip(reduced.joint_names, np.diag(moved), strict=True):
-            if inertia < SMALLEST_MOVED_INERTIA:
-                raise ModelError(
-                    f"joint {shown(name)} moves no mass, so nothing can be simulated; "
-                    "give the links beyond it an <inertial> in the URDF"
-                )
+        moved = np.diag(self._mimic_matrix.T @ full[self._velocity][:, self._velocity] @ self._mimic_matrix)
+        light = np.flatnonzero(moved < SMALLEST_MOVED_INERTIA)
+        return reduced.joint_names[int(light[0])] if len(light) else ""

@@ -73,6 +73,7 @@ class Rollout(Value):
         saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
         diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
         notes: Where MuJoCo's model differs from the robot's and the scene's.
+        dynamic: Whether motors moved it; False where it was put where the plan has it, as it has no masses.
     """
 
     reduced: ReducedModel = field(repr=False)
@@ -86,6 +87,7 @@ class Rollout(Value):
     saturated: Mapping[str, float]
     diverged: float | None = None
     notes: tuple[str, ...] = ()
+    dynamic: bool = True
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -133,7 +135,9 @@ class Rollout(Value):
             f"{tool_frame(self.reduced)} ended {in_length(end.position)} and {in_degrees(end.rotation)} "
             "from the plan",
         ]
-        if self.saturated:
+        if not self.dynamic:
+            parts = [f"Played {self.duration:.2f} s without dynamics, as the robot has no masses"]
+        elif self.saturated:
             motors = (f"{name} for {seconds:.3f} s" for name, seconds in self.saturated.items())
             parts.append("motors at their limit: " + ", ".join(motors))
         else:
@@ -184,6 +188,7 @@ class Rollout(Value):
             "saturated": dict(self.saturated),
             "diverged": self.diverged,
             "notes": list(self.notes),
+            "dynamic": self.dynamic,
         }
 
 
