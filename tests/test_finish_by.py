@@ -10,8 +10,8 @@ from tests.planning.moving.test_in_time import GOAL, problem, table
 from trajopt.planning import Certainty, on_the_way
 from trajopt.planning.infeasibility import too_late
 from trajopt.planning.infeasibility.too_late import least_time
-from trajopt.planning.moving.waiting import begun_later
 from trajopt.timing import Retimed, retime
+from trajopt.timing.standing import begun_later
 from trajopt.values.errors import ProblemError
 from trajopt.values.trajectory import Path
 

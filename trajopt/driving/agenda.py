@@ -16,9 +16,9 @@ from trajopt.driving.room import with_share
 from trajopt.driving.running import Pause, Progress, Running
 from trajopt.driving.uncertain import too_uncertain
 from trajopt.driving.way_back import way_back
-from trajopt.planning.moving.waiting import JOLT
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
+from trajopt.timing.standing import JOLT
 from trajopt.values.arrays import Printed
 from trajopt.values.trajectory import Trajectory
 

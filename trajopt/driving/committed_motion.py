@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.planning.moving.waiting import JOLT, begun_later
+from trajopt.timing.standing import JOLT, after_standing, begun_later
 from trajopt.values.arrays import Floats, floats, number
 from trajopt.values.errors import JointNotFound
 from trajopt.values.errors.arguments import checked
@@ -209,17 +209,8 @@ class CommittedMotion:
                 rest = part if begin - time <= INSTANT else begun_later(part, begin - time)
             else:
                 gap = begin - time - rest.duration
-                rest = rest.followed_by(part) if gap <= INSTANT else _one_after_the_other(rest, gap, part)
+                rest = rest.followed_by(part) if gap <= INSTANT else after_standing(rest, gap, part)
         return rest
-
-
-def _one_after_the_other(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
-    """Return a motion, so long a time of standing [s], and another that begins where the first ends."""
-    standing = np.zeros((1, first.positions.shape[1]))
-    rows = [np.concatenate((first.positions, standing + first.positions[-1]))]
-    rows += [np.concatenate((each, standing)) for each in _rates(first)]
-    stood = Trajectory(first.joint_names, np.append(first.times, first.duration + JOLT), *rows)
-    return stood.followed_by(begun_later(second, gap - JOLT))
 
 
 def _rates(motion: Trajectory) -> list[Floats]:

@@ -11,9 +11,9 @@ from trajopt.driving.intention import Goal, Intention
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.room import with_share
 from trajopt.planning import on_the_way
-from trajopt.planning.moving.waiting import JOLT
 from trajopt.planning.plan import plan
 from trajopt.scene.group_tools import tool_of
+from trajopt.timing.standing import JOLT
 from trajopt.values.arrays import Value
 
 LOOK = 5e-3

@@ -12,8 +12,8 @@ from trajopt.driving.intention import Intention
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.pace import PACES, where_on
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.planning.moving.waiting import JOLT
 from trajopt.problem.problem import Problem
+from trajopt.timing.standing import JOLT
 from trajopt.timing.stops import PathStop, StopsAlong
 from trajopt.values.arrays import Printed
 

@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, START
 from tests.verify.test_moving_things import sampled
-from trajopt.planning.moving.waiting import begun_later
+from trajopt.timing.standing import begun_later
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import pytest
 import trajopt as to
 from tests.verify.test_moving_things import sampled
 from trajopt.planning.budget import Budget, BudgetTracker
-from trajopt.planning.moving.waiting import begun_later
 from trajopt.planning.status import Certainty
 from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.timing.standing import begun_later
 
 START = {
     "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,

@@ -10,7 +10,7 @@ from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 from trajopt.geometry import Query
 from trajopt.planning.moving.among import Among
-from trajopt.planning.moving.waiting import begun_later
+from trajopt.timing.standing import begun_later
 
 __all__ = ["table"]
 

@@ -12,9 +12,10 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.limits import JointLimits
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
+from trajopt.timing.standing import in_turn
 from trajopt.values.arrays import Floats
 from trajopt.values.errors.arguments import checked
-from trajopt.values.trajectory import Path, Trajectory
+from trajopt.values.trajectory import Path
 
 PATH_TOLERANCE = 5e-3
 """How far a timed motion may leave its path unless told otherwise [m]."""
@@ -90,7 +91,7 @@ def retime_with_stops(
         if isinstance(timed, RetimeFailure):
             return timed
         legs.append(timed)
-    trajectory = reduce(Trajectory.followed_by, (leg.trajectory for leg in legs))
+    trajectory = reduce(in_turn, (leg.trajectory for leg in legs))
     kinds = {kind for leg in legs for kind in leg.binding}
     lasts = [leg.trajectory.duration for leg in legs]
     return Retimed(

@@ -16,7 +16,7 @@ from trajopt.optimise.kinematics.goal_candidates import goal_candidates
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.moving.following_frame import Followed, FollowingFrame, seems_possible
 from trajopt.planning.moving.still import stopped
-from trajopt.planning.moving.waiting import LONGEST, begun_later
+from trajopt.planning.moving.waiting import LONGEST
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Status
@@ -25,6 +25,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
 from trajopt.scene.scene import Scene
 from trajopt.scene.timed import timed_model
+from trajopt.timing.standing import begun_later
 from trajopt.values.errors import shown
 from trajopt.values.trajectory import Path, Trajectory
 

@@ -16,9 +16,9 @@ from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.moving.order_search import OrderSearch, Step, ever_over
 from trajopt.planning.moving.speed_changes import RATES, TICKS, Change, Limited, possible_changes
 from trajopt.planning.moving.timing_words import remarks_of
-from trajopt.planning.moving.waiting import begun_later
 from trajopt.robot.limits import JointLimits
 from trajopt.timing import InverseDynamics
+from trajopt.timing.standing import begun_later
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Interpolation, Trajectory
 

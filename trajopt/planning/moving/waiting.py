@@ -12,6 +12,7 @@ from math import ceil, inf
 import numpy as np
 
 from trajopt.planning.moving.looks import LOOK, Looks
+from trajopt.timing.standing import begun_later
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.trajectory import Trajectory
 
@@ -21,8 +22,6 @@ HALVINGS = 4
 """So a motion begins within 3 ms of the earliest time that is clear."""
 MOST = 3
 """So many beginnings of one motion are judged: what lies between looks may be in the way of the first."""
-JOLT = 1e-3
-"""A motion may begin with an acceleration: it is reached from rest in so long, while nothing gets on [s]."""
 TOGETHER = 32
 """Beginnings that are looked at together."""
 FEW = 4
@@ -147,29 +146,3 @@ class Waiting:
         near = self.looks.near(np.tile(start, (len(times), 1)), times)
         which = np.repeat(np.arange(len(waits)), [len(each) for each in looks])
         return int(which[near].min(initial=len(waits)))
-
-
-def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
-    """Return a motion that rests at its start for a time and then goes on as it was.
-
-    Where it begins with an acceleration, that is reached at the end of the wait: by a quintic from rest to
-    rest with this acceleration at its end, inside which it is nowhere larger.
-
-    Args:
-        trajectory: With no velocity at its start.
-        wait: How long [s].
-    """
-    positions, velocities, accelerations = (
-        trajectory.positions, trajectory.velocities, trajectory.accelerations
-    )  # fmt: skip
-    before = [0.0]
-    if accelerations is not None and accelerations[0].any():
-        before.append(wait - min(JOLT, wait / 2.0))
-    still = np.zeros((len(before), positions.shape[1]))
-    return Trajectory(
-        trajectory.joint_names,
-        np.concatenate((before, trajectory.times + wait)),
-        np.concatenate((still + positions[0], positions)),
-        None if velocities is None else np.concatenate((still, velocities)),
-        None if accelerations is None else np.concatenate((still, accelerations)),
-    )
