@@ -4,14 +4,16 @@ import json
 import socket
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import httpx
 import pytest
 
 from tests.server.hostile import Hostile, hostile, raw
-from tests.server.serving import PATIENT, Serving
+from tests.server.serving import PATIENT, SMALL, Serving, serving
 from trajopt.server import Lane
 from trajopt.server.client import Client
+from trajopt.server.http import HttpOptions
 
 ALL = list(hostile())
 FEW = ALL[::7]
@@ -113,6 +115,46 @@ def test_half_open_sockets_and_slow_bodies_are_cut_off_and_do_not_keep_others_ou
     finally:
         for connection in (*silent, slow):
             connection.close()
+
+
+def test_a_body_that_trickles_on_after_its_refusal_is_cut_off(server: Serving) -> None:
+    with socket.create_connection(("127.0.0.1", server.port)) as slow:
+        slow.sendall(b"POST /sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n")
+        slow.sendall(b"Content-Length: 1000\r\n\r\n{")
+        slow.settimeout(PATIENCE)
+        assert received(slow)[0] == 408
+        for _ in range(500):
+            time.sleep(0.02)
+            try:
+                slow.sendall(b" ")
+            except OSError:
+                break
+        else:
+            pytest.fail("the server listens on")
+    serves(server)
+
+
+def test_requests_under_way_have_room_for_so_many_bytes_together() -> None:
+    half = replace(SMALL, body=2**20, bodies=2**20)
+    patient = HttpOptions(port=0, transfer=PATIENCE)
+    with serving(limits=half, options=patient) as server, Client(server.url) as client:
+        session = client.session()
+        head = raw(f"/sessions/{session.id}/wait", b" " * 700_000)
+        url, until = f"{server.url}/sessions/{session.id}/wait", time.monotonic() + PATIENCE
+
+        def until_it_is(status: int) -> httpx.Response:
+            while time.monotonic() < until:
+                answer = httpx.post(url, json={"seconds": 0.0, "more": "x" * 500_000}, timeout=PATIENCE)
+                if answer.status_code == status:
+                    return answer
+            pytest.fail(f"none was answered with {status}")
+
+        with socket.create_connection(("127.0.0.1", server.port)) as holding:
+            holding.sendall(head[:-1])
+            refused = until_it_is(429)
+            assert "together" in refused.json()["error"]["reason"] and refused.headers["retry-after"] == "1"
+            assert client.session().read()["robot"] == "planar2", "small ones have room"
+        until_it_is(200)
 
 
 def test_more_connections_than_there_may_be_are_cut_off(server: Serving) -> None:

@@ -95,9 +95,18 @@ class Job:
         )
         worker.send(request)
 
-    def cancel(self) -> None:
-        """End it soon: what a worker has so far is the answer; without a worker there is none."""
-        self._end(Refusal(Why.CANCELLED, "it was cancelled"))
+    @property
+    def wanted(self) -> Refusal | None:
+        """Why it was told to end, if it was."""
+        return self._wanted
+
+    def cancel(self, refusal: Refusal | None = None) -> None:
+        """End it soon: what a worker has so far is the answer; without a worker there is none.
+
+        Args:
+            refusal: Why; because it was cancelled when None.
+        """
+        self._end(refusal or Refusal(Why.CANCELLED, "it was cancelled"))
 
     def change(self, scene: PackedScene) -> None:
         """Tell the worker, if there is one, that the session's scene is another now."""

@@ -29,6 +29,7 @@ class Limits(Value):
         grace: A process that does not end so long after it was told to is killed [s].
         memory: What one request may take of memory beyond what its process has taken before it [bytes].
         body: Size of a request [bytes].
+        bodies: Size of all requests that are under way at a time, together [bytes].
         triangles: Of all meshes of a request.
         points: Of a trajectory in a request.
         cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.
@@ -46,6 +47,7 @@ class Limits(Value):
     grace: float = 2.0
     memory: int = 1024 * MEGABYTE
     body: int = 16 * MEGABYTE
+    bodies: int = 128 * MEGABYTE
     triangles: int = 50_000
     points: int = 20_000
     cloud: int = 400_000
@@ -54,11 +56,13 @@ class Limits(Value):
     session_bytes: int = 64 * MEGABYTE
 
     def __post_init__(self) -> None:
-        """Check that each is positive.
+        """Check that each is positive, and that a request of the largest size has room.
 
         Raises:
-            ProblemError: If one is not.
+            ProblemError: If that is not so.
         """
         for name, value in vars(self).items():
             if not number(name, value) > 0.0:
                 raise ProblemError(f"limits: {name} must be positive, is {shown(value)}")
+        if self.bodies < self.body:
+            raise ProblemError(f"limits: bodies ({self.bodies}) must be at least body ({self.body})")

@@ -27,6 +27,8 @@ async def run_faces(
 ) -> None:
     """Start a service, serve it by all its faces, and end it when the process is told to, or a face fails.
 
+    The service ends first: its faces refuse new requests meanwhile, and answer those that were under way.
+
     Args:
         robots: The robots by name.
         faces: Its faces.
@@ -39,14 +41,16 @@ async def run_faces(
         OSError: If a face cannot listen where it should.
         Refusal: If the workers do not come up.
     """
-    stop, loop = asyncio.Event(), asyncio.get_running_loop()
+    told, stop, loop = asyncio.Event(), asyncio.Event(), asyncio.get_running_loop()
     for each in SIGNALS:
-        loop.add_signal_handler(each, stop.set)
+        loop.add_signal_handler(each, told.set)
     try:
         served = Service(robots, limits=limits, modules=modules, observer=observer, warehouse=warehouse)
         async with served as service:
             serving = [asyncio.ensure_future(face(service, stop)) for face in faces]
-            await asyncio.wait(serving, return_when=asyncio.FIRST_COMPLETED)
+            waits = (*serving, asyncio.ensure_future(told.wait()))
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+            await service.close(drain=limits.grace)
             stop.set()
             await asyncio.gather(*serving)
     finally:

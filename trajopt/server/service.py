@@ -81,7 +81,7 @@ class Service:
         if self._keeper is not None:
             self.pools[Lane.KEEPING] = self._keeper.pool
         self._observer, self._closing = observer, False
-        self._asking, self._driving = set[asyncio.Task[Any]](), set[asyncio.Task[Answered]]()
+        self._asking, self._driving = set[asyncio.Task[Any]](), dict[asyncio.Task[Answered], Job]()
         self._empty: dict[str, tuple[PackedScene, list[float]]] = {}
 
     async def __aenter__(self) -> "Service":
@@ -107,13 +107,15 @@ class Service:
 
     @checked
     async def close(self, *, drain: float) -> None:
-        """Take no more requests, and end the workers.
+        """Take no more requests, stop the robots that are being driven, and end the workers.
 
         Args:
             drain: How long requests that a worker has begun with may still take [s].
         """
         self._closing = True
-        if drain and (under_way := self._asking | self._driving):
+        for run in self._driving.values():
+            run.cancel(Refusal(Why.CLOSING, "the server is closing, and has stopped the robot"))
+        if drain and (under_way := self._asking | self._driving.keys()):
             await asyncio.wait(under_way, timeout=drain)
         await asyncio.gather(*(pool.close() for pool in self.pools.values()))
         await asyncio.gather(*self._driving, return_exceptions=True)
@@ -134,8 +136,9 @@ class Service:
 
         Raises:
             RobotNotFound: If there is no such robot.
-            Refusal: If there are too many sessions.
+            Refusal: If there are too many sessions, or the server is closing.
         """
+        self._check_open()
         name = robot or next(iter(self.robots))
         if name not in self.robots:
             raise RobotNotFound("robot", name, self.robots)
@@ -155,8 +158,9 @@ class Service:
         """Begin a session with what another one holds now; from then on they are apart.
 
         Raises:
-            Refusal: If there are too many sessions.
+            Refusal: If there are too many sessions, or the server is closing.
         """
+        self._check_open()
         return self.sessions.add(session.scene, session.positions, stamps=session.stamps)
 
     @checked
@@ -240,13 +244,14 @@ class Service:
                 if cancellation is not None:
                     cancellation.of(job)
                 answered = await self._answered(session, found, job)
+                if found.lane is Lane.DRIVING and job.wanted is not None and job.wanted.why is Why.CLOSING:
+                    raise job.wanted
             done.waited, done.cpu = job.begun - job.created, answered.cpu
             return Reply(answered.body, answered.cpu)
 
     def _check(self, session: Session, operation: Operation, size: int) -> None:
         """Refuse what need not wait for a worker to be refused."""
-        if self._closing:
-            raise Refusal(Why.CLOSING, "the server is closing")
+        self._check_open()
         if size > self.limits.body:
             raise Refusal(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {size}")
         if operation.lane is Lane.DRIVING and session.run is not None:
@@ -256,6 +261,10 @@ class Service:
                 Why.FULL, f"{session.editors} changes of this session wait already", retry_after=1.0
             )
 
+    def _check_open(self) -> None:
+        if self._closing:
+            raise Refusal(Why.CLOSING, "the server is closing")
+
     async def _answered(self, session: Session, operation: Operation, job: Job) -> Answered:
         """Wait for the answer, and have the session hold what it changed; who is cancelled cancels it."""
         try:
@@ -264,7 +273,7 @@ class Service:
             # Also without anybody who waits, the robot is driven until it stands, and then stands there.
             driving = asyncio.ensure_future(self._held(session, operation, job))
             session.run = job
-            self._driving.add(driving)
+            self._driving[driving] = job
             driving.add_done_callback(lambda _: session.stand())
             driving.add_done_callback(self._stands)
             await asyncio.wait((driving,))
@@ -274,7 +283,7 @@ class Service:
             raise
 
     def _stands(self, driving: asyncio.Task[Answered]) -> None:
-        self._driving.discard(driving)
+        del self._driving[driving]
         if not driving.cancelled():
             driving.exception()  # nobody may wait
 

@@ -22,6 +22,7 @@ from trajopt.server.http.answers import (
     refusal_response,
 )
 from trajopt.server.http.guard import BYTES, JSON, Guard
+from trajopt.server.http.intake import Intake
 from trajopt.server.http.metrics import Metrics
 from trajopt.server.http.options import HttpOptions
 from trajopt.server.http.robots import robot_document
@@ -242,7 +243,7 @@ def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics 
         metrics: What `/metrics` shows.
     """
     attached = frozenset(name for name, each in service.operations.items() if each.attached)
-    return Guard(Face(service, options, metrics), options, attached)
+    return Guard(Intake(Face(service, options, metrics), service.limits.bodies), options, attached)
 
 
 def worker_request(scope: Scope) -> tuple[str, str]:

@@ -4,11 +4,12 @@ import asyncio
 import socket
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from typing import Any, cast
 
 import uvicorn
 
 from trajopt.server.http.app import http_app
-from trajopt.server.http.careful_protocol import careful_protocol
+from trajopt.server.http.connections import Connections
 from trajopt.server.http.metrics import Metrics
 from trajopt.server.http.options import HttpOptions
 from trajopt.server.service import Service
@@ -43,20 +44,7 @@ async def serve_http(
     with socket.socket(family, socket.SOCK_STREAM) as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((options.host, options.port))
-        config = uvicorn.Config(
-            http_app(service, options, metrics),
-            http=careful_protocol(options),
-            ws="none",
-            lifespan="off",
-            log_config=None,
-            access_log=False,
-            server_header=False,
-            h11_max_incomplete_event_size=LARGEST_HEAD,
-            timeout_keep_alive=int(IDLE),
-            timeout_graceful_shutdown=int(service.limits.grace) + 1,
-            backlog=options.connections,
-        )
-        server = Server(config)
+        server = Server(_config(service, options, metrics))
         serving = asyncio.create_task(server.serve([listening]))
         try:
             while not server.started and not serving.done():
@@ -68,6 +56,33 @@ async def serve_http(
         finally:
             server.should_exit = True
             await serving
+
+
+def _config(service: Service, options: HttpOptions, metrics: Metrics | None) -> uvicorn.Config:
+    """Return uvicorn's configuration, with connections that are cut off where a client is too slow."""
+    connections = Connections(http_app(service, options, metrics), options)
+    config = uvicorn.Config(
+        connections,
+        http="h11",
+        ws="none",
+        lifespan="off",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,  # the address of a client is that of its connection
+        h11_max_incomplete_event_size=LARGEST_HEAD,
+        timeout_keep_alive=int(IDLE),
+        timeout_graceful_shutdown=int(service.limits.grace) + 1,
+        backlog=options.connections,
+    )
+    config.load()
+    speaks: Callable[..., asyncio.Protocol] = config.http_protocol_class
+
+    def connected(**arguments: Any) -> asyncio.Protocol:
+        return connections.connected(speaks(**arguments))
+
+    config.http_protocol_class = cast("type[asyncio.Protocol]", connected)
+    return config
 
 
 class Server(uvicorn.Server):
