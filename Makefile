@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint packaging/locked.txt
 WORKERS ?= 2
 
 .PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-driving bench-perception bench-servo bench-threads bench-cold bench-bundles clean
@@ -38,6 +39,11 @@ wheel-test: wheel
 fuzz: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.random_problems --out out/fuzz --workers $(WORKERS) $(OPTIONS)
 
+# Pin what pip would install today, to be committed once the tests pass with it.
+.PHONY: lock
+lock: $(VENV)/bin/python
+	$(BIN)/python packaging/lock.py packaging/locked.txt
+
 check: $(STAMP_DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -51,7 +57,7 @@ compas-fab: $(STAMP_DEV)
 
 # Pages with the notebooks as they run, the reference and the decisions: out/docs/index.html.
 docs: $(STAMP)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	$(INSTALL) -e ".[docs]"
 	$(BIN)/sphinx-build -W --keep-going -b html docs out/docs
 
 # Each writes its section of benchmarks/README.md and its numbers in benchmarks/results/.
@@ -160,15 +166,15 @@ $(VENV)/bin/python:
 	  || (echo "trajopt needs Python 3.11 to 3.13; name one with: make PYTHON=python3.12 ..." && exit 1)
 	$(PYTHON) -m venv $(VENV)
 
-SOURCES := pyproject.toml $(shell find trajopt/native -name "*.[ch]pp" -o -name CMakeLists.txt)
+SOURCES := pyproject.toml packaging/locked.txt $(shell find trajopt/native -name "*.[ch]pp" -o -name CMakeLists.txt)
 
 $(STAMP): $(VENV)/bin/python $(SOURCES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[robots,view]"
+	$(INSTALL) -e ".[robots,view]"
 	touch $@
 
 # Does not rest on the other stamp, which it sets too: each installation compiles the native cores.
 $(STAMP_DEV): $(VENV)/bin/python $(SOURCES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	$(INSTALL) -e ".[dev]"
 	touch $(STAMP) $@
 
 clean:

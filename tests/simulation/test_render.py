@@ -22,7 +22,7 @@ from trajopt.simulation.camera import FIELD_OF_VIEW, frame_points, visible_point
 from trajopt.simulation.motion import frame_times, motion_of
 from trajopt.simulation.stage import ATTACHED, WOOD, object_colours
 from trajopt.simulation.thumbnail import HEIGHT, WIDTH, thumbnail
-from trajopt.values.errors import FileFormatError, ModelError, ShapeError
+from trajopt.values.errors import FileFormatError, MissingExtra, ModelError, ShapeError
 from trajopt.values.placement import placement
 from trajopt.values.shapes.shapes import Box, Cone, Plane, Sphere
 from trajopt.values.trajectory import Trajectory
@@ -93,7 +93,7 @@ def test_given_camera_is_used(motion: tuple[ReducedModel, Trajectory], tmp_path:
 
 @pytest.mark.usefixtures("opengl")
 def test_film_in_mp4(motion: tuple[ReducedModel, Trajectory], tmp_path: Path) -> None:
-    av = pytest.importorskip("av", reason="this environment was installed before PyAV was a dependency")
+    av = pytest.importorskip("av", reason="films need the extra film")
     reduced, planned = motion
     path = render(reduced, planned, tmp_path / "a.mp4", **SIZE, fps=12.5)
     with av.open(str(path)) as written:
@@ -104,6 +104,14 @@ def test_film_in_mp4(motion: tuple[ReducedModel, Trajectory], tmp_path: Path) ->
     first = pixels(render(reduced, planned, tmp_path / "a.png", **SIZE, moments=[0.0]))
     assert pictures[0].shape == (120, 160, 3)
     assert np.abs(pictures[0] - first).mean() < 6.0 < np.abs(pictures[-1] - pictures[0].astype(float)).max()
+
+
+def test_a_film_without_its_encoder_is_refused_before_anything_is_drawn(
+    motion: tuple[ReducedModel, Trajectory], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("trajopt.simulation.film.find_spec", lambda _: None)
+    with pytest.raises(MissingExtra, match=r"av is not installed.*\[film\]"):
+        render(*motion, tmp_path / "a.mp4", **SIZE)
 
 
 @pytest.mark.usefixtures("opengl")

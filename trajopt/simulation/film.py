@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
 from trajopt.simulation.offscreen import Image
-from trajopt.values.errors import FileFormatError
+from trajopt.values.errors import FileFormatError, MissingExtra
 
 SUFFIXES = (".png", ".gif", ".mp4")
 """Suffixes of files that can be written."""
+ENCODER = "av"
+"""The package that encodes films: PyAV, of the extra `film`."""
 DITHER = Pillow.Dither.NONE
 QUALITY = "20"
 """Constant rate factor of films: between x264's default, 23, and what looks like the original, 18."""
@@ -29,12 +32,15 @@ def check_path(path: Path) -> str:
 
     Raises:
         FileFormatError: If it is none of `SUFFIXES`, or its folder does not exist.
+        MissingExtra: If it is a film, and what writes it is not installed.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise FileFormatError(str(path), f"pictures end in {', '.join(SUFFIXES)}")
     if not path.parent.is_dir():
         raise FileFormatError(str(path), "its folder does not exist")
+    if suffix == ".mp4" and find_spec(ENCODER) is None:
+        raise MissingExtra(ENCODER, "film")
     return suffix
 
 
@@ -63,7 +69,7 @@ def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
 
 def write_mp4(path: Path, pictures: Iterable[Image], fps: float) -> None:
     """Write an H.264 film, each picture as it is drawn."""
-    av: Any = import_module("av")  # slow to import, and used for films only
+    av: Any = import_module(ENCODER)  # slow to import, and used for films only
     with av.open(str(path), "w") as film:
         stream: Any = None
         for picture in pictures:

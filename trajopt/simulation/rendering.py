@@ -65,6 +65,7 @@ def render(
         PlanningFailed: If the result has no plan.
         ProblemError: If the motion or the file is missing.
         FileFormatError: If the suffix is none of the three (PNG for a problem), or there is no such folder.
+        MissingExtra: If it is a film (.mp4), and the extra `film` is not installed.
         RenderingUnavailable: If no OpenGL works here; says what to install.
         ShapeError: If a size, `fps` or `moments` cannot be used.
         ModelError: If the motion is not of this group's joints.

@@ -147,7 +147,8 @@ def test_piqp_against_proxqp(seed: int) -> None:
 def test_a_known_backend_that_is_missing_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("qpsolvers.available_solvers", ["piqp"])
     for name, package in GENERAL.items():
-        with pytest.raises(MissingExtra, match=rf"{package} is not installed; .*\[qp\]"):
+        extra = "qp-gpl" if name == "quadprog" else "qp"
+        with pytest.raises(MissingExtra, match=rf"{package} is not installed; .*\[{extra}\]"):
             qp_backend(name)
 
 

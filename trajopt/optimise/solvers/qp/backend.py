@@ -38,7 +38,9 @@ GENERAL: Mapping[str, str] = {
     "quadprog": "quadprog",
     "scs": "scs",
 }
-"""Backends that are driven through qpsolvers, and the package of each; all in the extra `qp`."""
+"""Backends that are driven through qpsolvers, and the package of each; in the extra `qp` but for `GPL`."""
+GPL = ("quadprog",)
+"""Backends under the GPL, in an extra of their own, `qp-gpl`: who distributes an environment has to know."""
 
 BACKENDS = (*NATIVE, *GENERAL)
 """Names of the backends that are known; any other that qpsolvers finds installed works too."""

@@ -8,7 +8,7 @@ import numpy as np
 import qpsolvers
 from scipy.sparse import csc_matrix, eye, vstack
 
-from trajopt.optimise.solvers.qp.backend import BACKENDS, GENERAL, Qp, QpSolution, QpStatus
+from trajopt.optimise.solvers.qp.backend import BACKENDS, GENERAL, GPL, Qp, QpSolution, QpStatus
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import BackendFailed, MissingExtra, SolverError, SolverNotFound, shown
 
@@ -46,7 +46,7 @@ class Generic:
         """Look the solver up."""
         if self.solver not in qpsolvers.available_solvers:
             if self.solver in GENERAL:
-                raise MissingExtra(GENERAL[self.solver], "qp")
+                raise MissingExtra(GENERAL[self.solver], "qp-gpl" if self.solver in GPL else "qp")
             raise SolverNotFound("QP solver", self.solver, {*BACKENDS, *qpsolvers.available_solvers})
 
     def setup(self, qp: Qp) -> None:
