@@ -79,7 +79,7 @@ def test_files_outside_of_the_packages_are_not_read(where: str, tmp_path: Path) 
 
 
 def test_memory_is_bounded(tmp_path: Path) -> None:
-    with pytest.raises(FileFormatError, match="2 GB of memory"):
+    with pytest.raises(FileFormatError, match="too much memory"):
         described(tmp_path, '<link name="${len([0] * 10**10)}"/>')
 
 

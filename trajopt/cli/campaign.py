@@ -19,6 +19,7 @@ from trajopt.cli.campaign_results import (
 )
 from trajopt.cli.campaign_sources import Words
 from trajopt.cli.options import (
+    ROBOT_HELP,
     ExactOption,
     JsonOption,
     LimitsOption,
@@ -62,7 +63,7 @@ SourceArgument = Annotated[
 OutOption = Annotated[Path, typer.Option("--out", help="Folder that the campaign is kept in.")]
 RobotOption = Annotated[
     str | None,
-    typer.Option("--robot", help="Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file."),
+    typer.Option("--robot", help=ROBOT_HELP),
 ]
 SceneOption = Annotated[
     Path | None, typer.Option("--scene", help="random, perturbed, placements: MoveIt PlanningScene in YAML.")

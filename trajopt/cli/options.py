@@ -19,9 +19,12 @@ from trajopt.robot.robot import Robot
 from trajopt.values.documents.files import number_of
 from trajopt.values.errors import FileFormatError, ProblemError, shown
 
-RobotOption = Annotated[
-    str, typer.Option("--robot", help="Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file.")
-]
+ROBOT_HELP = (
+    "Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file, which is read with bounds on time, memory "
+    "and the files that it may open."
+)
+"""What `--robot` is in the help of commands."""
+RobotOption = Annotated[str, typer.Option("--robot", help=ROBOT_HELP)]
 SceneOption = Annotated[Path, typer.Option("--scene", help="MoveIt PlanningScene in YAML.")]
 RequestOption = Annotated[Path, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML.")]
 SrdfOption = Annotated[Path | None, typer.Option("--srdf", help="With a URDF file: its SRDF.")]

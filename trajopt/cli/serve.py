@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from trajopt.cli.options import (
+    ROBOT_HELP,
     ExactOption,
     JerkOption,
     LimitsOption,
@@ -38,7 +39,7 @@ OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.ros
 """Modules of what workers do: for everybody, and for clients made for ROS."""
 RobotsOption = Annotated[
     list[str],
-    typer.Option("--robot", help="Installed robot, or a URDF, xacro or MJCF file (repeatable)."),
+    typer.Option("--robot", help=f"{ROBOT_HELP} Repeatable."),
 ]
 HostOption = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 PortOption = Annotated[int, typer.Option("--port", help="Port; 0 for any that is free.")]

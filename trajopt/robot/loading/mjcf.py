@@ -1,5 +1,6 @@
 """MJCF: MuJoCo's own files, read by MuJoCo and written as a URDF, so that all that follows is the same."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +19,10 @@ from trajopt.robot.loading.mjcf_shapes import (
 )
 from trajopt.robot.loading.srdf import Srdf
 from trajopt.robot.loading.urdf import LinkGeometry, Mimic, Urdf
+from trajopt.robot.loading.urdf_tree import check_count
 from trajopt.values.arrays import Floats
+from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
+from trajopt.values.documents.files import read_bytes
 from trajopt.values.errors import FileFormatError, UnsupportedJoint, listed, shown
 from trajopt.values.rotations import as_rpy
 
@@ -26,6 +30,7 @@ FREE, BALL, SLIDE, HINGE = range(4)  # numbers of MuJoCo's mjtJoint
 _JOINT_EQUALITY = 2  # of mjtEq
 _JOINT_TRANSMISSIONS, _TENDON_TRANSMISSION, _WRAPPED_JOINT = (0, 1), 3, 1  # of mjtTrn and mjtWrap
 _WORLD = "world"
+_CHILD, _COMPILED = Path(__file__).with_name("mjcf_child.py"), "compiled.mjb"
 LONGEST_SLIDE = 100.0
 """Half the range of a slide that states none [m]: no arm, gantry or base goes farther in one motion."""
 _EXACT = 1e-12  # anchors this near the body's origin are in it [m]
@@ -44,25 +49,30 @@ def read_mjcf(path: Path) -> tuple[Urdf, Srdf]:
         What a URDF and an SRDF would say of it.
 
     Raises:
-        FileFormatError: If MuJoCo cannot read it, or nothing in it moves.
+        FileFormatError: If MuJoCo cannot read it, or not in 30 s of CPU time and 4 GB, it has more
+            than 1000 bodies, or nothing in it moves.
         UnsupportedJoint: If it has a ball joint.
         ModelError: If a geom is of a type that no link can have.
     """
-    from trajopt.robot.loading.mujoco_library import mujoco  # slow to import
-
-    engine: Any = mujoco
-    warnings: list[str] = []
-    before = engine.get_mju_user_warning()
-    engine.set_mju_user_warning(warnings.append)  # which else go into a file in the working directory
-    try:
-        model: Any = engine.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        reason = " ".join(str(error).split())  # it comes in several lines
-        raise FileFormatError(str(path), f"MuJoCo cannot read it: {reason}") from error
-    finally:
-        engine.set_mju_user_warning(before)
+    model, warnings = _compiled(path)
     said = [f"MuJoCo warns: {' '.join(warning.split())}" for warning in dict.fromkeys(warnings)]
     return _Reading(path, model, notes=said).read()
+
+
+def _compiled(path: Path) -> tuple[Any, list[str]]:
+    """Return MuJoCo's model of a file, and its warnings."""
+    from trajopt.robot.loading.mujoco_library import mujoco  # slow to import
+
+    # Before MuJoCo reads it: for ten thousand bodies it takes minutes.
+    check_count(path, read_bytes(path).count(b"<body"), "bodies")
+    try:
+        answer = answer_of(_CHILD, json.dumps({"file": str(path.absolute())}).encode())
+    except ProcessRefused as error:
+        raise FileFormatError(str(path), f"MuJoCo cannot read it: {error}") from error
+    warnings, _, compiled = answer.partition(b"\n")
+    engine: Any = mujoco
+    model: Any = engine.MjModel.from_binary_path(_COMPILED, {_COMPILED: compiled})
+    return model, json.loads(warnings)
 
 
 @dataclass
@@ -87,6 +97,7 @@ class _Reading:
         for body in range(1, model.nbody):
             self._body(body)
         owners = self._geoms()
+        check_count(self.path, len(self.root.findall("link")), "bodies and geoms of the world")
         mimics = self._mimics()
         passive = self._passive(mimics)
         self._say_what_is_left_out()

@@ -104,25 +104,28 @@ def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str
         model: MuJoCo's model.
         owners: The link of each geom that collides.
     """
-    geoms: dict[str, list[int]] = {}
+    bits: dict[str, set[tuple[int, int]]] = {}
+    bodies: dict[str, int] = {}
     for geom, link in owners.items():
-        geoms.setdefault(link, []).append(geom)
+        bits.setdefault(link, set()).add((int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])))
+        bodies.setdefault(link, int(model.geom_bodyid[geom]))
     excluded = {frozenset((int(pair) >> 16, int(pair) & 0xFFFF)) for pair in model.exclude_signature}
-    demanded = {frozenset((int(a), int(b))) for a, b in zip(model.pair_geom1, model.pair_geom2, strict=True)}
+    pairs = zip(model.pair_geom1, model.pair_geom2, strict=True)
+    demanded = {frozenset(owners.get(int(geom), "") for geom in pair) for pair in pairs}
     found: set[frozenset[str]] = set()
-    for (one, first), (other, second) in combinations(geoms.items(), 2):
-        bodies = [int(model.geom_bodyid[each[0]]) for each in (first, second)]
-        if any(frozenset(pair) in demanded for pair in product(first, second)):
+    for one, other in combinations(bits, 2):
+        pair, bodies_of = frozenset((one, other)), (bodies[one], bodies[other])
+        if pair in demanded:
             continue
-        apart = not any(_bits_meet(model, a, b) for a, b in product(first, second))
-        if apart or frozenset(bodies) in excluded or _hang_together(model, *bodies):
-            found.add(frozenset((one, other)))
+        apart = not any(_bits_meet(a, b) for a, b in product(bits[one], bits[other]))
+        if apart or frozenset(bodies_of) in excluded or _hang_together(model, *bodies_of):
+            found.add(pair)
     return frozenset(found)
 
 
-def _bits_meet(model: Any, a: int, b: int) -> bool:
-    kinds, partners = model.geom_contype, model.geom_conaffinity
-    return bool(int(kinds[a]) & int(partners[b]) or int(kinds[b]) & int(partners[a]))
+def _bits_meet(a: tuple[int, int], b: tuple[int, int]) -> bool:
+    """Say whether geoms touch, given the contype and conaffinity of both."""
+    return bool(a[0] & b[1] or b[0] & a[1])
 
 
 def _hang_together(model: Any, a: int, b: int) -> bool:

@@ -12,16 +12,38 @@ from xml.etree import ElementTree
 from trajopt.robot.loading.xml_file import numbers
 from trajopt.values.errors import FileFormatError, FrameNotFound, listed, shown
 
+MOST_LINKS = 1000
+"""Links of a robot: all pairs of them are listed, and of a thousand there are half a million."""
 _UNUSED = ("safety_controller", "calibration")
 _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 
 
+def check_count(path: Path, links: int, kind: str = "links") -> None:
+    """Make sure that there are not more links than a robot may have.
+
+    Args:
+        path: The file.
+        links: How many there are.
+        kind: Their name in the file.
+
+    Raises:
+        FileFormatError: If there are more.
+    """
+    if links > MOST_LINKS:
+        raise FileFormatError(
+            str(path),
+            f"has {links} {kind}, more than the {MOST_LINKS} that a robot may have; what stands around it "
+            "belongs in a scene (Scene.add)",
+        )
+
+
 def check_tree(path: Path, root: ElementTree.Element) -> None:
-    """Make sure that the links are one tree, in which everything has a name of its own.
+    """Make sure that the links are one tree of bounded size, in which everything has a name of its own.
 
     Raises:
         FileFormatError: If they are not.
     """
+    check_count(path, len(root.findall("link")))
     for tag in ("link", "joint"):
         counted = Counter(element.get("name", "") for element in root.findall(tag))
         if "" in counted:

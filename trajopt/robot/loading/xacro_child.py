@@ -2,7 +2,8 @@
 
 Run as a script: a request in JSON on standard input, the URDF or a reason on standard output. Expressions of
 xacro are Python, and xacro's own check of them can be evaded, so their effects are bounded from outside: by
-limits of the operating system, and by an audit hook (PEP 578) that refuses what expanding does not need.
+limits of the operating system (`trajopt/values/documents/bounded_child.py`), and by an audit hook (PEP 578)
+that refuses what expanding does not need.
 """
 
 import json
@@ -15,8 +16,8 @@ from sysconfig import get_path
 from types import CodeType
 from typing import Any, cast
 
-SECONDS, MEMORY = 30, 2**31
-"""Most CPU time [s] and address space [bytes]: the largest descriptions take a second and 100 MB."""
+REFUSED = 3
+"""Exit status where a file cannot be expanded; the reason is the output then."""
 MANIFEST = "package.xml"
 ALLOWED = frozenset(
     (
@@ -66,13 +67,7 @@ def guard(folders: tuple[str, ...], searched: tuple[str, ...]) -> None:
             # An import with a file name loads compiled code, which raises no events.
             raise PermissionError(f"may not use {event}: expressions only compute")
 
-    for limit, most in (
-        (resource.RLIMIT_CPU, SECONDS),
-        (resource.RLIMIT_AS, MEMORY),
-        (resource.RLIMIT_FSIZE, 0),
-        (resource.RLIMIT_NPROC, 0),
-    ):
-        resource.setrlimit(limit, (most, most))
+    resource.setrlimit(resource.RLIMIT_NPROC, (0, 0))
     sys.addaudithook(hook)
 
 
@@ -101,20 +96,23 @@ def expand(request: dict[str, Any]) -> str:
 def reason(error: BaseException) -> str:
     """Return why a file cannot be expanded."""
     if isinstance(error, MemoryError) or isinstance(getattr(error, "exc", None), MemoryError):
-        return "it takes more than 2 GB of memory"
+        return "it takes too much memory"
     return f"{type(error).__name__}: {error}"
 
 
-def main() -> None:
+def main() -> int:
     """Answer one request."""
     request = json.loads(sys.stdin.buffer.read())
-    answer = sys.stdout
-    sys.stdout = sys.stderr
+    answer, sys.stdout = sys.stdout.buffer, sys.stderr
     try:
-        answer.write(json.dumps({"urdf": expand(request)}))
+        answer.write(expand(request).encode())
+        return 0
     except BaseException as error:  # whatever expressions raise, the parent reports it
-        answer.write(json.dumps({"error": reason(error)[:2000]}))
+        answer.write(reason(error)[:2000].encode(errors="replace"))
+        return REFUSED
+    finally:
+        answer.flush()
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

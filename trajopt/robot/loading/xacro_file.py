@@ -2,21 +2,17 @@
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
 from trajopt.values.errors import FileFormatError, MissingExtra
 
 SUFFIX = ".xacro"
 """Ending of the names of xacro files."""
 _PACKAGE = "xacrodoc"
 _CHILD = Path(__file__).with_name("xacro_child.py")
-_PATIENCE = 60.0
-"""Time after which the process that expands a file is ended [s]; its limit of CPU time is half of that."""
-_CANNOT = "cannot be expanded by xacro:"
 _ROS = ("AMENT_", "COLCON_", "ROS_")
 """What the names of ROS's environment variables begin with; of others the process is told none."""
 
@@ -35,7 +31,7 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
 
     Raises:
         MissingExtra: If `xacrodoc` is not installed.
-        FileFormatError: If it cannot be expanded, or takes more than 30 s or 2 GB.
+        FileFormatError: If it cannot be expanded, or takes more than 30 s of CPU time or 4 GB.
     """
     if find_spec(_PACKAGE) is None:
         raise MissingExtra(_PACKAGE, "xacro")
@@ -50,19 +46,6 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
         "searched": [os.path.realpath(folder) for folder in (*beside, *filter(os.path.isabs, known))],
     }
     try:
-        done = subprocess.run(
-            [sys.executable, "-I", str(_CHILD)],
-            input=json.dumps(request).encode(),
-            capture_output=True,
-            timeout=_PATIENCE,
-            env=environment,
-            check=False,
-        )
-        answer = json.loads(done.stdout)
-    except subprocess.TimeoutExpired as error:
-        raise FileFormatError(str(path), f"{_CANNOT} it takes more than {_PATIENCE:g} s") from error
-    except ValueError as error:
-        raise FileFormatError(str(path), f"{_CANNOT} it takes more than 30 s of CPU time or 2 GB") from error
-    if "error" in answer:
-        raise FileFormatError(str(path), f"{_CANNOT} {answer['error']}")
-    return str(answer["urdf"]).encode()
+        return answer_of(_CHILD, json.dumps(request).encode(), environment=environment)
+    except ProcessRefused as error:
+        raise FileFormatError(str(path), f"cannot be expanded by xacro: {error}") from error

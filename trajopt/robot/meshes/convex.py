@@ -12,7 +12,7 @@ from enum import Enum
 import numpy as np
 
 from trajopt.native import covers
-from trajopt.robot.meshes.array_cache import Arrays, cached_arrays
+from trajopt.values.array_cache import Arrays, cached_arrays
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import ShapeError
 from trajopt.values.shapes.mesh_file import Mesh

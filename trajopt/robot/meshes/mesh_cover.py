@@ -6,17 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.robot.meshes.array_cache import Arrays, cached_arrays
 from trajopt.robot.meshes.convex import FARTHEST, VERSION, CoverMethod, convex_pieces
+from trajopt.values.array_cache import Arrays, cached_arrays
 from trajopt.values.arrays import Floats
 from trajopt.values.errors.arguments import checked
 from trajopt.values.shapes.closed_surface import closed_surface
-from trajopt.values.shapes.mesh_file import Mesh, load_mesh
+from trajopt.values.shapes.mesh_file import ALONE, Mesh, load_mesh
 from trajopt.values.shapes.shapes import Convex, Shape, convex
 
 _VERSION = 4  # of what is kept: part of the key of the cache
 _KEPT = ("vertices", "faces", "ends", "note", "centre", "coarse")
-_ALONE = (".stl", ".dae", ".obj", ".ply")  # files that hold all of their geometry themselves
 
 
 @checked
@@ -92,7 +91,7 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
     Raises:
         MeshFileError: If the file is missing or unreadable, or holds no triangle.
     """
-    if policy.exact or path.suffix.lower() not in _ALONE or not path.is_file():
+    if policy.exact or path.suffix.lower() not in ALONE or not path.is_file():
         return cover_mesh(load_mesh(path, scale), policy)
 
     def make() -> Arrays:

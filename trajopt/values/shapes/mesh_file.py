@@ -1,10 +1,13 @@
 """Triangle meshes: read from a file, asked what they contain and how far they are.
 
 Coal's own loader (assimp) reads the files, so a mesh has exactly the coordinates that Pinocchio
-gives to the same file: DAE, STL (binary, ascii), OBJ and what else assimp knows. In a DAE file the
-transforms of nodes count, `unit` and `up_axis` do not: a file in other units is scaled in the URDF.
+gives to the same file: DAE, STL (binary, ascii), OBJ and what else assimp knows. It does so in a process
+of its own, since there are files that crash it. In a DAE file the transforms of nodes count, `unit` and
+`up_axis` do not: a file in other units is scaled in the URDF.
 """
 
+import io
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,14 +15,19 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from trajopt.values.array_cache import Arrays, cached_arrays
 from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, number, readonly
 from trajopt.values.arrays import path as path_of
+from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
 from trajopt.values.documents.files import is_file
 from trajopt.values.errors import MeshFileError, ShapeError
 from trajopt.values.errors.arguments import checked
 
 LARGEST = 1e6
 """Largest coordinate of a vertex [m]: far beyond any cell, and its fourth power is still a number."""
+ALONE = frozenset((".stl", ".dae", ".obj", ".ply", ".off"))
+"""Files whose triangles are all in them: of others, such as .gltf, some are in files that they refer to."""
+_CHILD, _KEPT = Path(__file__).with_name("mesh_child.py"), ("vertices", "faces")
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
 
 
@@ -167,21 +175,16 @@ def load_mesh(path: Path | str, scale: float | tuple[float, float, float] = 1.0)
         All nodes of the file in one frame; in metres if file and scale say so.
 
     Raises:
-        MeshFileError: If the file is missing or unreadable, or holds no triangle.
+        MeshFileError: If the file is missing or unreadable, holds no triangle, or takes more than 30 s of CPU
+            time or 4 GB to be read.
     """
     path = path_of("path", path)
     factors = np.array(np.broadcast_to(np.asarray(scale, dtype=np.float64), 3))
     if not is_file(path):
         raise MeshFileError(str(path), "no such file")
-    try:
-        model = coal.MeshLoader().load(str(path), factors)
-    except (ValueError, RuntimeError) as error:
-        raise MeshFileError(str(path), _reason(str(error))) from error
-    corners = [model.tri_indices(face) for face in range(int(model.num_tris))]
-    faces = np.array([(c[0], c[1], c[2]) for c in corners], dtype=np.int32).reshape(-1, 3)
+    vertices, faces = _triangles(path, factors)
     if np.prod(np.sign(factors)) < 0:
         faces = faces[:, ::-1]
-    vertices = np.array(model.vertices(), dtype=np.float64).reshape(-1, 3)
     if not np.isfinite(vertices).all():
         raise MeshFileError(str(path), "it has vertices that are not finite")
     try:
@@ -202,11 +205,24 @@ def components(size: int, a: Ints, b: Ints) -> Ints:
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
 
 
-def _reason(message: str) -> str:
-    """Return assimp's sentence in an error of coal: place, resource, sentence, hint."""
-    lines = [line.strip() for line in message.rsplit("message:", maxsplit=1)[-1].splitlines()]
-    told = [line for line in lines if line and not line.startswith(("Could not load", "Hint"))]
-    return told[0] if told else message
+def _triangles(path: Path, factors: Floats) -> tuple[Floats, NDArray[np.int32]]:
+    """Return vertices and faces as assimp has them, kept for files that refer to no other."""
+
+    def read() -> Arrays:
+        request = json.dumps({"file": str(path.absolute()), "scale": factors.tolist()})
+        try:
+            answer = answer_of(_CHILD, request.encode())
+        except ProcessRefused as error:
+            raise MeshFileError(str(path), str(error)) from error
+        with np.load(io.BytesIO(answer), allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in _KEPT}
+
+    if path.suffix.lower() in ALONE:
+        key = (path.suffix.lower().encode(), factors.tobytes(), path.read_bytes())
+        arrays = cached_arrays("mesh", key, _KEPT, read)
+    else:
+        arrays = read()
+    return arrays["vertices"], arrays["faces"]
 
 
 def _edges(faces: NDArray[np.int32]) -> Ints:

@@ -1,0 +1,33 @@
+"""Runs a script with bounds on the CPU time and the memory that it takes; it writes no file.
+
+Run as a script itself: `python bounded_child.py SCRIPT SECONDS BYTES`.
+"""
+
+import runpy
+import sys
+
+
+def bound(seconds: int, memory: int) -> None:
+    """Bound this process; where the system cannot (Windows), its parent's patience is the only bound.
+
+    Args:
+        seconds: Of CPU time.
+        memory: Address space [bytes].
+    """
+    try:
+        import resource
+    except ModuleNotFoundError:
+        return
+    for limit, most in (
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        resource.setrlimit(limit, (most, most))
+
+
+if __name__ == "__main__":
+    _, script, seconds_given, memory_given = sys.argv
+    bound(int(seconds_given), int(memory_given))
+    runpy.run_path(script, run_name="__main__")
