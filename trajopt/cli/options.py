@@ -20,8 +20,8 @@ from trajopt.values.documents.files import number_of
 from trajopt.values.errors import FileFormatError, ProblemError, shown
 
 ROBOT_HELP = (
-    "Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file, which is read with bounds on time, memory "
-    "and the files that it may open."
+    "Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file, which is read with bounds on time, "
+    "memory and the files that it may open."
 )
 """What `--robot` is in the help of commands."""
 RobotOption = Annotated[str, typer.Option("--robot", help=ROBOT_HELP)]
