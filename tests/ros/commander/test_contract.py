@@ -25,7 +25,7 @@ set_named_target(name) get_named_target_values(target) remember_joint_values(nam
 get_remembered_joint_values() forget_joint_values(name) get_goal_tolerance() get_goal_joint_tolerance()
 get_goal_position_tolerance() get_goal_orientation_tolerance() set_goal_tolerance(value)
 set_goal_joint_tolerance(value) set_goal_position_tolerance(value) set_goal_orientation_tolerance(value)
-allow_looking(value) allow_replanning(value) get_knresidual_constraints() get_path_constraints()
+allow_looking(value) allow_replanning(value) get_known_constraints() get_path_constraints()
 set_path_constraints(value) clear_path_constraints() get_trajectory_constraints()
 set_trajectory_constraints(value) clear_trajectory_constraints() set_constraints_database(host,port)
 get_planning_time() set_planning_time(seconds) set_planning_pipeline_id(planning_pipeline)

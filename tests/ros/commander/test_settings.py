@@ -160,7 +160,7 @@ def test_trajectory_constraints_are_waypoints(arm: MoveGroupCommander, jumping: 
 
 def test_stored_constraints(arm: MoveGroupCommander, constraints_folder: Path) -> None:
     arm.set_constraints_database(str(constraints_folder), 33829)
-    assert arm.get_knresidual_constraints() == ["still"]
+    assert arm.get_known_constraints() == ["still"]
     arm.set_path_constraints("still")
     (kept,) = arm.get_path_constraints().joint_constraints
     assert (kept.joint_name, kept.tolerance_above) == ("wrist", 0.5)

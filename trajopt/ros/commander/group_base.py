@@ -50,7 +50,7 @@ class GroupBase:
         self._start = RobotState(is_diff=True)
         self._path_constraints: Constraints = Constraints()
         self._trajectory_constraints: TrajectoryConstraints = TrajectoryConstraints()
-        self._knresidual_constraints: Mapping[str, Constraints] = {}
+        self._known_constraints: Mapping[str, Constraints] = {}
         self._remembered: dict[str, list[float]] = {}
         self._result: Result | None = None
         self._followed: Followed | None = None

@@ -15,9 +15,9 @@ from trajopt.values.errors import NameNotFound, ProblemError, shown
 class GroupConstraints(GroupBase):
     """What a group holds on the way."""
 
-    def get_knresidual_constraints(self) -> list[str]:
+    def get_known_constraints(self) -> list[str]:
         """Return the names of the stored constraints."""
-        return sorted(self._knresidual_constraints)
+        return sorted(self._known_constraints)
 
     def get_path_constraints(self) -> Constraints:
         """Return what is held all the way."""
@@ -36,9 +36,9 @@ class GroupConstraints(GroupBase):
         if value is None:
             return self.clear_path_constraints()
         if isinstance(value, str):
-            if value not in self._knresidual_constraints:
-                raise NameNotFound("stored constraints", value, self._knresidual_constraints)
-            value = self._knresidual_constraints[value]
+            if value not in self._known_constraints:
+                raise NameNotFound("stored constraints", value, self._known_constraints)
+            value = self._known_constraints[value]
         self._check("set_path_constraints", value)
         self._path_constraints = value
         return None
@@ -88,7 +88,7 @@ class GroupConstraints(GroupBase):
             document = read_document(path)
             self._read(document)
             stored[path.stem] = decode(Constraints, document)
-        self._knresidual_constraints = stored
+        self._known_constraints = stored
 
     def _check(self, name: str, message: object) -> None:
         """Make sure that constraints can be read, before they are planned with."""
