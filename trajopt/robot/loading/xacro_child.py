@@ -3,17 +3,17 @@
 Run as a script: a request in JSON on standard input, the URDF or a reason on standard output. Expressions of
 xacro are Python, and xacro's own check of them can be evaded, so their effects are bounded from outside: by
 limits of the operating system (`trajopt/values/documents/bounded_child.py`), and by an audit hook (PEP 578)
-that refuses what expanding does not need.
+that refuses what expanding does not need. Some functions of the operating system raise no event of that hook,
+so they are removed, and expressions may not name what leads to them.
 """
 
+import ast
 import json
 import os
 import resource
 import sys
 from importlib import import_module
 from pathlib import Path
-from sysconfig import get_path
-from types import CodeType
 from typing import Any, cast
 
 REFUSED = 3
@@ -21,11 +21,26 @@ REFUSED = 3
 MANIFEST = "package.xml"
 ALLOWED = frozenset(
     (
-        *("compile", "exec", "marshal.loads", "os.listdir", "os.scandir", "os.walk"),
+        *(
+            "compile",
+            "exec",
+            "marshal.loads",
+            "os.listdir",
+            "os.scandir",
+            "os.walk",
+            "glob.glob",
+            "glob.glob/2",
+        ),
         *("builtins.id", "object.__getattr__", "sys._getframe", "sys._getframemodulename"),
     )
 )
 """Events of the audit hook that expanding raises, besides reading files."""
+LOOKING = frozenset(
+    ("stat", "lstat", "fstat", "scandir", "listdir", "readlink", "getcwd", "fspath", "open", "close", "read")
+)
+"""Functions of the operating system that expanding uses."""
+INNER = ("_", "gi_", "cr_", "ag_", "tb_")
+"""Beginnings of attributes that lead out of an expression: special ones, and the frames that run it."""
 
 
 def readable(path: object, folders: tuple[str, ...], searched: tuple[str, ...]) -> bool:
@@ -46,46 +61,79 @@ def readable(path: object, folders: tuple[str, ...], searched: tuple[str, ...]) 
     return any((parent / MANIFEST).is_file() for parent in above)
 
 
-def names_in(code: CodeType) -> set[str]:
-    """Return the names that code uses, with those of the functions inside it."""
-    inner = [names_in(each) for each in code.co_consts if isinstance(each, CodeType)]
-    return {*code.co_names, *code.co_varnames}.union(*inner)
+def inner_names(expression: str) -> list[str]:
+    """Return the names in an expression that lead out of it, sorted."""
+    nodes = list(ast.walk(ast.parse(expression.strip(), mode="eval")))
+    attributes = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+    variables = {node.id for node in nodes if isinstance(node, ast.Name)}
+    return sorted(
+        {name for name in attributes if name.startswith(INNER)}
+        | {name for name in variables if name.startswith("__")}
+    )
+
+
+def disarm() -> None:
+    """Remove the functions of the operating system that do more than look; some of them raise no event."""
+    system = sys.modules[os.name]
+    effects = [name for name, value in vars(system).items() if callable(value) and name not in LOOKING]
+    for module in (os, system):
+        for name in effects:
+            vars(module).pop(name, None)
+    for functions in (
+        os.supports_dir_fd,
+        os.supports_effective_ids,
+        os.supports_fd,
+        os.supports_follow_symlinks,
+    ):
+        functions.clear()
 
 
 def guard(folders: tuple[str, ...], searched: tuple[str, ...]) -> None:
     """Refuse from now on everything but reading these folders; it cannot be undone."""
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-    library = tuple(os.path.realpath(get_path(name)) for name in ("stdlib", "purelib", "platlib"))
 
     def hook(event: str, arguments: tuple[Any, ...]) -> None:
         if event == "open":
             path, _, flags = arguments
-            code = str(path).endswith((".py", ".pyc")) and readable(path, library, ())
-            if flags & writing or not (code or readable(path, folders, searched)):
+            if flags & writing or not readable(path, folders, searched):
                 raise PermissionError(f"may not open {path!r}, outside of the packages of the description")
-        elif event not in ALLOWED and not (event == "import" and arguments[1] is None):
-            # An import with a file name loads compiled code, which raises no events.
+        elif event not in ALLOWED:
             raise PermissionError(f"may not use {event}: expressions only compute")
 
     resource.setrlimit(resource.RLIMIT_NPROC, (0, 0))
+    disarm()
     sys.addaudithook(hook)
+
+
+def confine(expander: Any) -> None:
+    """Have xacro evaluate no expression that names what leads out of it."""
+    plain, substitutions = expander.safe_eval, cast("Any", import_module("xacro.substitution_args"))
+
+    def check(expression: str) -> None:
+        if hidden := inner_names(expression):
+            raise expander.XacroException(f"use of invalid name(s): {', '.join(hidden)}")
+
+    def careful(expression: str, *symbols: Any) -> Any:
+        check(expression)
+        return plain(expression, *symbols)
+
+    def careful_extension(expression: str, _: dict[str, Any], symbols: Any) -> Any:
+        check(expression)
+        return eval(expression, {"__builtins__": {}}, symbols)
+
+    expander.safe_eval, substitutions.eval = careful, careful_extension
+    for name in ("type", "vars"):  # these find attributes by text
+        cast("dict[str, Any]", expander._global_symbols["python"]).pop(name)
 
 
 def expand(request: dict[str, Any]) -> str:
     """Return the URDF of a request: `file`, `arguments`, `packages`, `folders` and `searched`."""
-    # Before the guard: compiled code can be imported until then only.
-    xacro, packages, *_ = (import_module(name) for name in ("xacro", "xacrodoc.packages", "yaml", "pyexpat"))
+    # Before the guard, since nothing can be imported from then on.
+    xacro, packages, *_ = (
+        import_module(name) for name in ("xacro", "xacrodoc.packages", "yaml", "xml.dom.expatbuilder")
+    )
     expander, finder = cast("Any", xacro), cast("Any", packages)
-    plain = expander.safe_eval
-
-    def careful(expression: str, *symbols: Any) -> Any:
-        names = names_in(compile(expression.strip(), "<expression>", "eval"))
-        hidden = sorted(name for name in names if name.startswith("_"))
-        if hidden:
-            raise expander.XacroException(f"use of invalid name(s): {', '.join(hidden)}")
-        return plain(expression, *symbols)
-
-    expander.safe_eval = careful
+    confine(expander)
     finder.reset()
     finder.look_in(request["packages"])
     finder.walk_up_from(request["file"])

@@ -35,14 +35,16 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
     """
     if find_spec(_PACKAGE) is None:
         raise MissingExtra(_PACKAGE, "xacro")
-    own, beside = path.absolute().parent, [str(folder) for folder in path.absolute().parents[1:3]]
+    linked = (path.absolute(), path.resolve())  # workspaces of ROS may hold links to the sources
+    own = [file.parent for file in linked]
+    beside = [str(folder) for file in linked for folder in file.parents[1:3]]
     environment = {name: value for name, value in os.environ.items() if name.startswith(_ROS)}
     known = [folder for value in environment.values() for folder in value.split(os.pathsep)]
     request = {
         "file": str(path.absolute()),
         "arguments": dict(arguments),
         "packages": [*map(str, package_dirs), *beside],
-        "folders": [os.path.realpath(folder) for folder in (own, *package_dirs)],
+        "folders": [os.path.realpath(folder) for folder in (*own, *package_dirs)],
         "searched": [os.path.realpath(folder) for folder in (*beside, *filter(os.path.isabs, known))],
     }
     try:
