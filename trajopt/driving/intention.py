@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from trajopt.driving.guard import Guard
-from trajopt.driving.pace import Clock, run_by
+from trajopt.driving.speed_scaling import FULL_SPEED, SpeedScaling, scale_speed
 from trajopt.problem.problem import Problem
 from trajopt.timing.stops import StopsAlong
 from trajopt.values.arrays import Value
@@ -33,8 +33,8 @@ class Intention(Value):
     Attributes:
         goal: Where it goes.
         planned: The motion as it was planned, of the group's joints.
-        trajectory: The motion as it is to be driven: that, as its clock runs.
-        clock: Runs at another rate where the robot goes slower than was planned.
+        trajectory: The motion as it is to be driven.
+        scaling: The speed at which it is driven.
         begin: When it begins, on the executor's clock [s].
         held_back: Whether it waits for something that moves: without that it would be over sooner.
     """
@@ -42,7 +42,7 @@ class Intention(Value):
     goal: Goal
     planned: Trajectory
     trajectory: Trajectory
-    clock: Clock
+    scaling: SpeedScaling
     begin: float
     held_back: bool = False
 
@@ -53,7 +53,7 @@ class Intention(Value):
             goal=goal,
             planned=planned,
             trajectory=planned,
-            clock=Clock.even(),
+            scaling=FULL_SPEED,
             begin=begin,
             held_back=held_back,
         )
@@ -72,19 +72,19 @@ class Intention(Value):
         """Return what is left of the motion at a time before its end, on the executor's clock [s]."""
         return self.trajectory.between(max(time - self.begin, 0.0), self.trajectory.duration)
 
-    def at_pace(self, pace: float, time: float, *, stands: float | None = None) -> "Intention | None":
-        """Return the same path driven at another pace from a time on; None where limits forbid the change.
+    def at_speed(self, speed: float, time: float, *, rests_at: float | None = None) -> "Intention | None":
+        """Return the rest of the path at another speed; None if limits forbid the change.
 
         Args:
-            pace: In (0, 1], of the motion as it was planned.
-            time: On the executor's clock [s].
-            stands: Where on the motion's own clock the robot stands then [s]; None where it moves.
+            speed: Share of the planned speed, in (0, 1].
+            time: When the rest begins, on the executor's clock [s].
+            rests_at: Time of the motion at which the robot rests on its path then [s]; None if it moves.
         """
-        moving = stands is None
-        shown, rate, slope = self.clock.at(time - self.begin if stands is None else stands)
-        rates = (rate, slope) if moving else (0.0, 0.0)
-        found = run_by(self.planned, (shown, *rates), pace, self.goal.problem.limits)
+        moving = rests_at is None
+        clock, rate, slope = self.scaling.at(time - self.begin if rests_at is None else rests_at)
+        begin = (clock, rate, slope) if moving else (clock, 0.0, 0.0)
+        found = scale_speed(self.planned, begin, speed, self.goal.problem.limits)
         if found is None:
             return None
-        trajectory, clock = found
-        return replace(self, trajectory=trajectory, clock=clock, begin=time)
+        trajectory, scaling = found
+        return replace(self, trajectory=trajectory, scaling=scaling, begin=time)

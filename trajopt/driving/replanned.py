@@ -36,7 +36,7 @@ def _among(running: Running, goal: Goal, at: float, world: Seen, hurry: bool) ->
     What is left of one that goes slower than it could, or waits, would be that slow again.
     """
     commitment, intended, budget = running.commitment, running.intended, running.options.budget
-    slow = hurry or intended is None or intended.held_back or intended.clock.pace != 1.0
+    slow = hurry or intended is None or intended.held_back or intended.scaling.speed != 1.0
     if intended is None or slow or not intended.begin <= at < intended.end:
         return plan(commitment.from_then(goal.problem, at, world), budget=budget)
     there = commitment.still_at(goal.problem, at, commitment.around(at, world))

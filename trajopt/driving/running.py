@@ -6,16 +6,19 @@ from enum import Enum
 from functools import cached_property
 from math import inf
 
+import numpy as np
+
 from trajopt.driving.commitment import Commitment
 from trajopt.driving.events import Kind
 from trajopt.driving.intention import Intention
 from trajopt.driving.options import SupervisorOptions
-from trajopt.driving.pace import PACES, where_on
 from trajopt.driving.soonest_stop import StopTaken
+from trajopt.driving.speed_scaling import SPEED_SCALINGS
 from trajopt.problem.problem import Problem
 from trajopt.timing.standing import JOLT
 from trajopt.timing.stops import PathStop, StopsAlong
-from trajopt.values.arrays import Printed
+from trajopt.values.arrays import Floats, Printed
+from trajopt.values.trajectory import Trajectory
 
 FARTHER = (0.0, 0.2, 0.5, inf)
 """How much farther the robot goes on where a sooner stop is not proven [s]: past a box of 0.1 m at 0.5 m/s,
@@ -23,6 +26,10 @@ past a person, or to the goal."""
 STOPS = 3
 """So often a stop is looked for. The second time there is twice the time that the first took, which is enough
 but for a machine that stalls."""
+SAMPLES = 400
+"""Samples of a motion among which the one nearest to a rest is searched."""
+NEWTON_STEPS = 8
+"""Steps that refine its time to rounding: each squares the error."""
 
 
 class Progress(Enum):
@@ -52,7 +59,7 @@ class Pause(Printed):
     def rests(self) -> float:
         """Where it comes to rest, on the clock of what it was to do [s]."""
         stop = self.stop.trajectory
-        return where_on(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
+        return _time_at(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
 
 
 @dataclass(eq=False)
@@ -60,7 +67,7 @@ class Running(Printed):
     """The motion that a robot is on, committed piece by piece, each with a stop after it.
 
     Where the next piece is not proven, and something moves, the path is gone on along slower: the slower, the
-    sooner the robot stands. If no pace is proven it brakes as was proven before, and stands on its path.
+    sooner the robot stands. If no speed is proven it brakes as was proven before, and stands on its path.
 
     Attributes:
         commitment: What the robot will do whatever comes.
@@ -145,7 +152,7 @@ class Running(Printed):
         return intended.goal.guard.why_not(stop.trajectory, self.commitment.world, begin)
 
     def resume(self, now: float) -> bool:
-        """Go on along the path on which the robot stands, at the fastest pace that is proven.
+        """Go on along the path on which the robot stands, at the highest speed that is proven.
 
         All that is left of it has to be clear, as well as it was known where everything is.
         """
@@ -155,10 +162,10 @@ class Running(Printed):
         at = max(motion.end + 2.0 * JOLT, now + self.options.ahead)
         if not self.would_be_clear(pause, at):
             return False
-        for pace in PACES:
-            candidate = pause.intended.at_pace(pace, at, stands=pause.rests)
+        for speed in SPEED_SCALINGS:
+            candidate = pause.intended.at_speed(speed, at, rests_at=pause.rests)
             if candidate is not None and self.commit(candidate, at, now):
-                words = f"the same path{_at(pace)}; {candidate.end - at:.3f} s to the goal"
+                words = f"the same path{_at(speed)}; {candidate.end - at:.3f} s to the goal"
                 self.commitment.journal.note(Kind.RESUMED, words)
                 return True
         return False
@@ -172,8 +179,8 @@ class Running(Printed):
         if isinstance(left, Intention):
             return left.goal.guard.proven(left.left(time), world, time)
         intended = left.intended
-        paces = (intended.at_pace(pace, time, stands=left.rests) for pace in PACES)
-        found = next((each for each in paces if each is not None), None)
+        slowed = (intended.at_speed(speed, time, rests_at=left.rests) for speed in SPEED_SCALINGS)
+        found = next((each for each in slowed if each is not None), None)
         return found is not None and found.goal.guard.proven(found.trajectory, world, time)
 
     def stop(self, problem: Problem, why: str) -> StopTaken:
@@ -219,26 +226,39 @@ class Running(Printed):
         return now + self.options.ahead + self.options.cycle
 
     def _candidates(self, intended: Intention, begin: float) -> Iterator[tuple[Intention, float]]:
-        """Yield the motion at paces that it may go on with, the best first, and how much farther at once [s].
+        """Yield the motion at possible speeds, the best first, and how much farther it goes [s].
 
         Where something moves, a stop may be in its way that is clear farther on, and so may be one that is
         sooner where the robot goes slower. With a heavy load, braking hard takes a torque that there is not:
         going on to where it can be braked gently, or to the goal, does not.
         """
-        pace, changing = intended.clock.pace, bool(self.commitment.world.scene.changing)
-        for other in PACES:
-            if other == pace:
+        speed, changing = intended.scaling.speed, bool(self.commitment.world.scene.changing)
+        for other in SPEED_SCALINGS:
+            if other == speed:
                 yield from ((intended, farther) for farther in FARTHER)
-            elif (other > pace or changing) and (found := intended.at_pace(other, begin)) is not None:
+            elif (other > speed or changing) and (found := intended.at_speed(other, begin)) is not None:
                 yield found, 0.0
 
     def _say(self, before: Intention, now: Intention) -> None:
-        """Note that the pace has changed."""
-        old, pace = before.clock.pace, now.clock.pace
-        if pace != old:
-            kind = Kind.SLOWING if pace < old else Kind.RESUMED
-            self.commitment.journal.note(kind, f"the same path{_at(pace)}")
+        """Note that the speed has changed."""
+        old, speed = before.scaling.speed, now.scaling.speed
+        if speed != old:
+            kind = Kind.SLOWING if speed < old else Kind.RESUMED
+            self.commitment.journal.note(kind, f"the same path{_at(speed)}")
 
 
-def _at(pace: float) -> str:
-    return " at full speed" if pace == 1.0 else f" at {pace:.0%} of its speed"
+def _at(speed: float) -> str:
+    return " at full speed" if speed == 1.0 else f" at {speed:.0%} of its speed"
+
+
+def _time_at(motion: Trajectory, positions: Floats, after: float) -> float:
+    """Return the time at which a motion passes positions on its path, shape (n,), after another time [s]."""
+    times = np.linspace(after, motion.duration, SAMPLES + 1)
+    time = float(times[np.linalg.norm(motion(times) - positions, axis=1).argmin()])
+    for _ in range(NEWTON_STEPS):
+        velocity = motion(time, 1)
+        speed = float(velocity @ velocity)
+        if speed > 0.0:
+            time += float(velocity @ (positions - motion(time))) / speed
+            time = min(max(time, after), motion.duration)
+    return time

@@ -1,0 +1,112 @@
+"""Speed scaling: a planned motion driven along its path at a share of its speed.
+
+The rate of its clock changes smoothly and then stays (`trajopt.timing.time_scaling`). A change takes the
+shortest of some times with which the limits hold at the extremes of the polynomials.
+"""
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from trajopt.robot.limits import JointLimits
+from trajopt.timing.time_scaling import RateChange, TimeScaling
+from trajopt.timing.within_limits import holds_limits
+from trajopt.values.arrays import Floats, Value
+from trajopt.values.trajectory import Trajectory
+
+SPEED_SCALINGS = (1.0, 0.8, 0.5, 0.25)
+"""Shares of the planned speed. At a quarter a stop takes at most a quarter of the time; a smaller share would
+matter only for obstacles that approach as slowly."""
+CHANGE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8)
+"""Times that a change of speed may take [s]: from a stop of a light arm to a stop of a heavy one."""
+STEP = 0.01
+"""Time between points of a change besides those of the motion [s]: quintics between them are as near to the
+path as the rounding of the judge."""
+SMALLEST_STEP = 2e-4
+"""Least time between points [s]: between closer ones rounding would act as a jerk."""
+SAMPLES = 400
+"""Samples of a change in which the time is looked up at which the clock shows a value."""
+
+
+@dataclass(frozen=True)
+class SpeedScaling(Value):
+    """The clock of a motion whose rate changes once.
+
+    Attributes:
+        start: Time of the motion at the start [s].
+        change: How the rate changes; it then stays.
+    """
+
+    start: float
+    change: RateChange
+
+    @property
+    def speed(self) -> float:
+        """Rate after the change: the share of the planned speed."""
+        return self.change.after
+
+    def at(self, time: float) -> tuple[float, float, float]:
+        """Return the time of the motion [s], the rate and its slope [1/s] at a time [s]."""
+        clock, rate, slope = self.rows(np.array((time,)))[:, 0].tolist()
+        return clock, rate, slope
+
+    def rows(self, times: Floats) -> Floats:
+        """Return the time of the motion, the rate and its slope at times (k,), shape (3, k)."""
+        duration = self.change.duration
+        after = np.maximum(times - duration, 0.0)
+        share = np.minimum(times, duration) / duration if duration else np.ones_like(times)
+        clock, rate, slope, _ = self.change.at(share)
+        slope = np.where(after > 0.0, 0.0, slope)
+        return np.stack((self.start + clock + after * self.speed, rate, slope))
+
+
+FULL_SPEED = SpeedScaling(0.0, RateChange(1.0, 1.0, 0.0))
+
+
+def scale_speed(
+    planned: Trajectory, begin: tuple[float, float, float], speed: float, limits: JointLimits
+) -> tuple[Trajectory, SpeedScaling] | None:
+    """Return the rest of a motion at another speed; None if every change of speed breaks a limit.
+
+    Args:
+        planned: The motion as it was planned; it ends at rest.
+        begin: Its time where the rest begins [s], the rate of its clock and the slope of the rate [1/s].
+        speed: Share of the planned speed, in (0, 1].
+        limits: Of its joints.
+    """
+    start, rate, slope = begin
+    if start > planned.duration - STEP:
+        return None
+    if rate == speed and slope == 0.0:
+        scaling = SpeedScaling(start, RateChange(rate, speed, 0.0))
+        return _scaled(planned, scaling), scaling
+    for duration in CHANGE_TIMES:
+        scaling = SpeedScaling(start, RateChange(rate, speed, duration, slope))
+        clock, rates, _ = scaling.rows(np.linspace(0.0, duration, SAMPLES + 1))
+        if clock[-1] > planned.duration - STEP:
+            return None
+        if (rates[1:] <= 0.0).any():
+            continue
+        motion = _scaled(planned, scaling)
+        if holds_limits(motion, limits):
+            return motion, scaling
+    return None
+
+
+def _scaled(planned: Trajectory, scaling: SpeedScaling) -> Trajectory:
+    """Return a motion from the start of a speed scaling to its end."""
+    duration = scaling.change.duration
+    points = planned.times[planned.times > scaling.start]
+    points[-1] = planned.duration
+    samples = np.linspace(0.0, duration, SAMPLES + 1)
+    reached = scaling.rows(samples)[0]
+    at = duration + (points - reached[-1]) / scaling.speed
+    if duration:
+        at = np.where(points > reached[-1], at, np.interp(points, reached, samples))
+    even = np.linspace(0.0, duration, 1 + ceil(duration / STEP))
+    separate = np.abs(at[:-1, None] - even).min(axis=1) > SMALLEST_STEP
+    times = np.sort(np.concatenate((even, at[:-1][separate], at[-1:])))
+    clock, rate, slope = scaling.rows(times)
+    clock[-1] = planned.duration
+    return TimeScaling(times, clock, rate, slope).applied_to(planned)
