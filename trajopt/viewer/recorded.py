@@ -29,9 +29,13 @@ HOST = "127.0.0.1"
 """Viser draws on a server alone: on this one, which nobody but this machine sees, while it is drawn."""
 AFTER = 0.002
 """How much longer the clock runs than the motion [s], so that its end can be shown."""
+EMPTY = 1
+"""WebGL calls of a frame without a robot: the background."""
+FRAMES = 3
+"""Frames with more calls after which the scene is on the screen: a browser holds back at most two."""
 BRIDGE = """<script>
 (() => {
-  // The page around this one follows the time that is shown, and may set it. Nothing else goes across.
+  // The page around this one follows the time that is shown, may set it, and learns when the scene is drawn.
   const shown = () => document.querySelector('[role="slider"]');
   const show = (wanted) => {
     const [field, slider] = [document.querySelector("input"), shown()];
@@ -42,6 +46,14 @@ BRIDGE = """<script>
     Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(field, time.toFixed(6));
     field.dispatchEvent(new Event("input", { bubbles: true }));
   };
+  let [calls, frames] = [0, 0];
+  for (const name of window.WebGL2RenderingContext ? ["drawElements", "drawArrays"] : []) {
+    const draw = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...given) {
+      calls += 1;
+      return draw.apply(this, given);
+    };
+  }
   let told = null;
   const tell = () => {
     const slider = shown();
@@ -49,6 +61,8 @@ BRIDGE = """<script>
     if (told === null && time !== null) show(0);  // it would play at once, and for ever
     if (time !== told) parent.postMessage({ time }, "*");
     told = time;
+    if (calls > EMPTY && ++frames === FRAMES) parent.postMessage({ drawn: true }, "*");
+    calls = 0;
     requestAnimationFrame(tell);
   };
   addEventListener("message", (event) => {
@@ -56,7 +70,7 @@ BRIDGE = """<script>
   });
   requestAnimationFrame(tell);
 })();
-</script>""".replace("AFTER", str(AFTER))
+</script>""".replace("AFTER", str(AFTER)).replace("EMPTY", str(EMPTY)).replace("FRAMES", str(FRAMES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +91,9 @@ class GhostAt(Value):
 def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Sequence[GhostAt] = ()) -> str:
     """Return a page, in HTML, of a motion, or of the start alone.
 
-    It takes nothing from outside itself. A page that holds it in a frame is told the time that is shown,
-    `{time}` [s], and may set it, `{show}`, by messages.
+    It takes nothing from outside itself. A page that holds it in a frame receives the time that is shown,
+    `{time}` [s], and, once, that the scene is drawn, `{drawn: true}`, as messages; it may set the time with
+    `{show}`.
 
     Args:
         reduced: Robot and scene.

@@ -55,6 +55,7 @@ class Opened:
 
     def settled(self) -> np.ndarray:
         """The scene when it stands still and shows something."""
+        self.page.locator(".space:not(.waiting)").wait_for()
         pictures = [self.picture()]
 
         def still() -> bool:
@@ -144,6 +145,42 @@ def test_a_plan_is_scrubbed(plan: to.Result, opened: Callable[..., Opened]) -> N
     until(lambda: made.cursor() != before, "the plots never followed")
     until(lambda: bool(page.locator(".legend b").first.text_content()), "no value was read out")
     within_itself(made)
+
+
+def test_still_picture_is_shown_until_the_motion_is_drawn(
+    plan: to.Result, browser: "Browser", tmp_path: Path
+) -> None:
+    path = write_report(plan, tmp_path / "report.html")
+    page = browser.new_page()
+    page.set_default_timeout(1000.0 * PATIENCE)
+    # Messages of the frame are withheld: the page stays as it is before the frame has drawn.
+    page.add_init_script(
+        "addEventListener('message', (event) => window.late || event.stopImmediatePropagation())"
+    )
+    page.goto(path.as_uri())
+    poster = page.locator(".poster")
+    assert poster.is_visible() and poster.evaluate("image => image.naturalWidth") > 300
+    page.evaluate("window.late = true; document.querySelector('iframe').srcdoc += ''")
+    poster.wait_for(state="hidden")
+    assert page.locator("iframe").is_visible()
+    page.close()
+
+
+@pytest.mark.parametrize("scripts", [True, False], ids=["without WebGL", "without scripts"])
+def test_still_pictures_replace_the_motion(
+    plan: to.Result, browser: "Browser", tmp_path: Path, scripts: bool
+) -> None:
+    path = write_report(plan, tmp_path / "report.html")
+    context = browser.new_context(java_script_enabled=scripts)
+    context.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    page = context.new_page()
+    page.set_default_timeout(1000.0 * PATIENCE)
+    page.goto(path.as_uri())
+    pictures = page.locator(".stills img")
+    pictures.first.wait_for()
+    assert pictures.count() == 4 and all(image.is_visible() for image in pictures.all())
+    assert not page.locator(".space").is_visible()
+    context.close()
 
 
 def test_what_moves_plays_along(planar: to.Scene, browser: "Browser", tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 // One moment for the whole page: the motion in 3-D, a line in each plot, the values in the legends.
 (() => {
   const frame = document.querySelector("iframe");
+  const space = document.querySelector(".space");
   const plots = [...document.querySelectorAll("svg.plot")];
   const number = (plot, name) => Number(plot.dataset[name]);
 
@@ -47,8 +48,11 @@
   };
 
   addEventListener("message", (event) => {
-    if (frame && event.source === frame.contentWindow && Number.isFinite(event.data.time)) mark(event.data.time);
+    if (!frame || event.source !== frame.contentWindow) return;
+    if (Number.isFinite(event.data.time)) mark(event.data.time);
+    if (event.data.drawn) space.classList.remove("waiting");
   });
+  if (space && !document.createElement("canvas").getContext("webgl2")) space.classList.add("impossible");
   for (const button of document.querySelectorAll("button.at")) {
     button.addEventListener("click", () => show(Number(button.dataset.at)));
   }

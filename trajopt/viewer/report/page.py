@@ -19,6 +19,8 @@ POLICY = (
     "worker-src blob:; form-action 'none'; base-uri 'none'"
 )
 """What a browser lets the page do: nothing outside itself. The motion in 3-D unpacks itself within it."""
+WITHOUT_SCRIPTS = "<noscript><style>.space { display: none; } .stills { display: grid; }</style></noscript>"
+"""Without scripts nothing is drawn in 3-D, and the still pictures take its place."""
 KINDS = {Holds.PLAN: "plan", Holds.FAILURE: "failure", Holds.PROBLEM: "problem"}
 
 
@@ -29,18 +31,23 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
         subject: What it tells of.
         shown: What is shown of the robot.
         space: The page in 3-D, in HTML; empty for none.
-        pictures: Still pictures, for paper.
+        pictures: Still pictures, for paper and for browsers that cannot draw in 3-D.
         remark: A sentence for the foot of the page.
     """
     name = subject.problem.name or "problem"
-    parts = [_head(subject), _space(shown, space), _stills(pictures, alone=not space), *_parts(subject)]
+    parts = [
+        _head(subject),
+        _space(shown, space, pictures),
+        _stills(pictures, alone=not space),
+        *_parts(subject),
+    ]
     foot = sections.about(subject) + (f"<p class=faint>{escape(remark)}</p>" if remark else "")
     style, script = ((HERE / f"page.{kind}").read_text(encoding="utf-8") for kind in ("css", "js"))
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{escape(name)}</title>'
-        f"<style>{style}</style></head><body>{''.join(parts)}<footer>{foot}</footer>"
+        f"<style>{style}</style>{WITHOUT_SCRIPTS}</head><body>{''.join(parts)}<footer>{foot}</footer>"
         f"<script>{script}</script></body></html>\n"
     )
 
@@ -104,26 +111,34 @@ def _verdict(subject: Subject) -> str:
     )
 
 
-def _space(shown: Scenery, space: str) -> str:
-    """Return the motion in 3-D, in a frame that can do nothing but draw."""
+def _space(shown: Scenery, space: str, pictures: Sequence[Still]) -> str:
+    """Return the motion in 3-D, in a frame that can only draw, behind a still picture until it has drawn."""
     if not space:
         return ""
     held = escape(space, quote=True)
+    poster = "".join(
+        f'<img class="poster" src="{_source(still)}" alt="{escape(still.words)}">' for still in pictures[:1]
+    )
     return (
-        '<figure class="space screen"><iframe title="The motion in 3-D" sandbox="allow-scripts" '
-        f'srcdoc="{held}"></iframe><figcaption>{escape(shown.words)} Drag to turn, scroll to come nearer'
-        f"{'; the bar below is time' if shown.motion is not None else ''}.</figcaption></figure>"
+        '<figure class="space screen waiting"><div class="view"><iframe title="The motion in 3-D" '
+        f'sandbox="allow-scripts" srcdoc="{held}"></iframe>{poster}</div><figcaption>{escape(shown.words)} '
+        '<span class="turn">Drag to turn, scroll to come nearer'
+        f"{'; the bar below is time' if shown.motion is not None else ''}.</span></figcaption></figure>"
     )
 
 
 def _stills(pictures: Sequence[Still], *, alone: bool) -> str:
-    """Return still pictures: on paper, and on the screen where there is nothing else."""
+    """Return still pictures: on paper, and on the screen if there is nothing else."""
     if not pictures:
         return ""
     kind = f"stills{' shown' if alone else ''}{' one' if len(pictures) == 1 else ''}"
     drawn = "".join(
-        f'<figure><img src="data:image/jpeg;base64,{b64encode(each.jpeg).decode()}" width="{WIDTH}" '
-        f'height="{HEIGHT}" alt="{escape(each.words)}"><figcaption>{escape(each.words)}</figcaption></figure>'
+        f'<figure><img src="{_source(each)}" width="{WIDTH}" height="{HEIGHT}" alt="{escape(each.words)}">'
+        f"<figcaption>{escape(each.words)}</figcaption></figure>"
         for each in pictures
     )
     return f'<div class="{kind}">{drawn}</div>'
+
+
+def _source(picture: Still) -> str:
+    return f"data:image/jpeg;base64,{b64encode(picture.jpeg).decode()}"
