@@ -1,4 +1,4 @@
-"""Every motion that a test of the judge has certified is also decided: the verdicts must be the same."""
+"""Every motion that a test of the judge certifies is decided as well, as a whole and by each criterion."""
 
 from collections.abc import Iterator
 
@@ -23,6 +23,9 @@ class Deciding:
         certificate = self._certify(judge, trajectory, specification)
         fresh = type(judge)(judge.reduced, judge.options)
         assert fresh.decide(trajectory, specification).verified == certificate.verified, certificate.verdict
+        for criterion in fresh._criteria(trajectory, specification).criteria:
+            failed = [check.name for check in criterion.measure() if check.required and not check.holds]
+            assert criterion.holds() == (not failed), f"{type(criterion).__name__}: {failed}"
         self.verdicts += 1
         return certificate
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
 from math import inf
 from types import MappingProxyType
@@ -14,32 +15,43 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, floats, one_of
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
-from trajopt.verify.certificate import Certificate, Check, Counts
-from trajopt.verify.checks.at_fault import judge_at_fault
-from trajopt.verify.checks.clearance import judge_clearance
-from trajopt.verify.checks.deadline import deadline_checks
-from trajopt.verify.checks.ends import end_checks, ends_hold
-from trajopt.verify.checks.joint_limits import limit_checks, limits_hold
-from trajopt.verify.checks.joint_torques import Overload, overloads, torque_checks, torques_hold
-from trajopt.verify.checks.meeting import meeting_checks
+from trajopt.verify.certificate import Certificate, Check, CheckKind, Counts
+from trajopt.verify.checks.at_fault import AtFaultCriterion
+from trajopt.verify.checks.clearance import ClearanceCriterion
+from trajopt.verify.checks.criterion import Criterion
+from trajopt.verify.checks.deadline import DeadlineCriterion
+from trajopt.verify.checks.ends import EndCriterion
+from trajopt.verify.checks.joint_limits import LimitCriterion
+from trajopt.verify.checks.joint_torques import Overload, TorqueCriterion, overloads
+from trajopt.verify.checks.meeting import MeetingCriterion
 from trajopt.verify.checks.moving_limits import group_part, moving_limits
-from trajopt.verify.checks.rolling import rolling_checks
+from trajopt.verify.checks.predictions import PredictionCriterion
+from trajopt.verify.checks.rolling import RollingCriterion
 from trajopt.verify.checks.sampled import SampledCheck
-from trajopt.verify.checks.specified import specified_checks
-from trajopt.verify.checks.tool_speed import tool_speed_checks
+from trajopt.verify.checks.specified import RequirementCriterion
+from trajopt.verify.checks.tool_speed import ToolSpeedCriterion
 from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.required import required_clearances
 from trajopt.verify.notes import notes
-from trajopt.verify.search.clearance_search import Findings, search_clearance
 from trajopt.verify.search.surroundings import Surroundings
 from trajopt.verify.specification import Specification, Verdict
 
 _DEFAULT = VerifyOptions()
 NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
 """No waypoints."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """A motion with the limits of the group's joints and the criteria that it is judged by."""
+
+    motion: Motion
+    limits: JointLimits
+    clearance: ClearanceCriterion
+    criteria: tuple[Criterion, ...]
 
 
 class Judge:
@@ -78,35 +90,21 @@ class Judge:
                 requirement has no check.
             NameNotFound: If a requirement names what does not exist.
         """
-        before = self._calls
-        moving = moving_limits(self.reduced, specification.limits)
-        bounds = group_part(self.reduced, moving)
-        motion, followed = self._motion(trajectory, specification), self._followed(specification)
-        staying = 0.0 if followed else specification.dwell
-        checks = [
-            *end_checks(motion, specification),
-            *specified_checks(motion, specification, followed),
-            *limit_checks(motion, moving, specification.start_accelerations),
-        ]
-        checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification, followed)]
-        among = self._surroundings.among(motion, staying, specification.clock)
-        distances = self._surroundings.distances
-        checks += self._surroundings.known_checks(among)
-        checks += meeting_checks(among, followed, specification.dwell)
-        search = self._search(among, measured=True)
-        found, at_fault = judge_clearance(among, distances, search), tuple[Check, ...]()
-        if distances.present is not None:
-            at_fault = (judge_at_fault(among, distances, search, found),)
+        before, judged = self._calls, self._criteria(trajectory, specification)
+        checks = tuple(chain.from_iterable(criterion.measure() for criterion in judged.criteria))
+        found, motion = judged.clearance.finding, judged.motion
+        among = judged.clearance.motion.reduced
+        at_fault = [check for check in checks if check.kind is CheckKind.AT_FAULT]
         return Certificate(
-            checks=(*found.checks, *at_fault, *checks),
+            checks=checks,
             clearance=found.clearance,
             at_fault=_least(at_fault, found.clearance),
             pairs=found.pairs,
             unproven=found.unproven,
-            required=_range(required_clearances(among.reduced)),
-            margin=_range(among.reduced.pairs.margin),
+            required=_range(required_clearances(among)),
+            margin=_range(among.pairs.margin),
             counts=self._counted(before),
-            notes=(*notes(motion, bounds), *self._surroundings.given),
+            notes=(*notes(motion, judged.limits), *self._surroundings.given),
         )
 
     def decide(self, trajectory: Trajectory, specification: Specification) -> Verdict:
@@ -117,28 +115,40 @@ class Judge:
         Raises:
             ProblemError: As `verify` does; but what is not looked at any more is not complained about.
         """
-        reduced, before = self.reduced, self._calls
-        moving = moving_limits(reduced, specification.limits)
-        motion, followed = self._motion(trajectory, specification), self._followed(specification)
-        staying = 0.0 if followed else specification.dwell
-        among = self._surroundings.among(motion, staying, specification.clock)
-        # Most motions that are refused come too near to something, which is found sooner than that none does.
-        held = (
-            self._search(among, measured=False).proven
-            and ends_hold(motion, specification)
-            and limits_hold(motion, moving, specification.start_accelerations)
-            and torques_hold(motion, group_part(reduced, moving))
-            and all(
-                check.holds or not check.required
-                for check in chain(
-                    specified_checks(motion, specification, followed),
-                    _base_checks(motion, specification, followed),
-                    self._surroundings.known_checks(among),
-                    meeting_checks(among, followed, specification.dwell),
-                )
-            )
-        )
+        before, judged = self._calls, self._criteria(trajectory, specification)
+        held = all(criterion.holds() for criterion in judged.criteria)
         return Verdict(verified=held, counts=self._counted(before))
+
+    def _criteria(self, trajectory: Trajectory, specification: Specification) -> _Judged:
+        """Return all that is judged, in the order of a certificate.
+
+        Clearance comes first: most motions that are refused come too near to something.
+        """
+        moving = moving_limits(self.reduced, specification.limits)
+        limits = group_part(self.reduced, moving)
+        motion, followed = self._motion(trajectory, specification), self._followed(specification)
+        dwell = specification.dwell
+        among = self._surroundings.among(motion, 0.0 if followed else dwell, specification.clock)
+        distances = self._surroundings.distances
+        clearance = ClearanceCriterion(among, distances)
+        return _Judged(
+            motion,
+            limits,
+            clearance,
+            (
+                clearance,
+                *((AtFaultCriterion(clearance),) if distances.present is not None else ()),
+                EndCriterion(motion, specification),
+                RequirementCriterion(motion, specification, followed),
+                LimitCriterion(motion, moving, specification.start_accelerations),
+                TorqueCriterion(motion, limits),
+                DeadlineCriterion(motion, specification.finish_by, dwell if followed else 0.0),
+                RollingCriterion(motion),
+                *(ToolSpeedCriterion(motion, tool) for tool in specification.tool_speeds),
+                PredictionCriterion(among, self._surroundings.timings),
+                MeetingCriterion(among, followed, dwell),
+            ),
+        )
 
     @checked
     def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
@@ -197,9 +207,6 @@ class Judge:
             return ()
         return tuple(goal for goal in specification.goals if any(map(scene.carrier, goal.frames)))
 
-    def _search(self, motion: Motion, *, measured: bool) -> Findings:
-        return search_clearance(motion, self._surroundings.distances, measured=measured)
-
     @property
     def _calls(self) -> tuple[int, int]:
         return self._surroundings.distances.calls, self._kinematics.calls
@@ -210,17 +217,7 @@ class Judge:
         return Counts(distances=distances - before[0], kinematics=kinematics - before[1])
 
 
-def _base_checks(
-    motion: Motion, specification: Specification, followed: tuple[Requirement, ...]
-) -> Iterator[Check]:
-    """Judge when the motion is over, and what a base's wheels and the speeds of tools allow."""
-    yield from deadline_checks(motion, specification.finish_by, specification.dwell if followed else 0.0)
-    yield from rolling_checks(motion)
-    for tool in specification.tool_speeds:
-        yield from tool_speed_checks(motion, tool)
-
-
-def _least(at_fault: tuple[Check, ...], clearance: float) -> float:
+def _least(at_fault: Sequence[Check], clearance: float) -> float:
     """Return the clearance at fault; without a check of it that at all times."""
     if not at_fault:
         return clearance

@@ -1,14 +1,21 @@
 """Clearance at fault: how near things come to links that move; at rest these may be touched."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
 from trajopt.values.arrays import Bools, Floats
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.checks.clearance import ClearanceFinding, clearance_check, followed, tightest_of
+from trajopt.verify.checks.clearance import (
+    ClearanceCriterion,
+    ClearanceFinding,
+    clearance_check,
+    followed,
+    tightest_of,
+)
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.kernel.polynomials import Polynomials
@@ -18,18 +25,27 @@ NEVER = (inf, -inf)
 """A time span without any time."""
 
 
-def judge_at_fault(
-    motion: Motion, distances: PairDistances, search: Findings, found: ClearanceFinding
-) -> Check:
-    """Judge how near things come to the links, and to what they carry, while these move.
+@dataclass(frozen=True, eq=False)
+class AtFaultCriterion(Criterion):
+    """How near things come to the links, and to what they carry, while these move; for information only.
 
-    Args:
-        motion: The motion among what changes with time.
-        distances: Workspace for the distances of its bodies.
-        search: What was found at all times.
-        found: What that says of the clearance at all times.
+    Attributes:
+        clearance: The clearance at all times.
     """
-    rounds = moving_spans(motion, distances)
+
+    clearance: ClearanceCriterion
+
+    def holds(self) -> bool:
+        """Nothing depends on it."""
+        return True
+
+    def measure(self) -> Iterator[Check]:
+        """State the clearance at fault."""
+        yield _judged(self.clearance.motion, self.clearance.distances, self.clearance.finding)
+
+
+def _judged(motion: Motion, distances: PairDistances, found: ClearanceFinding) -> Check:
+    search, rounds = found.search, moving_spans(motion, distances)
     required, worst = search.windows.required, found.worst
     if worst is not None and any(
         spans[worst.pair, 0] < worst.time < spans[worst.pair, 1] for spans in rounds

@@ -1,16 +1,18 @@
 """Clearance of every pair of bodies over the whole motion, as checks."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from trajopt.scene.collisions.allowed_collisions import ContactAllowance
 from trajopt.values.arrays import Ints
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.kernel.required import rows
-from trajopt.verify.search.clearance_search import Contact, Findings, Tally
+from trajopt.verify.search.clearance_search import Contact, Findings, Tally, search_clearance
 
 _PROBES = 17
 _FOLLOWED = 8
@@ -24,6 +26,7 @@ class ClearanceFinding:
     """What the search for a proof of clearance has found.
 
     Attributes:
+        search: The search.
         checks: One for every clearance that is required of some pair, by kind where the scene states what
             kinds keep, and one for every allowance of intended contact. Where the search ended early, those
             found broken or unproven.
@@ -33,6 +36,7 @@ class ClearanceFinding:
         worst: The deepest contact that is not accepted, if there is one.
     """
 
+    search: Findings
     checks: tuple[Check, ...]
     clearance: float
     pairs: tuple[PairClearance, ...]
@@ -40,14 +44,40 @@ class ClearanceFinding:
     worst: Contact | None
 
 
-def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) -> ClearanceFinding:
-    """State as checks that every pair keeps apart, or where it does not.
+@dataclass(frozen=True, eq=False)
+class ClearanceCriterion(Criterion):
+    """Every pair keeps apart, or touches only where and as deep as that is allowed.
+
+    Attributes:
+        motion: The motion among what changes with time.
+        distances: Workspace for the distances of its bodies.
+    """
+
+    motion: Motion
+    distances: PairDistances
+
+    def holds(self) -> bool:
+        """Decide it: the search ends as soon as it is proven, or something is not."""
+        return search_clearance(self.motion, self.distances, measured=False).proven
+
+    def measure(self) -> tuple[Check, ...]:
+        """State the tightest pair of each kind and clearance, and each intended contact."""
+        return self.finding.checks
+
+    @cached_property
+    def finding(self) -> ClearanceFinding:
+        """Everything that is found when it is measured."""
+        return judge_clearance(self.motion, self.distances)
+
+
+def judge_clearance(motion: Motion, distances: PairDistances) -> ClearanceFinding:
+    """Search for a proof that every pair keeps apart, and state it, or where there is none, as checks.
 
     Args:
         motion: The motion.
         distances: Workspace for the distances of its bodies.
-        search: What the search for a proof has found.
     """
+    search = search_clearance(motion, distances)
     required, names = search.windows.required, rows(motion.reduced)
     contacts = [followed(motion, search, distances, pairs) for _, pairs in names]
     proven = not any(contacts) and search.gap is None
@@ -75,7 +105,8 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
         )
     checks = (*found, *_contact_checks(motion, search, proven=proven))
     worst = min((each[0] for each in contacts if each), key=lambda contact: contact.distance, default=None)
-    return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven, worst)
+    pairs = _pairs(motion, search, distances, proven=proven)
+    return ClearanceFinding(search, checks, bound, pairs, unproven, worst)
 
 
 def followed(motion: Motion, search: Findings, distances: PairDistances, pairs: Ints) -> tuple[Contact, ...]:

@@ -12,6 +12,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.printed import in_unit, in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.checks.moving_limits import joint_words
 from trajopt.verify.kernel.motion import Motion
 
@@ -37,51 +38,50 @@ class _Tightest:
     accepted: Floats
 
 
-def limit_checks(
-    motion: Motion, limits: JointLimits, start_accelerations: Floats | None = None
-) -> tuple[Check, ...]:
-    """Judge the limits; where one is passed, every joint that passes it gets a check of its own.
+@dataclass(frozen=True, eq=False)
+class LimitCriterion(Criterion):
+    """Position, velocity, acceleration and jerk limits of joints.
 
     Extremes of polynomials are exact to rounding, so the checks hold for every time. A linear
     trajectory states no acceleration, and so no jerk. Where jerk is limited the acceleration must not jump
     either, not even from what it is before the motion, or to the rest after it.
 
-    Args:
+    Attributes:
         motion: The motion.
         limits: Limits of all joints that move, mimic joints too, in the model's order.
         start_accelerations: Of the group's joints before the motion, shape (n,) [rad/s^2 | m/s^2]; none when
             None.
     """
-    checks: list[Check] = []
-    for order, (lower, upper) in enumerate(_ranges(motion, limits)):
-        checks += (_jumps(motion, limits, start_accelerations) if order == 3 else []) or _of_order(
-            motion, order, lower, upper
+
+    motion: Motion
+    limits: JointLimits
+    start_accelerations: Floats | None
+
+    def holds(self) -> bool:
+        """Decide it by bounds of the polynomials, or by their extremes if these bounds prove nothing."""
+        motion, before = self.motion, self.start_accelerations
+        bands, matrix, position = _bands(self.limits), motion.reduced.mimic_matrix, motion.moving(0)
+        judged, excess = bands.judged if motion.differentiable else 2, motion.options.excess
+        # Half of what is accepted: so the extremes, which are known to a thousandth of that, pass as well.
+        return (
+            proof.limits_hold(
+                position.times,
+                np.ascontiguousarray(position.coefficients),
+                bands.lower[:judged] - excess / 2.0 * bands.sizes_below[:judged],
+                bands.upper[:judged] + excess / 2.0 * bands.sizes_above[:judged],
+                np.zeros(len(matrix)) if before is None else matrix @ before,
+                excess * bands.jumps,
+                motion.rests_after,
+            )
+            or super().holds()
         )
-    return tuple(checks)
 
-
-def limits_hold(motion: Motion, limits: JointLimits, start_accelerations: Floats | None = None) -> bool:
-    """Say whether all `limit_checks` hold; where bounds of the polynomials prove it, without their extremes.
-
-    Args:
-        motion: The motion.
-        limits: Limits of all joints that move, mimic joints too, in the model's order.
-        start_accelerations: As for `limit_checks`.
-    """
-    bands, matrix, position = _bands(limits), motion.reduced.mimic_matrix, motion.moving(0)
-    before: Floats = np.zeros(len(matrix)) if start_accelerations is None else matrix @ start_accelerations
-    judged, excess = bands.judged if motion.differentiable else 2, motion.options.excess
-    # Half of what is accepted: so the extremes, which are known to a thousandth of that, pass as well.
-    proven = proof.limits_hold(
-        position.times,
-        np.ascontiguousarray(position.coefficients),
-        bands.lower[:judged] - excess / 2.0 * bands.sizes_below[:judged],
-        bands.upper[:judged] + excess / 2.0 * bands.sizes_above[:judged],
-        before,
-        excess * bands.jumps,
-        motion.rests_after,
-    )
-    return proven or all(check.holds for check in limit_checks(motion, limits, start_accelerations))
+    def measure(self) -> Iterator[Check]:
+        """State the tightest joint of each limit; where one is passed, every joint that passes it."""
+        motion, limits = self.motion, self.limits
+        for order, (lower, upper) in enumerate(_ranges(motion, limits)):
+            jumps = _jumps(motion, limits, self.start_accelerations) if order == 3 else []
+            yield from jumps or _of_order(motion, order, lower, upper)
 
 
 @dataclass(frozen=True, eq=False)

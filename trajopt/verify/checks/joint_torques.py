@@ -1,6 +1,6 @@
 """Torques of joints by inverse dynamics, judged at samples."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from trajopt.values.arrays import Floats, Ints
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.intervals import counting, steps_in_pieces
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
@@ -88,31 +89,58 @@ def overloads(kinematics: Kinematics, positions: Floats, limits: JointLimits) ->
     )
 
 
-def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
-    """Judge the torques of joints that have an effort limit, where the trajectory implies any.
+@dataclass(frozen=True, eq=False)
+class TorqueCriterion(Criterion):
+    """The torques of joints that have an effort limit, where the trajectory implies any.
 
     Where the motion begins or ends at rest the arm stands still before or after, and must be held.
 
-    Args:
+    Attributes:
         motion: The motion.
         limits: Limits of the group's joints.
     """
-    if not _judged(motion, limits):
-        return ()
-    times, torques, share = _shares(motion, limits)
-    worst = share.max(axis=0)
-    checks: list[Check] = []
-    for joint in (int(place) for place in np.argsort(-worst)):
-        holds = bool(worst[joint] <= 1.0 + motion.options.excess)
-        if checks and holds:
-            break
-        name = motion.reduced.joint_names[joint]
-        row = int(share[:, joint].argmax())
-        value, bound = float(torques[row, joint]), float(limits.effort[joint])
-        unit = effort_unit(motion.reduced.scene.robot.model, name)
-        needed, most = in_unit_apart(abs(value), bound, unit)
-        checks.append(
-            Check(
+
+    motion: Motion
+    limits: JointLimits
+
+    def holds(self) -> bool:
+        """Decide it by the largest share of a limit, which the native core computes without loads."""
+        motion, limits = self.motion, self.limits
+        if not _judged(motion, limits):
+            return True
+        if payloads(motion.reduced):
+            largest = _shares(motion, limits)[2].max()
+        else:
+            kinematics, position, reduced = motion.kinematics, motion.position, motion.reduced
+            largest = kinematics.dynamics.share(
+                position.times,
+                np.ascontiguousarray(position.coefficients),
+                _steps(motion),
+                ROUNDING,
+                _ends(motion)[1],
+                reduced.mimic_matrix,
+                reduced.mimic_offset,
+                limits.effort,
+            )
+        return bool(largest <= 1.0 + motion.options.excess)
+
+    def measure(self) -> Iterator[Check]:
+        """State the joint nearest to its limit; where one is passed, every joint that passes it."""
+        motion, limits = self.motion, self.limits
+        if not _judged(motion, limits):
+            return
+        times, torques, share = _shares(motion, limits)
+        worst = share.max(axis=0)
+        for place, joint in enumerate(int(joint) for joint in np.argsort(-worst)):
+            holds = bool(worst[joint] <= 1.0 + motion.options.excess)
+            if place and holds:
+                break
+            name = motion.reduced.joint_names[joint]
+            row = int(share[:, joint].argmax())
+            value, bound = float(torques[row, joint]), float(limits.effort[joint])
+            unit = effort_unit(motion.reduced.scene.robot.model, name)
+            needed, most = in_unit_apart(abs(value), bound, unit)
+            yield Check(
                 kind=CheckKind.TORQUE,
                 name="torque",
                 subject=name,
@@ -125,29 +153,6 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
                 holds=holds,
                 detail=f"{name} needs {needed}, its limit is {most}",
             )
-        )
-    return tuple(checks)
-
-
-def torques_hold(motion: Motion, limits: JointLimits) -> bool:
-    """Say whether all `torque_checks` hold."""
-    if not _judged(motion, limits):
-        return True
-    if payloads(motion.reduced):
-        largest = _shares(motion, limits)[2].max()
-    else:
-        kinematics, position, reduced = motion.kinematics, motion.position, motion.reduced
-        largest = kinematics.dynamics.share(
-            position.times,
-            np.ascontiguousarray(position.coefficients),
-            _steps(motion),
-            ROUNDING,
-            _ends(motion)[1],
-            reduced.mimic_matrix,
-            reduced.mimic_offset,
-            limits.effort,
-        )
-    return bool(largest <= 1.0 + motion.options.excess)
 
 
 def _judged(motion: Motion, limits: JointLimits) -> bool:

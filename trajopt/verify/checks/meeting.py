@@ -6,7 +6,7 @@ along and about axes that the placement leaves free.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from trajopt.problem.requirements import FramePlacement, Requirement
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.checks.quantities import check_requirement
 from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.motion import Motion
@@ -22,30 +23,37 @@ _MOMENT = 1e-9
 """Velocities of tracks may jump at their times: they are taken so long inside what is asked about [s]."""
 
 
-def meeting_checks(motion: Motion, followed: Sequence[Requirement], dwell: float) -> Iterator[Check]:
-    """Judge that a motion meets goals that time moves, and stays with them.
+@dataclass(frozen=True, eq=False)
+class MeetingCriterion(Criterion):
+    """The goals that time moves: the motion meets them, and stays with them.
 
-    Args:
+    Attributes:
         motion: Among what changes with time.
         followed: The goals that time moves.
         dwell: How long it has to have followed them when it ends [s].
     """
-    if not followed:
-        return
-    begin = motion.duration - dwell
-    if begin < 0.0:
-        yield _too_short(motion, followed[0], dwell)
-        return
-    for goal in followed:
-        if dwell <= 0.0:
-            yield from check_requirement(goal, motion, When.END)
+
+    motion: Motion
+    followed: Sequence[Requirement]
+    dwell: float
+
+    def measure(self) -> Iterator[Check]:
+        """State the placement and the speed relative to each goal."""
+        motion = self.motion
+        begin = motion.duration - self.dwell
+        if self.followed and begin < 0.0:
+            yield _too_short(motion, self.followed[0], self.dwell)
+            return
+        for goal in self.followed:
+            if self.dwell <= 0.0:
+                yield from check_requirement(goal, motion, When.END)
+                yield from _at_rest(motion, goal, motion.duration)
+                continue
+            for check in check_requirement(goal, motion.between(begin, motion.duration), When.ALWAYS):
+                time = None if check.time is None else check.time + begin
+                yield replace(check, name=check.name.replace(When.ALWAYS.value, When.END.value, 1), time=time)
+            yield from _at_rest(motion, goal, begin)
             yield from _at_rest(motion, goal, motion.duration)
-            continue
-        for check in check_requirement(goal, motion.between(begin, motion.duration), When.ALWAYS):
-            time = None if check.time is None else check.time + begin
-            yield replace(check, name=check.name.replace(When.ALWAYS.value, When.END.value, 1), time=time)
-        yield from _at_rest(motion, goal, begin)
-        yield from _at_rest(motion, goal, motion.duration)
 
 
 def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:

@@ -7,6 +7,7 @@ that no timing changes. It is bounded at all times: over an interval of length h
 but for h^3 / 24 times a bound of the second derivative of s.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_length
 from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.motion import Motion
 
 _FIRST_CUTS = 8
@@ -51,30 +53,39 @@ class _Straying:
         return self.error <= _EXACT * accepted and (kept or self.measured - self.error > accepted)
 
 
-def rolling_checks(motion: Motion) -> tuple[Check, ...]:
-    """Judge how far a base whose wheels have to roll drifts from a motion; nothing for other bases."""
-    reduced = motion.reduced
-    base = reduced.scene.robot.base
-    places = base.rolling(reduced.joint_names)
-    if places is None:
-        return ()
-    cuts, accepted = _FIRST_CUTS, base.drift
-    found = _straying(motion, places, cuts)
-    while not found.decides(accepted) and 2 * cuts * len(motion.trajectory.times) <= _MOST_INTERVALS:
-        cuts *= 2
+@dataclass(frozen=True, eq=False)
+class RollingCriterion(Criterion):
+    """How far a base whose wheels have to roll drifts from a motion; other bases have no such check.
+
+    Attributes:
+        motion: The motion.
+    """
+
+    motion: Motion
+
+    def measure(self) -> Iterator[Check]:
+        """State the drift, with the intervals cut until it is certain."""
+        motion, reduced = self.motion, self.motion.reduced
+        base = reduced.scene.robot.base
+        places = base.rolling(reduced.joint_names)
+        if places is None:
+            return
+        cuts, accepted = _FIRST_CUTS, base.drift
         found = _straying(motion, places, cuts)
-    proven = found.most <= accepted
-    evidence = Evidence.PROVEN if proven else Evidence.UNPROVEN
-    if found.measured - found.error > accepted:
-        evidence = Evidence.SAMPLED
-    detail = (
-        f"wheels that turn as planned carry {base.name} {in_length(found.measured)} beside the planned "
-        f"motion, {in_length(accepted)} is accepted"
-    )
-    if not proven:
-        detail += "; more knots bring the motion nearer to one that rolls"
-    return (
-        Check(
+        while not found.decides(accepted) and 2 * cuts * len(motion.trajectory.times) <= _MOST_INTERVALS:
+            cuts *= 2
+            found = _straying(motion, places, cuts)
+        proven = found.most <= accepted
+        evidence = Evidence.PROVEN if proven else Evidence.UNPROVEN
+        if found.measured - found.error > accepted:
+            evidence = Evidence.SAMPLED
+        detail = (
+            f"wheels that turn as planned carry {base.name} {in_length(found.measured)} beside the planned "
+            f"motion, {in_length(accepted)} is accepted"
+        )
+        if not proven:
+            detail += "; more knots bring the motion nearer to one that rolls"
+        yield Check(
             kind=CheckKind.ROLLING,
             name="rolling",
             subject=base.name,
@@ -86,8 +97,7 @@ def rolling_checks(motion: Motion) -> tuple[Check, ...]:
             evidence=evidence,
             holds=proven,
             detail=detail,
-        ),
-    )
+        )
 
 
 def _straying(motion: Motion, places: tuple[int, int, int], cuts: int) -> _Straying:

@@ -1,10 +1,12 @@
 """What is asked of a motion besides its limits: goals, constraints, waypoints, and what holds in between."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from trajopt.problem.requirements import During, Requirement
 from trajopt.values.errors import WaypointNotFound
 from trajopt.verify.certificate import Check
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.checks.parts import part_checks
 from trajopt.verify.checks.quantities import check_requirement
 from trajopt.verify.checks.requirement import When
@@ -14,23 +16,30 @@ from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.specification import Specification
 
 
-def specified_checks(
-    motion: Motion, specification: Specification, followed: Sequence[Requirement]
-) -> Iterator[Check]:
-    """Judge the goals that stand still, constraints and waypoints, one after the other.
+@dataclass(frozen=True, eq=False)
+class RequirementCriterion(Criterion):
+    """The goals that stand still, constraints, waypoints and what holds between them.
 
-    Args:
+    Attributes:
         motion: The motion.
-        specification: What is asked.
+        specification: What is required.
         followed: The goals that time moves, which are judged among what changes with time.
     """
-    still = [goal for goal in specification.goals if not any(goal is each for each in followed)]
-    for when, requirements in ((When.END, still), (When.ALWAYS, specification.constraints)):
-        for requirement in requirements:
-            yield from check_requirement(requirement, motion, when)
-    yield from _on_the_way(motion, specification.waypoints, specification.partial)
-    for check in specification.sampled:
-        yield sampled_check(check, motion)
+
+    motion: Motion
+    specification: Specification
+    followed: Sequence[Requirement]
+
+    def measure(self) -> Iterator[Check]:
+        """Judge one requirement after the other."""
+        motion, specification = self.motion, self.specification
+        still = [goal for goal in specification.goals if not any(goal is each for each in self.followed)]
+        for when, requirements in ((When.END, still), (When.ALWAYS, specification.constraints)):
+            for requirement in requirements:
+                yield from check_requirement(requirement, motion, when)
+        yield from _on_the_way(motion, specification.waypoints, specification.partial)
+        for check in specification.sampled:
+            yield sampled_check(check, motion)
 
 
 def _on_the_way(

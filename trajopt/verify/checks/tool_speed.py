@@ -5,12 +5,16 @@ derivative, and within h^2 / 8 times a bound of its second derivative of the cho
 which no velocity is larger than at one of the ends.
 """
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Interpolation
 from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.checks.requirement import Component, When, requirement_check
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.point_motion import PointMotion
@@ -23,22 +27,31 @@ STEADY_SHARE = 0.5
 KINDS = (("tool speed", "m/s"), ("tool turning", "rad/s"))
 
 
-def tool_speed_checks(motion: Motion, limited: ToolSpeed) -> tuple[Check, ...]:
-    """Judge the speeds of one tool.
+@dataclass(frozen=True, eq=False)
+class ToolSpeedCriterion(Criterion):
+    """The speeds of one tool.
 
-    Args:
+    Attributes:
         motion: The motion.
         limited: The tool and its limits.
-
-    Raises:
-        FrameNotFound: If the frame is unknown.
     """
-    moving = PointMotion(motion, limited.frame, offset=limited.offset)
-    limits = (limited.linear, limited.angular)
-    found = [_check(motion, moving, limited, which=which) for which in (0, 1) if np.isfinite(limits[which])]
-    if np.isfinite(limited.steady):
-        found.append(_steadiness(motion, moving, limited))
-    return tuple(found)
+
+    motion: Motion
+    limited: ToolSpeed
+
+    def measure(self) -> Iterator[Check]:
+        """State the largest speeds, and how steady they are where that is required.
+
+        Raises:
+            FrameNotFound: If the frame is unknown.
+        """
+        motion, limited = self.motion, self.limited
+        moving = PointMotion(motion, limited.frame, offset=limited.offset)
+        for which, limit in enumerate((limited.linear, limited.angular)):
+            if np.isfinite(limit):
+                yield _check(motion, moving, limited, which=which)
+        if np.isfinite(limited.steady):
+            yield _steadiness(motion, moving, limited)
 
 
 def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Check:

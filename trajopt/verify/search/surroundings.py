@@ -1,11 +1,10 @@
 """Surroundings: everything that a robot has to keep apart from, itself included, at rest and in motion."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import inf
 
 from trajopt.scene.timed import TimedModel, timed_model
 from trajopt.scene.timing import Timing
-from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
@@ -56,42 +55,17 @@ class Surroundings:
             clock=clock,
         )
 
-    def known_checks(self, motion: Motion) -> Iterator[Check]:
-        """State, for each prediction that ends, whether the motion ends before nothing is known any more.
-
-        Args:
-            motion: Among what changes.
-        """
-        needed = motion.duration
-        for name, timing in self._timings.items():
-            if timing.motion is None or timing.motion.until == inf:
-                continue
-            until = timing.motion.until - motion.clock
-            slack = until - min(needed, timing.expires - motion.clock)
-            yield Check(
-                kind=CheckKind.PREDICTION,
-                name="prediction",
-                subject=name,
-                value=needed,
-                bound=until,
-                unit="s",
-                time=None,
-                slack=slack,
-                evidence=Evidence.PROVEN if slack >= 0.0 else Evidence.UNPROVEN,
-                holds=slack >= 0.0,
-                detail=f"where {name} is, is known until {until:g} s, {needed:.3f} s are needed",
-            )
-
     @property
     def given(self) -> tuple[str, ...]:
         """What a proof takes for granted of objects and of how they change with time, in sentences."""
         objects = self._kinematics.reduced.scene.objects
         stated = [phrase for item in objects.values() for phrase in item.given]
-        stated += [f"{name} {_as_said(timing)}" for name, timing in self._timings.items()]
+        stated += [f"{name} {_as_said(timing)}" for name, timing in self.timings.items()]
         return tuple(f"proven given that {phrase}" for phrase in stated)
 
     @property
-    def _timings(self) -> Mapping[str, Timing]:
+    def timings(self) -> Mapping[str, Timing]:
+        """When each object that changes with time is there, and how it moves."""
         return {} if self._timed is None else self._timed.timings
 
 
