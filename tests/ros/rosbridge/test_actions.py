@@ -1,12 +1,13 @@
 """Actions: the simulated robot is driven, watched and stopped, in the ways of ROS 2 and of ROS 1."""
 
+import asyncio
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.ros.rosbridge.bridged import Client, talk
+from tests.ros.rosbridge.bridged import Client, bridged, talk
 from tests.ros.rosbridge.test_moveit_services import BENT, edit, goal, motion, state
 from trajopt.files.messages.moveit_msgs import MoveItErrorCodes as Codes
 
@@ -197,3 +198,49 @@ def test_in_ros_1_an_action_is_five_topics(tmp_path: Path) -> None:
         assert "must be text" in (await client.hear(op="status"))["msg"]
 
     talk(tmp_path, test)
+
+
+def test_an_action_of_one_client_is_done_for_another(tmp_path: Path) -> None:
+    async def run() -> None:
+        async with bridged(tmp_path) as bridge, bridge.client() as one:
+            async with bridge.client() as other:
+                await other.say(
+                    op="advertise_action", action="/grip", type="control_msgs/action/GripperCommand"
+                )
+                await other.call("/rosapi/get_time")
+                assert "/grip" in (await one.call("/rosapi/action_servers"))["action_servers"]
+                kind = "control_msgs/action/GripperCommand"
+                await send(one, "/grip", "g", {"position": 0.04}, action_type=kind)
+                goal = await other.hear(op="send_action_goal")
+                assert (goal["args"], goal["action_type"]) == ({"position": 0.04}, kind)
+                mine = {"id": goal["id"], "action": "/grip"}
+                await other.say(op="action_feedback", values={"stalled": False}, **mine)
+                assert (await one.hear(op="action_feedback", id="g"))["values"] == {"stalled": False}
+                await one.say(op="cancel_action_goal", id="g", action="/grip")
+                assert (await other.hear(op="cancel_action_goal"))["id"] == goal["id"]
+                await other.say(op="action_result", values={"stalled": True}, status=5, result=True, **mine)
+                result = await one.hear(op="action_result", id="g")
+                assert (result["values"], result["status"], result["result"]) == ({"stalled": True}, 5, True)
+                await other.say(op="action_result", values={}, status=4, **mine)
+                assert "no goal" in (await other.hear(op="status"))["msg"]
+                await send(one, "/grip", "g", {}, action_type="control_msgs/Fly")
+                assert (
+                    "of the type control_msgs/GripperCommand"
+                    in (await one.hear(op="action_result"))["values"]
+                )
+                async with bridge.client() as third:
+                    await send(third, "/grip", "h", {})
+                    left = await other.hear(op="send_action_goal")
+                    await third.say(op="advertise_action", action="/grip", type=kind)
+                    assert "another client offers" in (await third.hear(op="status"))["msg"]
+                assert (await other.hear(op="cancel_action_goal"))["id"] == left["id"]
+                await send(one, "/grip", "g", {})
+                await other.hear(op="send_action_goal")
+                await other.say(op="unadvertise_action", action="/grip")
+                await other.call("/rosapi/get_time")
+                await send(one, "/grip", "h", {})
+                assert "no action /grip" in (await one.hear(op="action_result", id="h"))["values"]
+            result = await one.hear(op="action_result", id="g")
+            assert result["status"] == 6 and "has left" in result["values"]
+
+    asyncio.run(asyncio.wait_for(run(), 100.0))

@@ -12,16 +12,18 @@ from trajopt.files.messages.moveit_msgs import (
     PlannerInterfaceDescription,
     QueryPlannerInterfacesResponse,
 )
+from trajopt.files.messages.names import plain_name
 from trajopt.files.messages.sensor_msgs import JointState
 from trajopt.files.messages.std_msgs import Header
 from trajopt.optimise.methods import METHODS
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.description import RobotDescription
 from trajopt.ros.rosbridge.offered import Offered, Provider
+from trajopt.ros.rosbridge.offered_actions import OfferedActions
 from trajopt.ros.rosbridge.old_actions import OldActions
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.ros.rosbridge.rosapi import RosApi
-from trajopt.ros.rosbridge.services import CLOUD, EDITS, SERVICES
+from trajopt.ros.rosbridge.services import ACTIONS, CLOUD, EDITS, SERVICES
 from trajopt.ros.rosbridge.topics import Client, Topics
 from trajopt.ros.rosbridge.wire import Incoming, Unusable, plain, written
 from trajopt.values.errors import TrajoptError
@@ -49,6 +51,7 @@ class Bridge:
         largest: Size of a message [bytes].
         topics: The topics.
         offered: Services that clients offer.
+        offered_actions: Actions that clients offer.
         clients: Who is connected.
     """
 
@@ -58,8 +61,9 @@ class Bridge:
         self.generation: Generation = options.distro.generation
         self.largest = cell.service.limits.body
         self.topics, self.offered = Topics(self.generation), Offered()
+        self.offered_actions = OfferedActions()
         self._api, self._actions = (
-            RosApi(self.topics, self.offered, description, options),
+            RosApi(self.topics, self.offered, self.offered_actions, description, options),
             OldActions(self.topics, cell),
         )
         self.clients: set[Connected] = set()
@@ -80,6 +84,7 @@ class Bridge:
         """Forget a client."""
         self.topics.leave(client)
         self.offered.leave(client)
+        self.offered_actions.leave(client)
 
     def look(self) -> None:
         """Publish the state soon: it may have changed."""
@@ -100,6 +105,23 @@ class Bridge:
         if name in SERVICES or name.startswith("/rosapi/"):
             raise Unusable(f"{name} is a service of the server itself")
         self.offered.offer(client, name, kind)
+
+    @property
+    def action_kinds(self) -> dict[str, str]:
+        """Types of all actions by name, as ROS 1 writes them, without Action at the end."""
+        offered = self.offered_actions.kinds().items()
+        own = {name: server.kind for name, server in ACTIONS.items()}
+        return {**{name: plain_name(kind).removesuffix("Action") for name, kind in offered}, **own}
+
+    def offer_action(self, client: Connected, name: str, kind: str) -> None:
+        """Add an action that a client offers.
+
+        Raises:
+            Unusable: If the server itself, or another client, has one of that name.
+        """
+        if name in ACTIONS:
+            raise Unusable(f"{name} is an action of the server itself")
+        self.offered_actions.offer(client, name, kind)
 
     async def call(self, name: str, incoming: Incoming) -> bytes:
         """Call a service; return what it answers, as JSON.

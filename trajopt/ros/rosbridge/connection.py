@@ -13,6 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from trajopt.ros.rosbridge.bridge import Bridge
 from trajopt.ros.rosbridge.fragments import Fragments
 from trajopt.ros.rosbridge.goals import Goal
+from trajopt.ros.rosbridge.offered_actions import RelayedGoal
 from trajopt.ros.rosbridge.services import ACTIONS, same_type
 from trajopt.ros.rosbridge.topics import no_compression
 from trajopt.ros.rosbridge.wire import Incoming, Unusable, named, parsed, pieces, status, written
@@ -23,12 +24,10 @@ WAITING = 256
 """Messages that wait for a client that is slow to take them: further ones of topics are left out."""
 FULL = 1013
 """What a WebSocket is closed with where it may be tried again later."""
+ABORTED = 6
+"""Status of a goal that its server has given up (`action_msgs/GoalStatus`)."""
 LEVELS = ("error", "warning", "info", "none")
 NOT_HERE = {
-    "advertise_action": "actions are served by the server itself",
-    "unadvertise_action": "actions are served by the server itself",
-    "action_feedback": "actions are served by the server itself",
-    "action_result": "actions are served by the server itself",
     "png": "messages are not written as pictures here",
     "auth": "there is nothing to log in to: the port is for this machine, or opened to whoever reaches it",
 }
@@ -56,7 +55,7 @@ class Connection:
         self._out: asyncio.Queue[Iterable[bytes]] = asyncio.Queue(WAITING)
         self._fragments = Fragments(bridge.largest)
         self._tasks: set[asyncio.Task[None]] = set()
-        self._goals: dict[str, Goal] = {}
+        self._goals: dict[str, Goal | RelayedGoal] = {}
         self._level = LEVELS[0]
         self._handlers: dict[str, Callable[[Incoming], Awaitable[None]]] = {
             "call_service": self._call_service,
@@ -70,6 +69,10 @@ class Connection:
             "publish": self._publish,
             "send_action_goal": self._send_goal,
             "cancel_action_goal": self._cancel_goal,
+            "advertise_action": self._advertise_action,
+            "unadvertise_action": self._unadvertise_action,
+            "action_feedback": self._action_feedback,
+            "action_result": self._action_result,
             "fragment": self._fragment,
             "set_level": self._set_level,
             "status_level": self._set_level,
@@ -200,10 +203,10 @@ class Connection:
 
     async def _send_goal(self, incoming: Incoming) -> None:
         action, name = named(incoming.action, "action"), str(incoming.id or "")
-        server = ACTIONS.get(action)
-        if server is None or not same_type(incoming.action_type, server.kind):
-            about = f"no action {action}" if server is None else f"{action} is of the type {server.kind}"
-            await self._result(name, action, 0, f"{about}; there are {listed(sorted(ACTIONS))}", ok=False)
+        kinds = self.bridge.action_kinds
+        if action not in kinds or not same_type(incoming.action_type, kinds[action]):
+            about = f"{action} is of the type {kinds[action]}" if action in kinds else f"no action {action}"
+            await self._result(name, action, 0, f"{about}; there are {listed(sorted(kinds))}", ok=False)
             return
         if name in self._goals or len(self._tasks) >= self.bridge.options.calls:
             await self._result(name, action, 0, f"a goal {shown(name)} is under way, or too many", ok=False)
@@ -212,9 +215,25 @@ class Connection:
         def tell(feedback: object) -> None:
             self.offer(written({"op": "action_feedback", "id": name, "action": action, "values": feedback}))
 
-        goal = Goal(name, server, incoming.args, self.bridge.generation, tell)
-        self._goals[name] = goal
-        self._begin(self._pursued(goal, action))
+        if action in ACTIONS:
+            goal = Goal(name, ACTIONS[action], incoming.args, self.bridge.generation, tell)
+            self._goals[name] = goal
+            self._begin(self._pursued(goal, action))
+        else:
+            relayed = self.bridge.offered_actions.goal(action, tell)
+            self._goals[name] = relayed
+            self._begin(self._relayed(relayed, name, incoming.args))
+
+    async def _relayed(self, goal: RelayedGoal, name: str, arguments: msgspec.Raw) -> None:
+        """Have another client pursue a goal, and pass on its result."""
+        try:
+            ended = await self.bridge.offered_actions.pursue(goal, arguments)
+        except Unusable as error:
+            await self._result(name, goal.action, ABORTED, str(error), ok=False)
+        else:
+            await self._result(name, goal.action, ended.status, ended.values, ok=ended.result)
+        finally:
+            self._goals.pop(name, None)
 
     async def _pursued(self, goal: Goal, action: str) -> None:
         try:
@@ -236,6 +255,21 @@ class Connection:
         if goal is None:
             raise Unusable(f"no goal {shown(incoming.id)} is under way")
         goal.cancel()
+
+    async def _advertise_action(self, incoming: Incoming) -> None:
+        action = named(incoming.action, "action")
+        if not incoming.type:
+            raise Unusable(f"advertise_action names no type of {action}")
+        self.bridge.offer_action(self, action, incoming.type)
+
+    async def _unadvertise_action(self, incoming: Incoming) -> None:
+        self.bridge.offered_actions.withdraw(self, named(incoming.action, "action"))
+
+    async def _action_feedback(self, incoming: Incoming) -> None:
+        self.bridge.offered_actions.feedback(self, incoming)
+
+    async def _action_result(self, incoming: Incoming) -> None:
+        self.bridge.offered_actions.result(self, incoming)
 
     async def _fragment(self, incoming: Incoming) -> None:
         whole = self._fragments.add(incoming)

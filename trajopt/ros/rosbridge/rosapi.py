@@ -12,6 +12,7 @@ from trajopt.files.messages.builtin_interfaces import Time
 from trajopt.files.messages.names import plain_name
 from trajopt.ros.rosbridge.description import RobotDescription
 from trajopt.ros.rosbridge.offered import Offered
+from trajopt.ros.rosbridge.offered_actions import OfferedActions
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.ros.rosbridge.rosapi_types import typedefs
 from trajopt.ros.rosbridge.services import ACTIONS, SERVICES
@@ -32,7 +33,12 @@ class RosApi:
     """Answers what clients ask about topics, services, types and parameters."""
 
     def __init__(
-        self, topics: Topics, offered: Offered, description: RobotDescription, options: RosbridgeOptions
+        self,
+        topics: Topics,
+        offered: Offered,
+        actions: OfferedActions,
+        description: RobotDescription,
+        options: RosbridgeOptions,
     ) -> None:
         """Answer for what is there."""
         self._topics_known, self._offered = topics, offered
@@ -67,7 +73,7 @@ class RosApi:
             "service_providers": lambda _: {"providers": [NODE]},
             "publishers": lambda _: {"publishers": [NODE]},
             "subscribers": lambda _: {"subscribers": [NODE]},
-            "action_servers": lambda _: {"action_servers": sorted(ACTIONS)},
+            "action_servers": lambda _: {"action_servers": sorted({*ACTIONS, *actions.kinds()})},
         }
 
     def answer(self, name: str, arguments: object) -> Reply:

@@ -27,8 +27,9 @@ class Incoming(msgspec.Struct):
         action_type: Type of an action.
         msg: What is published.
         args: What is asked of a service or an action.
-        values: What a service answers, that a client offers.
-        result: Whether it could.
+        values: Answer of a service, or feedback or result of an action, that a client offers.
+        result: Whether the service or the goal succeeded.
+        status: How a goal ended (`action_msgs/GoalStatus`).
         latch: Whether the last message is kept for who subscribes later.
         throttle_rate: Least time between two messages [ms].
         compression: How messages are written.
@@ -51,6 +52,7 @@ class Incoming(msgspec.Struct):
     args: msgspec.Raw = NOTHING
     values: msgspec.Raw = NOTHING
     result: bool = True
+    status: int = 0
     latch: bool | None = None
     throttle_rate: float | None = None
     compression: str | None = None
