@@ -76,6 +76,37 @@ def test_a_model_that_takes_all_memory_is_an_error(text: str, tmp_path: Path) ->
         to.load(tmp_path / "huge.xml")
 
 
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (b'<body name="a\xe9">%b</body>', "a name that is not UTF-8"),
+        (b'<body name="&#xd800;">%b</body>', "a name that is not UTF-8"),
+        (b'<body name="far" pos="nan 0 0">%b</body>', r"body 'far' has a number that is not finite"),
+        (
+            b'<body><joint name="j" type="hinge" limited="true" range="nan 1"/><geom size=".1"/>%b</body>',
+            r"joint 'j' has a number that is not finite \(jnt_range\)",
+        ),
+    ],
+)
+def test_names_and_numbers_of_a_model_are_checked(body: bytes, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_bytes(b"<mujoco><worldbody>%b</worldbody></mujoco>" % (body % HINGE.encode()))
+    with pytest.raises(FileFormatError, match=reason):
+        to.load(tmp_path / "a.xml")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.off", "OFF\n2000000000 2000000000 0\n0 0 0\n"),
+        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 2000000000\nproperty float x\nend_header\n0\n"),
+    ],
+)
+def test_a_mesh_that_states_impossible_counts_is_an_error(name: str, text: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(MeshFileError, match="more than 4 GB of memory"):
+        to.load_mesh(tmp_path / name)
+
+
 def test_more_links_than_a_robot_may_have_are_an_error(tmp_path: Path) -> None:
     links = [
         f'<link name="l{k}"/><joint name="f{k}" type="fixed"><parent link="arm"/><child link="l{k}"/></joint>'

@@ -30,6 +30,14 @@ FREE, BALL, SLIDE, HINGE = range(4)  # numbers of MuJoCo's mjtJoint
 _JOINT_EQUALITY = 2  # of mjtEq
 _JOINT_TRANSMISSIONS, _TENDON_TRANSMISSION, _WRAPPED_JOINT = (0, 1), 3, 1  # of mjtTrn and mjtWrap
 _WORLD = "world"
+_NUMBERS = {
+    "body": ("body_pos", "body_quat", "body_mass", "body_ipos", "body_iquat", "body_inertia"),
+    "joint": ("jnt_pos", "jnt_axis", "jnt_range"),
+    "geom": ("geom_pos", "geom_quat", "geom_size"),
+    "actuator": ("actuator_forcerange", "actuator_ctrlrange", "actuator_gear"),
+    "key": ("key_qpos",),
+}
+"""What is read of a compiled model, by the kind of thing."""
 _CHILD, _COMPILED = Path(__file__).with_name("mjcf_child.py"), "compiled.mjb"
 LONGEST_SLIDE = 100.0
 """Half the range of a slide that states none [m]: no arm, gantry or base goes farther in one motion."""
@@ -91,6 +99,7 @@ class _Reading:
         model = self.model
         if not any(int(kind) in (SLIDE, HINGE) for kind in model.jnt_type):
             raise FileFormatError(str(self.path), "has no hinge and no slide, so nothing in it moves")
+        self._check()
         name = bytes(model.names).split(b"\0", 1)[0].decode() or self.path.stem
         self.root.set("name", name)
         self._link(_WORLD)
@@ -107,6 +116,23 @@ class _Reading:
         )
         shapes = (tuple(self.collisions), tuple(self.visuals))
         return Urdf(self.path, xml, name, *shapes, mimics, tuple(self.notes)), srdf
+
+    def _check(self) -> None:
+        """Make sure that names are text and that numbers are finite, of which MuJoCo checks neither."""
+        try:
+            bytes(self.model.names).decode()
+        except UnicodeDecodeError as error:
+            raise FileFormatError(str(self.path), f"has a name that is not UTF-8: {error}") from error
+        for kind, fields in _NUMBERS.items():
+            for field_name in fields:
+                values = np.array(getattr(self.model, field_name), dtype=float)
+                strange = [row for row, value in enumerate(values) if not np.isfinite(value).all()]
+                if strange:
+                    raise FileFormatError(
+                        str(self.path),
+                        f"{kind} {shown(self._name(kind, strange[0]))} has a number that is not finite "
+                        f"({field_name})",
+                    )
 
     def _body(self, body: int) -> None:
         """Write a body and the joints that it hangs on, each with a link between it and the next."""

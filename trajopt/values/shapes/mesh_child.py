@@ -22,6 +22,8 @@ def main() -> int:
     try:
         model = coal.MeshLoader().load(request["file"], np.array(request["scale"], dtype=np.float64))
     except (ValueError, RuntimeError) as error:
+        if "bad_alloc" in str(error):
+            raise MemoryError from error
         answer.write(_reason(str(error)).encode())
         answer.flush()
         return REFUSED
