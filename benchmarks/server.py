@@ -28,7 +28,7 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.scene.initial_positions import initial_positions
+from trajopt.robot.configuration import initial_positions
 from trajopt.server import SessionState, Watch
 from trajopt.server.client import AsyncClient, AsyncSession, ServerError
 from trajopt.server.memory import memory_used

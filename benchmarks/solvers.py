@@ -12,8 +12,8 @@ import trajopt as to
 from benchmarks.page import write_section
 from trajopt.cli.compare import read_runs
 from trajopt.lab.suite import Allowance, Instance, Outcome, compared, installed_instances
+from trajopt.lab.suite.comparison_page import markdown
 from trajopt.lab.suite.comparison_page import page as page_of
-from trajopt.lab.suite.comparison_table import markdown
 from trajopt.lab.suite.folders import find_instances
 from trajopt.optimise.methods import METHODS, method_named
 from trajopt.values.documents.document import write_text

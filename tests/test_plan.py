@@ -14,8 +14,8 @@ from trajopt.planning.status import Certainty, Status
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import END
 from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Rows
 from trajopt.values.errors import PlanningFailed, ProblemError
-from trajopt.values.rows import Rows
 from trajopt.verify import Evidence
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}

@@ -39,7 +39,7 @@ if _TYPE_CHECKING:
     from trajopt.problem.tool_speed import tool_speed as tool_speed
     from trajopt.robot import bases as bases
     from trajopt.robot.load import load as load
-    from trajopt.robot.meshes.mesh_cover import MeshPolicy as MeshPolicy
+    from trajopt.robot.mesh_cover import MeshPolicy as MeshPolicy
     from trajopt.robot.robot import Robot as Robot
     from trajopt.scene.scene import Scene as Scene
     from trajopt.scene.track import Prediction as Prediction
@@ -84,7 +84,7 @@ _NAMES_OF: _Mapping[str, str] = {
     "problem.problem": "Problem named_problem",
     "problem.tool_speed": "tool_speed",
     "robot.load": "load",
-    "robot.meshes.mesh_cover": "MeshPolicy",
+    "robot.mesh_cover": "MeshPolicy",
     "robot.robot": "Robot",
     "scene.scene": "Scene",
     "scene.track": "Prediction Track",

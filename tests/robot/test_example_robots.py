@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-import trajopt.robot.robot_parts
+import trajopt.robot.robot
 from trajopt.robot.bodies import RobotBodies
 from trajopt.values.errors import FileFormatError
 
@@ -34,7 +34,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> None:
     def no_bodies(*_: object) -> RobotBodies:
         return RobotBodies((), (), ())
 
-    monkeypatch.setattr(trajopt.robot.robot_parts, "robot_bodies", no_bodies)
+    monkeypatch.setattr(trajopt.robot.robot, "robot_bodies", no_bodies)
 
 
 @pytest.mark.skipif(not URDFS, reason="example-robot-data is not installed")

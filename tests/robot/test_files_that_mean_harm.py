@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.robot.loading.urdf_tree import MOST_LINKS
+from trajopt.robot.loading.urdf import MOST_LINKS
 from trajopt.values.array_cache import cache_folder
 from trajopt.values.errors import FileFormatError, MeshFileError
 

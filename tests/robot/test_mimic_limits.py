@@ -12,7 +12,7 @@ from tests.robot.test_mimics import Stated, planar
 from tests.verify.arms import quintic, reduced
 from trajopt.optimise.kinematics import random_configurations
 from trajopt.robot.limits import JointLimits, LimitKind
-from trajopt.robot.loading.mimic_limits import followed_limits
+from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.urdf import Mimic
 from trajopt.values.errors import MimicOutOfRange, ProblemError
 from trajopt.values.trajectory import Trajectory

@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.robot.other_limits import DEFAULT_RISE
+from trajopt.robot.robot import DEFAULT_RISE
 from trajopt.values.errors import JointNotFound, ProblemError, ShapeError
 
 LIMITS = """

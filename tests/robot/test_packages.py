@@ -171,6 +171,6 @@ def test_xacro_is_expanded_where_what_expands_it_is_installed(tmp_path: Path) ->
 def test_xacro_names_the_command_that_installs_what_expands_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("trajopt.robot.loading.xacro_file.find_spec", lambda _: None)
+    monkeypatch.setattr("trajopt.robot.loading.xml_file.find_spec", lambda _: None)
     with pytest.raises(MissingExtra, match=r'pip install "trajopt-planner\[xacro\]"'):
         to.load(written_in_xacro(tmp_path))

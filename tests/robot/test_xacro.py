@@ -11,7 +11,7 @@ pytest.importorskip("xacrodoc")
 
 from trajopt.robot.loading import xacro_child
 from trajopt.robot.loading.xacro_child import readable
-from trajopt.robot.loading.xacro_file import expanded
+from trajopt.robot.loading.xml_file import expanded
 from trajopt.values.errors import FileFormatError
 
 HEAD = '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'

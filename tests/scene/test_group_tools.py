@@ -9,7 +9,7 @@ from tests.robots_for_tests import ODD_ARM, odd_arm, two_arms
 from trajopt.problem.requirements import FramePlacement
 from trajopt.ros import commander
 from trajopt.scene.group_tools import end_link, ends_of, tool_of
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.errors import ProblemError
 
 SRDF = """<robot name="odd">

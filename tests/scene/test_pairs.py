@@ -5,7 +5,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import two_arms
-from trajopt.scene.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.scene.clearances import AllowedCollisions, ContactAllowance
 from trajopt.scene.reduced import ReducedModel, reduce_model
 
 GROUPS = ("both", "left", "right")

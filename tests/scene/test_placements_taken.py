@@ -13,7 +13,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM
 from trajopt.optimise import kinematics
-from trajopt.robot.frame_attachment import FrameAttachment
+from trajopt.robot.robot import FrameAttachment
 from trajopt.tasks import cartesian, grasping
 from trajopt.tasks.cartesian import arc_about, arc_through, circle, line, polyline, spline
 from trajopt.tasks.grasping import Grasp, Place

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from trajopt.scene.track import Prediction, Track
 from trajopt.values.errors import ProblemError, ShapeError
-from trajopt.values.placement import Placement, placement
-from trajopt.values.rotations import as_rotation_vector, from_rotation_vector
+from trajopt.values.placement import Placement, as_rotation_vector, from_rotation_vector, placement
 
 NUMBERS = st.floats(-2.0, 2.0)
 VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)

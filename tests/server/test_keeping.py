@@ -18,7 +18,7 @@ import trajopt as to
 from tests.server.serving import MODULES
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.server import Lane, Limits, Refusal, Service, Session, SessionState, Watch, Why
-from trajopt.server.keeping import keep
+from trajopt.server.keeper import keep
 from trajopt.server.warehouse import Kind, State, Warehouse
 from trajopt.values.documents.document import Node
 

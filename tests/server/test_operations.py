@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.scene.initial_positions import initial_positions
+from trajopt.robot.configuration import initial_positions
 from trajopt.server import Refusal, SessionState, Watch
+from trajopt.server.memory import check_sizes
 from trajopt.server.operation import operations_of
 from trajopt.server.operations.edits import SCENE_EDITS
-from trajopt.server.sizes import check_sizes
 from trajopt.values.documents.document import Node
 
 OPERATIONS = operations_of(("trajopt.server.operations",))

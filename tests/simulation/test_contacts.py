@@ -2,7 +2,7 @@
 
 import pytest
 
-from trajopt.scene.collisions.allowed_collisions import ContactAllowance
+from trajopt.scene.clearances import ContactAllowance
 from trajopt.simulation.contacts import ContactLog
 
 PAIR = ("cup", "table")

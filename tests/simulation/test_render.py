@@ -13,8 +13,7 @@ import pytest
 from PIL import Image
 
 from tests.simulation.conftest import panda, reduced_all, smooth
-from trajopt.robot.frame_attachment import FrameAttachment
-from trajopt.robot.robot import Robot
+from trajopt.robot.robot import FrameAttachment, Robot
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.simulation import CameraView, Layout, RenderingUnavailable, film, offscreen, render, simulate

@@ -8,7 +8,7 @@ from trajopt.native import timing
 from trajopt.robot.limits import EXCESS, JointLimits
 from trajopt.timing.joint_stops import stop_from
 from trajopt.values.arrays import Floats, readonly
-from trajopt.values.trajectory_state import state_of
+from trajopt.values.trajectory import state_of
 
 JOINTS = 4
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from trajopt.values.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
+from trajopt.values.placement import as_quaternion, as_rpy, from_quaternion, from_rpy
 
 RNG = np.random.default_rng(5)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.values.trajectory_state import state_of
+from trajopt.values.trajectory import state_of
 
 
 @pytest.mark.parametrize("stated", [0, 1, 2])

@@ -9,7 +9,7 @@ import pytest
 from tests.oracles.judge_search import floor
 from tests.verify.arms import joint, link, quintic, reduced, robot
 from trajopt.robot.bodies import MeshPolicy
-from trajopt.scene.collisions.allowed_collisions import ContactAllowance
+from trajopt.scene.clearances import ContactAllowance
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.placement import placement

@@ -11,7 +11,7 @@ from trajopt.planning import Plan, forbidden_times
 from trajopt.values.errors import FileFormatError, ShapeError
 from trajopt.viewer import plot_path_time
 from trajopt.viewer.palette import LINES
-from trajopt.viewer.path_time import SHADE
+from trajopt.viewer.plots import SHADE
 
 START, GOAL = {"joint1": -1.1, "joint2": 0.3}, {"joint1": 0.9, "joint2": 0.4}
 

@@ -9,9 +9,8 @@ import trajopt as to
 from tests.why.conftest import GOAL, START
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.transcription import KnotsNlp, transcribe
-from trajopt.values.rows import Loss, Rows
-from trajopt.why.multipliers import multipliers
-from trajopt.why.prices import TIGHT, Price, prices
+from trajopt.values.arrays import Loss, Rows
+from trajopt.why.prices import TIGHT, Price, multipliers, prices
 
 
 def one_variable(value: float) -> tuple[Rows, np.ndarray]:

@@ -19,12 +19,12 @@ from trajopt.lab.suite import (
     compared,
     installed_instances,
 )
-from trajopt.lab.suite.comparison_page import page
-from trajopt.lab.suite.comparison_table import (
+from trajopt.lab.suite.comparison_page import (
     LEGEND,
     RUN_HEAD,
     SUMMARY_HEAD,
     markdown,
+    page,
     run_cells,
     summary_cells,
 )

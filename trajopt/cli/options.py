@@ -14,7 +14,7 @@ from trajopt.files.moveit import RequestFile, SceneFile, read_motions, read_requ
 from trajopt.planning.budget import Budget
 from trajopt.problem.problem import Problem
 from trajopt.robot.load import load
-from trajopt.robot.meshes.mesh_cover import MeshPolicy
+from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.documents.files import number_of
 from trajopt.values.errors import FileFormatError, ProblemError, shown

@@ -22,7 +22,7 @@ from trajopt.cli.options import JsonOption, LimitsOption, PackageOption, RobotOp
 from trajopt.cli.progress import progress_bar
 from trajopt.lab.reach import reach_map
 from trajopt.lab.reach.reach_map import CELL, DIRECTIONS
-from trajopt.viewer.reach import plot_reach
+from trajopt.viewer.plots import plot_reach
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the map here (.npz).")]
 PictureOption = Annotated[Path | None, typer.Option("--picture", help="Draw cuts through it here.")]

@@ -30,7 +30,7 @@ from trajopt.scene.scene import Scene
 from trajopt.values.errors import FileFormatError, ProblemError
 from trajopt.viewer import LiveView, RunViewer, live_view, mirror_view, view_run
 from trajopt.viewer import view as open_viewer
-from trajopt.viewer.served import Served
+from trajopt.viewer.server import Served
 
 OptionalFile = Annotated[
     Path | None,

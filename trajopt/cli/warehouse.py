@@ -2,18 +2,26 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from trajopt.cli.kept_files import Given, value_given
-from trajopt.cli.options import JsonOption, PackageOption, SrdfOption
+from trajopt.cli.options import JsonOption, PackageOption, RobotSource, SrdfOption
 from trajopt.cli.planned import is_bundle
 from trajopt.files.bundle import Bundle
+from trajopt.files.moveit import read_request, read_scene
+from trajopt.files.moveit.constraints import read_constraints
+from trajopt.files.moveit.frames import Reading, world_names
+from trajopt.files.moveit.robot_state import checked_joint_positions, layered_positions
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
 from trajopt.server.warehouse import Constraints, Entry, Kind, State, Warehouse
-from trajopt.values.errors import ModelError, shown
+from trajopt.values.documents.document import read_document
+from trajopt.values.errors import FileFormatError, ModelError, shown
 
 warehouse = typer.Typer(
     help="Keep robots, scenes, problems, plans, states and constraints in one file, by name and version.",
@@ -274,3 +282,63 @@ def _day(text: str, *, end: bool = False) -> datetime | None:
     except ValueError as error:
         raise ModelError(f"{shown(text)} is no date: write 2026-11-22, or 2026-11-22T14:30") from error
     return when + timedelta(days=1) if end and alone else when
+
+
+@dataclass(frozen=True)
+class Given:
+    """What was named on the command line.
+
+    Attributes:
+        robot: The robot: installed, or a description's file.
+        srdf: With a description: its SRDF.
+        packages: With a description: where `package://` meshes are.
+        scene: MoveIt's PlanningScene.
+        request: MoveIt's MotionPlanRequest.
+        state: MoveIt's RobotState.
+        constraints: MoveIt's Constraints.
+    """
+
+    robot: str | None
+    srdf: Path | None = None
+    packages: tuple[Path, ...] = ()
+    scene: Path | None = None
+    request: Path | None = None
+    state: Path | None = None
+    constraints: Path | None = None
+
+
+def value_given(given: Given) -> Robot | Scene | Problem | State | Constraints:
+    """Return what is to be kept.
+
+    Raises:
+        ModelError: If nothing is named, or too much.
+        FileFormatError: If a file does not say what it must.
+    """
+    if given.robot is None:
+        raise ModelError("give what is to be kept: --bundle, or --robot with or without what is of it")
+    chosen = [each for each in (given.scene, given.state, given.constraints) if each is not None]
+    if len(chosen) > 1 or (given.request is not None and given.scene is None):
+        raise ModelError("give one of --scene (with or without --request), --state and --constraints")
+    robot = RobotSource(given.robot, given.srdf, None, given.packages).load()
+    if given.scene is not None:
+        around = read_scene(given.scene, robot)
+        return around.scene if given.request is None else read_request(given.request, around).problem()
+    if given.state is not None:
+        return State(robot.name, checked_joint_positions(read_document(given.state), robot))
+    return robot if given.constraints is None else _constraints(given.constraints, robot)
+
+
+def _constraints(path: Path, robot: Robot) -> Constraints:
+    """Return the requirements of a constraints message.
+
+    Raises:
+        FileFormatError: If it requires nothing, or something in a frame that it makes itself.
+    """
+    scene = Scene(robot)
+    reading = Reading(world_names(robot), layered_positions(robot))
+    required, around = read_constraints(read_document(path), scene, reading)
+    if not required:
+        raise FileFormatError(str(path), "requires nothing")
+    if around is not scene:
+        raise FileFormatError(str(path), "needs a frame of its own: keep it as part of a problem")
+    return Constraints(robot.name, required)

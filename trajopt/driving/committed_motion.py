@@ -10,8 +10,7 @@ from trajopt.timing.standing import JOLT, after_standing, begun_later
 from trajopt.values.arrays import Floats, floats, number
 from trajopt.values.errors import JointNotFound
 from trajopt.values.errors.arguments import checked
-from trajopt.values.trajectory import MEETING, Trajectory
-from trajopt.values.trajectory_state import state_of
+from trajopt.values.trajectory import MEETING, Trajectory, state_of
 
 REST = 1e-6
 """A joint this slow stands still [rad/s | m/s]: what the judge takes for it."""

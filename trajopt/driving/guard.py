@@ -16,8 +16,7 @@ from trajopt.simulation.whole import whole_robot
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.cached import LruCache
 from trajopt.values.errors import JointNotFound, ProblemError, shown
-from trajopt.values.trajectory import Trajectory
-from trajopt.values.trajectory_state import state_of
+from trajopt.values.trajectory import Trajectory, state_of
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
 FIRST_INTERVALS = 8

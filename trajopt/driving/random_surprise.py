@@ -22,7 +22,7 @@ from trajopt.driving.simulated import TOLERANCE
 from trajopt.driving.surprises import Surprise, Surprises
 from trajopt.planning.plan import plan
 from trajopt.problem.problem import Problem
-from trajopt.scene.collisions.clearances import Part
+from trajopt.scene.clearances import Part
 from trajopt.scene.group_tools import ends_of
 from trajopt.scene.reduced import reduce_model
 from trajopt.simulation.whole import driven_joints

@@ -22,12 +22,10 @@ from trajopt.geometry import Query
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers.banded import BandedSteps
 from trajopt.robot.limits import EXCESS, JointLimits
-from trajopt.scene.changing_pairs import ChangingPairs
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import timed_model
+from trajopt.scene.timed import ChangingPairs, timed_model
 from trajopt.timing.joint_stops import TICK
-from trajopt.values.arrays import Floats, Value
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Floats, Loss, Rows, Value
 
 PENALTY = 1e4
 """Of coming nearer than is allowed: far more than following a command can ever be worth, whose cost is 1 when

@@ -12,8 +12,7 @@ from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.errors import JointNotFound
-from trajopt.values.placement import Placement
-from trajopt.values.rotations import as_rotation_vector
+from trajopt.values.placement import Placement, as_rotation_vector
 
 SLOWEST = 1e-2
 """Commands slower than this count as much as if they were as fast, so that noise is not followed at all cost

@@ -10,8 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from trajopt.values.arrays import Floats, Ints, Value
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Floats, Ints, Loss, Rows, Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.infeasibility import ClosedCut, closed_cut, never_apart
 from trajopt.problem.problem import Problem
-from trajopt.scene.scene_parts import DEFAULT_MARGIN
+from trajopt.scene.scene import DEFAULT_MARGIN
 
 MIDDLE = (0.5, 0.25, 0.75)
 """Where between start and goal joints are cut: nearer to the ends a margin may not have its full size yet."""

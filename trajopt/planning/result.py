@@ -23,7 +23,7 @@ from trajopt.timing import Retimed
 from trajopt.values.documents.json_files import write_json
 from trajopt.values.errors import PlanningFailed, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.other_names import unknown_attribute
+from trajopt.values.errors.shown import unknown_attribute
 from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Certificate

@@ -6,8 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.geometry import Kinematics, Query
-from trajopt.values.arrays import Bools, Floats, Ints
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Bools, Floats, Ints, Rows
 
 
 @dataclass(frozen=True, eq=False)

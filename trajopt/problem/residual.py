@@ -8,10 +8,9 @@ from numpy.typing import ArrayLike
 
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement
-from trajopt.values.arrays import Floats, Value, floats, number
+from trajopt.values.arrays import Floats, Loss, Rows, Value, floats, number
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.rows import Loss, Rows
 
 
 @runtime_checkable

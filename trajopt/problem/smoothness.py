@@ -12,8 +12,7 @@ import numpy as np
 
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import Cost
-from trajopt.values.arrays import Floats, Ints, readonly
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Rows, readonly
 
 
 def _differences(knots: Floats, order: int) -> Rows:

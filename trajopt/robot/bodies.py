@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
-from trajopt.robot.meshes.cover_progress import CoverProgress
-from trajopt.robot.meshes.mesh_cover import MeshPolicy, cover_file, cover_mesh
+from trajopt.robot.mesh_cover import CoverProgress, MeshPolicy, cover_file, cover_mesh
 from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.placement import IDENTITY, Placement
 from trajopt.values.shapes.mesh_file import Mesh

@@ -11,7 +11,7 @@ from pkgutil import iter_modules
 from xml.etree import ElementTree
 
 from trajopt.robot.bases import MovingBase
-from trajopt.robot.meshes.mesh_cover import MeshPolicy
+from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import one_of, path
 from trajopt.values.errors import FileFormatError, MissingExtra, ModelError, RobotNotFound, shown

@@ -6,18 +6,25 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.bases import MovingBase
-from trajopt.robot.frame_attachment import FrameAttachment
+from trajopt.robot.bases import MovingBase, RobotBase
+from trajopt.robot.bodies import CollisionBody, robot_bodies
+from trajopt.robot.limits import JointLimits, LimitKind, not_stated, read_joint_limits, with_stated
+from trajopt.robot.loading.base_joints import with_base
+from trajopt.robot.loading.from_pinocchio import check_joints, described, group_elements
 from trajopt.robot.loading.groups import Group
-from trajopt.robot.loading.mimics import completed, followed
+from trajopt.robot.loading.mimics import completed, followed, resolve_mimics
+from trajopt.robot.loading.mjcf import read_mjcf
+from trajopt.robot.loading.physics_notes import effort_notes, inertia_notes
 from trajopt.robot.loading.pinocchio_model import (
     ModelData,
+    adjacent_links,
     configuration,
+    described_limits,
     fixed_joint_names,
     joint_unit,
     joint_units,
@@ -25,22 +32,252 @@ from trajopt.robot.loading.pinocchio_model import (
     model_data,
     model_of,
 )
-from trajopt.robot.meshes.mesh_cover import MeshPolicy
-from trajopt.robot.other_limits import jerk_limited, torque_scaled
-from trajopt.robot.robot_parts import (
-    Beside,
-    FileName,
-    Frames,
-    RobotParts,
-    parts_of_mjcf,
-    parts_of_pinocchio,
-    parts_of_urdf,
+from trajopt.robot.loading.semantics import semantics_of
+from trajopt.robot.loading.srdf import EndEffector, Srdf, read_srdf
+from trajopt.robot.loading.urdf import LinkGeometry, Mimic, Urdf, read_urdf
+from trajopt.robot.mesh_cover import MeshPolicy
+from trajopt.values.arrays import (
+    Floats,
+    Ints,
+    Value,
+    floats,
+    mapping,
+    number,
+    one_of,
+    readonly,
+    sequence,
+    several,
+    unless_none,
 )
-from trajopt.values.arrays import Floats, Ints, floats, mapping, one_of, several, unless_none
-from trajopt.values.errors import FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
+from trajopt.values.errors import (
+    FileFormatError,
+    FrameNotFound,
+    GroupNotFound,
+    JointNotFound,
+    ModelError,
+    ShapeError,
+    StateNotFound,
+    listed,
+    shown,
+)
+from trajopt.values.errors.arguments import checked
 from trajopt.values.likely_units import stated_angle
-from trajopt.values.placement import IDENTITY
+from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.printed import in_number, in_short
+
+
+@dataclass(frozen=True)
+class FrameAttachment:
+    """A frame fixed to a link, such as the tool centre point.
+
+    Attributes:
+        link: Name of the link.
+        placement: Of the frame in the link's frame.
+    """
+
+    link: str
+    placement: Placement
+
+    def __post_init__(self) -> None:
+        """Take the placement in any of its forms."""
+        object.__setattr__(self, "placement", as_placement("placement", self.placement))
+
+
+def frame_attachment(name: str, value: FrameAttachment | tuple[str, PlacementLike]) -> FrameAttachment:
+    """Return a frame fixed to a link, from a pair (link, placement) too.
+
+    Raises:
+        ShapeError: If it is neither.
+    """
+    if isinstance(value, FrameAttachment):
+        return value
+    if not isinstance(value, tuple) or len(value) != 2:  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ShapeError(name, f"is a link and a placement in it, is {shown(value)}")
+    return FrameAttachment(one_of(name, value[0], str), as_placement(name, value[1]))
+
+
+def tool_frames(
+    frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]], links: Sequence[str]
+) -> Mapping[str, FrameAttachment]:
+    """Return the tool frames of a robot, checked against its links.
+
+    Raises:
+        ShapeError: If one is no link with a placement in it.
+        FrameNotFound: If its link is unknown.
+        ModelError: If it has the name of a link or of the world.
+    """
+    tools = {tool: frame_attachment(f"frame {shown(tool)}", at) for tool, at in frames.items()}
+    for tool, frame in tools.items():
+        if frame.link not in links:
+            raise FrameNotFound("link", frame.link, links)
+        if tool in links or tool == WORLD:
+            raise ModelError(f"tool frame {shown(tool)} has the name of a link or of the world: rename it")
+    return tools
+
+
+FileName: TypeAlias = Path | str | None
+Frames: TypeAlias = Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None
+
+
+@dataclass(frozen=True, eq=False)
+class RobotParts(Value):
+    """The fields of a robot; `Robot` says what each is."""
+
+    name: str
+    model: pin.Model
+    joint_names: tuple[str, ...]
+    limits: JointLimits
+    groups: Mapping[str, Group]
+    states: Mapping[tuple[str, str], Mapping[str, float]]
+    end_effectors: Mapping[str, EndEffector]
+    passive_joints: frozenset[str]
+    disabled_pairs: frozenset[frozenset[str]]
+    mimics: Mapping[str, Mimic]
+    frames: Mapping[str, FrameAttachment]
+    bodies: tuple[CollisionBody, ...]
+    visuals: tuple[LinkGeometry, ...]
+    mesh_notes: tuple[str, ...]
+    notes: tuple[str, ...]
+    left_out: Mapping[str, str]
+    base: RobotBase
+    urdf_path: Path
+    urdf_xml: str
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What is asked of a robot beside its kinematics, as `Robot.from_urdf` says of each."""
+
+    srdf: FileName
+    limits: FileName
+    frames: Frames
+    name: str | None
+    meshes: MeshPolicy | None
+
+    def semantics(self) -> Srdf:
+        """Return what the SRDF says; nothing where there is none."""
+        return Srdf() if self.srdf is None else read_srdf(Path(self.srdf))
+
+    def stated_limits(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return what the `joint_limits.yaml` says; nothing where there is none."""
+        return {} if self.limits is None else read_joint_limits(Path(self.limits))
+
+
+@checked
+def parts_of_urdf(
+    urdf: Path | str,
+    package_dirs: Sequence[Path | str],
+    xacro: Mapping[str, str] | None,
+    base: MovingBase | None,
+    beside: Beside,
+) -> RobotParts:
+    """Return the parts of a robot that files describe; as `Robot.from_urdf`."""
+    written = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs], xacro)
+    return _parts_of_description(written, beside.semantics(), base, beside)
+
+
+@checked
+def parts_of_mjcf(file: Path | str, base: MovingBase | None, beside: Beside) -> RobotParts:
+    """Return the parts of a robot of MuJoCo's; as `Robot.from_mjcf`."""
+    written, stated = read_mjcf(Path(file))
+    semantics = beside.semantics()
+    semantics = replace(
+        semantics,
+        states={**semantics.states, **({} if semantics.groups else stated.states)},
+        disabled_pairs=semantics.disabled_pairs | stated.disabled_pairs,
+        passive_joints=semantics.passive_joints | stated.passive_joints,
+    )
+    return _parts_of_description(written, semantics, base, beside)
+
+
+def _parts_of_description(
+    written: Urdf, semantics: Srdf, base: MovingBase | None, beside: Beside
+) -> RobotParts:
+    """Return the parts of a robot that a URDF and an SRDF describe, files or not."""
+    based = with_base(written, semantics, base)
+    try:
+        model = pin.buildModelFromXML(based.urdf.xml)
+    except ValueError as error:
+        reason = f"{error} (what is wrong is told above, on standard error)"
+        raise FileFormatError(str(written.path), reason) from error
+    fixed = fixed_joint_names(model)
+    mimics, said = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)
+    description = replace(based.urdf, mimics=mimics, notes=(*based.urdf.notes, *said))
+    stated = based.limits_beside(beside.stated_limits())
+    limits = with_stated(described_limits(model), stated, units=joint_units(model), mimics=mimics)
+    return _assembled(model, description, based.srdf, limits, based.base, beside)
+
+
+@checked
+def parts_of_pinocchio(
+    model: pin.Model,
+    collision_model: pin.GeometryModel | None,
+    groups: Mapping[str, Sequence[str]] | None,
+    beside: Beside,
+) -> RobotParts:
+    """Return the parts of a robot of Pinocchio's models; as `Robot.from_pinocchio`."""
+    check_joints(model)
+    semantics = beside.semantics()
+    own = model.copy()
+    semantics = replace(semantics, groups={**semantics.groups, **group_elements(own, groups)})
+    limits = with_stated(described_limits(own), beside.stated_limits(), units=joint_units(own))
+    description = described(own, collision_model, beside.name)
+    return _assembled(own, description, semantics, limits, RobotBase(), beside)
+
+
+def _assembled(
+    model: pin.Model,
+    description: Urdf,
+    semantics: Srdf,
+    limits: JointLimits,
+    base: RobotBase,
+    beside: Beside,
+) -> RobotParts:
+    """Put a robot together of what its descriptions state, whose names are checked against each other."""
+    links = link_names(model)
+    named = semantics_of(model, semantics, description.mimics)
+    motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
+    solid = robot_bodies(description.collisions, beside.meshes or MeshPolicy())
+    return RobotParts(
+        name=beside.name or description.name,
+        model=model,
+        joint_names=tuple(model.names[1:]),
+        limits=limits,
+        groups=named.groups,
+        states=named.states,
+        end_effectors=named.end_effectors,
+        passive_joints=semantics.passive_joints,
+        disabled_pairs=named.disabled_pairs | adjacent_links(model, links),
+        mimics=description.mimics,
+        frames=tool_frames(beside.frames or {}, links),
+        bodies=solid.bodies,
+        visuals=description.visuals,
+        mesh_notes=solid.mesh_notes,
+        notes=(
+            *description.notes,
+            *named.notes,
+            *effort_notes(model, limits, motorless),
+            *inertia_notes(model),
+            *solid.notes,
+            *_ghost_notes(description),
+        ),
+        left_out=named.left_out,
+        base=base,
+        urdf_path=description.path,
+        urdf_xml=description.xml,
+    )
+
+
+def _ghost_notes(description: Urdf) -> tuple[str, ...]:
+    """Return what there is to say of links that are seen and not solid."""
+    solid = {item.link for item in description.collisions}
+    ghosts = list(dict.fromkeys(item.link for item in description.visuals if item.link not in solid))
+    if not ghosts:
+        return ()
+    return (
+        f"links are visible and have no collision shape, so nothing keeps clear of them: {listed(ghosts)}",
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,3 +581,82 @@ class Robot(RobotParts):
         """Say name, joints and groups."""
         names = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
         return in_short(f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {names})")
+
+
+DEFAULT_RISE = 0.1
+"""The jerk limit that is chosen for a joint that states none lets its acceleration rise to its limit in this
+time [s]: one period of a swing at 10 Hz. Arms swing at some 5 to 20 Hz, and an acceleration that rises over a
+whole period of a swing leaves nothing of it behind."""
+
+
+def torque_scaled(
+    limits: JointLimits, scaling: float, joints: Iterable[str] | None
+) -> tuple[JointLimits, str]:
+    """Return limits with those of torque multiplied, and a sentence that says so.
+
+    Args:
+        limits: Of all joints.
+        scaling: The factor; inf turns limits off.
+        joints: The joints that it is for; all when None.
+
+    Raises:
+        ShapeError: If the factor is not positive.
+        JointNotFound: If one is no movable joint.
+    """
+    factor = number("scaling", scaling, infinite=True)
+    if factor <= 0.0:
+        raise ShapeError("scaling", f"is a positive factor, or inf for no limit; is {factor:g}")
+    names, whose = _named(limits, joints)
+    said = "turned off" if factor == np.inf else f"multiplied by {factor:g}"
+    effort = np.array(limits.effort)
+    effort[[limits.joint_names.index(name) for name in names]] *= factor
+    return replace(limits, effort=readonly(effort)), f"torque limits of {whose} are {said}"
+
+
+def jerk_limited(
+    limits: JointLimits, rise: float | None, joints: Iterable[str] | None, *, units: Mapping[str, str]
+) -> tuple[JointLimits, str]:
+    """Return limits with the jerk limited too, and a sentence that says so; none where nothing changes.
+
+    Args:
+        limits: Of all joints.
+        rise: Time that an acceleration takes at least to reach its limit [s]. When None, `DEFAULT_RISE` for
+            joints that have no limit of their jerk, and others keep theirs.
+        joints: The joints that it is for; all when None. Joints without a limit of acceleration, which follow
+            others, have none of jerk either.
+        units: "rad" or "m" of each joint.
+
+    Raises:
+        ShapeError: If the time is not positive.
+        JointNotFound: If one is no movable joint.
+    """
+    if rise is not None and number("rise", rise) <= 0.0:
+        raise ShapeError("rise", f"is a positive time [s], is {rise:g}")
+    names, _ = _named(limits, joints)
+    jerk, chosen = np.array(limits.jerk), list(limits.defaulted)
+    changed: list[str] = []
+    for name in names:
+        place = limits.joint_names.index(name)
+        slow = float(limits.acceleration[place]) / (DEFAULT_RISE if rise is None else rise)
+        stated = bool(np.isfinite(jerk[place]))
+        if not np.isfinite(slow) or (stated and (rise is None or jerk[place] <= slow)):
+            continue
+        jerk[place] = slow
+        changed.append(name)
+        if not stated:
+            chosen.append(not_stated(name, LimitKind.JERK, slow, units[name]))
+    if not changed:
+        return limits, ""
+    how = f"the acceleration limit is reached in {DEFAULT_RISE if rise is None else rise:g} s"
+    said = f"jerk limits of {listed(changed)} are chosen: {how}"
+    return replace(limits, jerk=readonly(jerk), defaulted=tuple(chosen)), said
+
+
+def _named(limits: JointLimits, joints: Iterable[str] | None) -> tuple[tuple[str, ...], str]:
+    if joints is None:
+        return limits.joint_names, "all joints"
+    names = tuple(sequence("joints", joints))
+    for name in names:
+        if name not in limits.joint_names:
+            raise JointNotFound("joint", name, limits.joint_names)
+    return names, listed(names)

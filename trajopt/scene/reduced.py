@@ -15,8 +15,7 @@ import pinocchio as pin
 from trajopt.robot.bodies import Anchor, FixedBody
 from trajopt.robot.limits import JointLimits
 from trajopt.robot.loading.pinocchio_model import ModelData, configuration, model_data, model_of
-from trajopt.scene.collisions.collision_model import CollisionModel, collision_model_of
-from trajopt.scene.collisions.pairs import BodyPairs
+from trajopt.scene.pairs import BodyPairs, CollisionModel, collision_model_of
 from trajopt.scene.reduced_robot import reduce_robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, readonly

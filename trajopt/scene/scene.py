@@ -2,24 +2,491 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence, Sized
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import inf
+from typing import TYPE_CHECKING, Self, cast
 
-from trajopt.robot.configuration import ConfigurationLike
-from trajopt.robot.meshes.mesh_cover import MeshPolicy
-from trajopt.scene.collisions.allowed_collisions import ContactAllowance
-from trajopt.scene.scene_motions import SceneMotions
-from trajopt.scene.scene_object import SceneObject, checked_mass, covered_parts, object_placement
-from trajopt.scene.timing import ALWAYS
-from trajopt.scene.track import Prediction, Track
-from trajopt.values.arrays import name_of, number, one_of, several, unless_none
-from trajopt.values.errors import FrameNotFound, ModelError, shown
-from trajopt.values.likely_units import warn_of_wide_mesh
-from trajopt.values.other_names import unknown_attribute
-from trajopt.values.placement import WORLD, PlacementLike, as_placement
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from trajopt.robot.bodies import Anchor, CollisionBody, FixedBody
+from trajopt.robot.configuration import ConfigurationLike, stated_configuration
+from trajopt.robot.loading.pinocchio_model import link_frame, link_placement, links_of_the_world
+from trajopt.robot.mesh_cover import MeshPolicy
+from trajopt.robot.robot import FrameAttachment, Robot
+from trajopt.scene.clearances import (
+    PAIRS_DIFFER,
+    ROOM,
+    AllowedCollisions,
+    Clearances,
+    ContactAllowance,
+    PairKind,
+    Part,
+    in_kinds,
+    kept,
+)
+from trajopt.scene.planned_robot import MovingRobot, Planned, model_and_trajectory
+from trajopt.scene.scene_object import (
+    SceneObject,
+    checked_mass,
+    cloud_parts,
+    covered_parts,
+    object_placement,
+    replaced_cloud,
+)
+from trajopt.scene.timing import ALWAYS, Timing, timing_of
+from trajopt.scene.track import TOLERANCE, Prediction, Track
+from trajopt.values.arrays import Floats, Value, floats, name_of, number, one_of, several, unless_none
+from trajopt.values.cached import cached_per_value
+from trajopt.values.errors import (
+    DuplicateObject,
+    FrameNotFound,
+    ModelError,
+    ObjectNotFound,
+    ShapeError,
+    shown,
+)
+from trajopt.values.errors.shown import unknown_attribute
+from trajopt.values.likely_units import warn_of_far_apart, warn_of_wide_mesh
+from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
+from trajopt.values.printed import in_short
 from trajopt.values.shapes.mesh_file import Mesh
-from trajopt.values.shapes.shapes import Shape
+from trajopt.values.shapes.shapes import Points, Shape, Voxels, bounding_box
+from trajopt.values.trajectory import Trajectory
+
+DEFAULT_MARGIN = 0.01
+"""Default clearance that the optimiser aims at from everything [m]."""
+
+FROM_SRDF = AllowedCollisions()
+"""Stands for the pairs that the robot's description disables, unless another matrix is given."""
+
+
+COPY = "added to a copy of this scene, which `scene = scene.add(..)` keeps"
+"""Why a scene lacks what was added: it is a value."""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneParts(Value):
+    """The fields of a scene, which `Scene` says more of, and what can be asked of them.
+
+    Attributes:
+        robot: The robot.
+        objects: Objects by id.
+        allowed: Pairs that may touch; starts with the robot's disabled pairs.
+        margin: Clearance that the optimiser keeps from everything where it can [m].
+        pair_margins: The same of single pairs of links and objects, where it differs [m].
+        clearances: Clearance that is required: no motion is verified that undercuts it.
+        allowances: Intended contacts, for a time.
+        tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
+        kind_margins: The margin of kinds of pairs, where it differs from that of everything [m].
+    """
+
+    robot: Robot
+    objects: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
+    allowed: AllowedCollisions = FROM_SRDF
+    margin: float = DEFAULT_MARGIN
+    pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
+    clearances: Clearances = field(default_factory=Clearances)
+    allowances: tuple[ContactAllowance, ...] = ()
+    tools: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
+    kind_margins: Mapping[PairKind, float] = field(default_factory=dict[PairKind, float])
+
+    def __post_init__(self) -> None:
+        """Check the margin; start from the robot's disabled pairs when no matrix was given."""
+        robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
+        for value in (margin, *(number("margin", each) for each in self.kind_margins.values())):
+            if value < 0.0:
+                raise ShapeError("margin", f"is negative: {value:g} m")
+        object.__setattr__(self, "margin", margin)
+        if self.allowed is FROM_SRDF:
+            object.__setattr__(self, "allowed", AllowedCollisions(dict.fromkeys(robot.disabled_pairs, True)))
+
+    def object(self, name: str) -> SceneObject:
+        """Return an object.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+        """
+        if one_of("object", name, str) not in self.objects:
+            lost = COPY if name in self.added_elsewhere else ""
+            raise ObjectNotFound("object", name, self.objects, frames=self.frame_names, left_out=lost)
+        return self.objects[name]
+
+    @cached_property
+    def added_elsewhere(self) -> set[str]:
+        """Ids of the objects that `add` gave to scenes made of this one, which does not have them."""
+        return set()
+
+    @property
+    def placed(self) -> Mapping[str, SceneObject]:
+        """Everything that has a placement in another frame, by name: tools and objects."""
+        return {**self.tools, **self.objects} if self.tools else self.objects
+
+    @property
+    def tools_on_links(self) -> Mapping[str, SceneObject]:
+        """The tools that would stay without any object."""
+        return {name: item for name, item in self.tools.items() if self.owner(name) not in self.objects}
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Names of all links and tool frames: those of the robot, then those of this scene."""
+        return (*self.robot.frame_names, *self.tools)
+
+    def holder(self, name: str) -> FrameAttachment:
+        """Return the link (or "world") that a frame or object is fixed to, and where in it.
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+        """
+        if one_of("frame", name, str) == WORLD:
+            return FrameAttachment(WORLD, IDENTITY)
+        if name in (placed := self.placed):
+            item = placed[name]
+            holder = self.holder(item.frame)
+            return FrameAttachment(holder.link, holder.placement * item.placement)
+        self._check_frame(name)
+        return self.robot.frame(name)
+
+    def carrier(self, name: str) -> str | None:
+        """Return the moving object that carries a frame or object, itself if it moves; None if none does."""
+        while name in (placed := self.placed):
+            if placed[name].timing.motion is not None:
+                return name
+            name = placed[name].frame
+        return None
+
+    @cached_property
+    def changing(self) -> tuple[str, ...]:
+        """Names of the objects that move by themselves, are carried by such, appear or expire."""
+        if all(item.timing.always for item in self.objects.values()):
+            return ()
+        return tuple(
+            name for name, item in self.objects.items() if not item.timing.always or self.carrier(name)
+        )
+
+    def at(self, time: float) -> Self:
+        """Return the scene by a clock that shows 0 when this one's shows `time`: what a later motion meets.
+
+        Raises:
+            ShapeError: If the time is negative, or nothing is known of an object's motion any more then.
+        """
+        moment = number("time", time)
+        if moment < 0.0:
+            raise ShapeError("time", f"must not be before 0 s, is {moment:g} s")
+        return replace(self, objects={name: item.shifted(moment) for name, item in self.objects.items()})
+
+    def owner(self, name: str, kind: str = "link, frame or object") -> str:
+        """Return the link or object that is meant where collisions are spoken of.
+
+        An object means itself, and so does a link that has a shape. A frame means what it is fixed on, and so
+        does a link without a shape, such as a flange: no other link could be meant.
+
+        Args:
+            name: A link, a tool frame or an object.
+            kind: What it is called where it is not found.
+
+        Raises:
+            FrameNotFound: If it is none of them.
+        """
+        if one_of(kind, name, str) in self.tools:
+            return self.owner(self.tools[name].frame)
+        if name in self.objects:
+            return name
+        if name not in self.robot.frames and name not in self.robot.links:
+            raise FrameNotFound(kind, name, self.frame_names, objects=self.objects)
+        link = self.robot.frame(name).link
+        return _shaped_links(self.robot).get(link, link)
+
+    def placement_of(self, name: str, positions: ConfigurationLike) -> Placement:
+        """Return the placement in the world of a frame or object.
+
+        Args:
+            name: "world", a link, tool frame or object.
+            positions: The configuration in any of its forms: positions of all joints or of a group's, shape
+                (number of joints,) [rad | m], joint -> position, the name of a state, or a plan, for its end.
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+            NameNotFound: If a state or a joint is unknown.
+            ShapeError: If there is not one finite position for each joint.
+        """
+        return self._placement_at(name, self._configuration("positions", positions))
+
+    def _configuration(self, name: str, given: ConfigurationLike) -> Floats:
+        """Return the positions of all joints in a configuration in any of its forms."""
+        # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
+        joints = len(self.robot.joint_names)
+        if isinstance(given, list | tuple | np.ndarray) and len(cast("Sized", given)) == joints:
+            return floats(name, cast("ArrayLike", given), (joints,))
+        return stated_configuration(self.robot, name, cast("ConfigurationLike", given))
+
+    def _placement_at(self, name: str, positions: Floats) -> Placement:
+        holder = self.holder(name)
+        if holder.link == WORLD:
+            return holder.placement
+        return link_placement(self.robot.model, holder.link, positions) * holder.placement
+
+    def object_bodies(self) -> tuple[CollisionBody, ...]:
+        """Return the collision bodies of all objects, each fixed to a link or the world."""
+        return tuple(
+            CollisionBody(f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape)
+            for item in self.objects.values()
+            for holder in (self.holder(item.name),)
+            for count, (shape, where) in enumerate(item.parts)
+        )
+
+    def may_touch(self, a: str, b: str) -> bool:
+        """Say whether two links or objects are excused from keeping apart."""
+        one, other = self.owner(a), self.owner(b)
+        for first, second in ((one, other), (other, one)):
+            if first in self.objects and second in self.objects[first].touch_links:
+                return True
+        # A matrix may speak of links without a shape too: they are as it says.
+        return self.allowed.allowed(self._entered(a), self._entered(b))
+
+    def margin_of(self, a: str, b: str) -> float:
+        """Return the clearance that the optimiser aims at, always a little above what is required [m]."""
+        pair, required = frozenset((self.owner(a), self.owner(b))), self.clearance_of(a, b)
+        by_kind = kept(self.margin, self.kind_margins, self.part(a), self.part(b))
+        margin = self.pair_margins.get(pair, by_kind)
+        return max(margin, required + ROOM) if required > 0.0 else margin
+
+    def clearance_of(self, a: str, b: str) -> float:
+        """Return the clearance that is required between two links or objects [m]."""
+        holders, links = [self.holder(name).link for name in (a, b)], self.clearances.links
+        padding = max(links.get(link, 0.0) for link in holders) if WORLD in holders else 0.0
+        pair = frozenset((self.owner(a), self.owner(b)))
+        by_kind = kept(self.clearances.everywhere, self.clearances.kinds, self.part(a), self.part(b))
+        return self.clearances.pairs.get(pair, max(by_kind, padding))
+
+    def part(self, name: str) -> Part:
+        """Say what a link, a frame or an object is to the robot.
+
+        An object on a link that no joint moves stands in the world: a table placed on the robot's base. So
+        does a link that is fixed beside the robot: a table or a floor in its description.
+
+        Raises:
+            FrameNotFound: If it is none of them.
+        """
+        owner = self.owner(name)
+        if owner not in self.objects:
+            return Part.WORLD if owner in _links_beside(self.robot) else Part.LINK
+        return Part.WORLD if self.holder(owner).link in _standing_links(self.robot) else Part.CARRIED
+
+    def __repr__(self) -> str:
+        """Say the robot, its tools, the objects and the distances to keep."""
+        objects = in_short(", ".join(self.objects) or "no objects", 100)
+        mounted = f" with {in_short(', '.join(self.tools), 100)}" if self.tools else ""
+        return f"Scene({shown(self.robot.name)}{mounted}, {objects}; {self.distances})"
+
+    @property
+    def described(self) -> tuple[tuple[str, str], ...]:
+        """Each tool, and what is around the robot, as a heading and words."""
+        tools = (f"{item.name} on {item.frame} at {item.placement}" for item in self.tools.values())
+        around = f"{', '.join(self.objects) or 'nothing'}; {self.distances}"
+        lines = [*(("tool", words) for words in tools), ("around it", around)]
+        if self.added_elsewhere:
+            lost = ", ".join(sorted(self.added_elsewhere))
+            lines.append(("not there", f"{lost}: {COPY}"))
+        return tuple(lines)
+
+    @property
+    def distances(self) -> str:
+        """The distances to keep, in words."""
+        margin = in_kinds(self.margin, self.kind_margins) + PAIRS_DIFFER * bool(self.pair_margins)
+        return f"{self.clearances}, margin {margin}"
+
+    def _entered(self, name: str) -> str:
+        """Return the name that a matrix of allowed collisions has for a link, frame or object."""
+        owner = self.owner(name)
+        return name if name in self.robot.links else owner
+
+    def _check_frame(self, name: str) -> None:
+        known = (WORLD, *self.frame_names)
+        if one_of("frame", name, str) not in known and name not in self.objects:
+            lost = COPY if name in self.added_elsewhere else ""
+            raise FrameNotFound("frame", name, known, objects=self.objects, left_out=lost)
+
+    def _owners(self, names: Iterable[str]) -> frozenset[str]:
+        return frozenset(self.owner(name, "touch link") for name in several("touch_links", names, str))
+
+    def _check_not_within(self, name: str, frame: str) -> None:
+        """Refuse a frame that is placed, directly or not, in what is to be placed in it."""
+        over, placed = frame, self.placed
+        while over in placed:
+            if over == name:
+                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
+            over = placed[over].frame
+
+    def _asked(
+        self,
+        caller: str,
+        value: float | None,
+        a: str | None,
+        b: str | None,
+        kinds: tuple[float | None, float | None, float | None],
+    ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
+        """Return the pair that is asked of, if it is one, and what is asked of kinds of pairs [m]."""
+        order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
+        first = "margin" if caller == "with_margin" else "value"
+        for name, each in zip((first, "world", "carried", "robot"), (value, *kinds), strict=True):
+            if each is not None:
+                warn_of_far_apart(name, number(name, each))
+        stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
+        pair = self._pair(caller, a, b)
+        if pair is not None and (value is None or stated):
+            raise ModelError(f"{caller}: give one value for {shown(a)} and {shown(b)}")
+        if value is None and not stated:
+            raise ModelError(f"{caller}: give a value, or one for world, carried or robot [m]")
+        return pair, stated
+
+    def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
+        if a is None or b is None:
+            if a is not b:
+                raise ModelError(f"{caller}: name both things or none")
+            return None
+        one, other = self.owner(a), self.owner(b)
+        if one == other:
+            raise ModelError(f"{caller}: {shown(a)} and {shown(b)} are one thing, {shown(one)}")
+        return frozenset((one, other))
+
+
+@cached_per_value
+def _shaped_links(robot: Robot) -> Mapping[str, str]:
+    """Return the nearest link with a shape that each link without one is fixed on, where there is one."""
+    shaped, frames = {body.owner for body in robot.bodies}, robot.model.frames
+    found: dict[str, str] = {}
+    for link in robot.links:
+        place = link_frame(robot.model, link)
+        while frames[place].name not in shaped and place > 0:
+            joint = frames[place].parentFrame
+            if frames[joint].type != pin.FrameType.FIXED_JOINT:
+                break
+            place = frames[joint].parentFrame
+        if frames[place].name in shaped:
+            found[link] = str(frames[place].name)
+    return found
+
+
+@cached_per_value
+def _links_beside(robot: Robot) -> frozenset[str]:
+    return links_of_the_world(robot.model, {body.owner for body in robot.bodies})
+
+
+@cached_per_value
+def _standing_links(robot: Robot) -> frozenset[str]:
+    """Return the links that no joint moves, and the world."""
+    model = robot.model
+    fixed = (link for link in robot.links if model.frames[link_frame(model, link)].parentJoint == 0)
+    return frozenset((WORLD, *fixed))
+
+
+class SceneMotions(SceneParts):
+    """The edits of a scene that say what moves by itself, or is seen again and again."""
+
+    def with_motion(
+        self,
+        name: str,
+        motion: Prediction | Track | None = None,
+        *,
+        appears: float | None = None,
+        expires: float | None = None,
+    ) -> Self:
+        """Let an object move, appear and expire; see `add`.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            ModelError: If it is to move, and is placed in another frame than the world.
+            ShapeError: If it expires before it appears.
+        """
+        item, timing = self.object(name), timing_of(name, motion, appears, expires)
+        if timing.motion is None:
+            return self._with(replace(item, timing=timing))
+        if item.frame != WORLD:
+            raise ModelError(f"{shown(name)} is placed in {shown(item.frame)}: only in the world it moves")
+        where = object_placement(name, timing.motion.track.at(0.0))
+        return self._with(replace(item, timing=timing, placement=where))
+
+    def with_robot_in_motion(
+        self,
+        name: str,
+        motion: Planned[MovingRobot] | MovingRobot,
+        trajectory: Trajectory | None = None,
+        *,
+        base: PlacementLike = IDENTITY,
+        start: float = 0.0,
+        until: float = inf,
+        tolerance: float = TOLERANCE,
+    ) -> Self:
+        """Add another robot that moves as planned: `scene.with_robot_in_motion("left", plan, base=...)`.
+
+        Each of its links with a shape, and what it carries, becomes an object "left/link7": on a track where
+        it moves, with an error that is proven to hold how far the track is from the robot (the module
+        `trajopt.scene.track` says how). Before the motion it rests at its start, after it at its
+        end. What stands in the other robot's scene is not taken over.
+
+        Args:
+            name: What its objects' ids begin with.
+            motion: A plan, a result that has one, or a reduced model.
+            trajectory: The motion of a reduced model; of a plan, None for its own.
+            base: Of the world of the other robot's scene in this one's.
+            start: When it begins, by the clock of this scene; negative if it has begun [s].
+            until: Until when it is known to move so [s].
+            tolerance: How far its points may be from where tracks have them; they are taken to be as near to
+                everything as that. Tighter tracks have more pieces, which the judge takes longer for [m].
+
+        Raises:
+            PlanningFailed: If the result has no plan.
+            ProblemError: If `motion` is neither, or the trajectory is missing.
+            DuplicateObject: If an id is taken.
+            ModelError: If a half-space would have to move.
+            ShapeError: If a number or the placement is none.
+        """
+        robot, moved = model_and_trajectory("with_robot_in_motion", motion, trajectory, MovingRobot)
+        if not one_of("name", name, str):
+            raise ModelError("name of the robot is empty: its links could not be told from this one's")
+        where = as_placement("base", base)
+        added = robot_objects(name, robot, moved, base=where, start=start, until=until, tolerance=tolerance)
+        for key in added:
+            if key in self.placed or key in self.frame_names:
+                raise DuplicateObject(key)
+        return replace(self, objects={**self.objects, **added})
+
+    def with_cloud(self, name: str, cloud: Points | Voxels | None, *, given: Iterable[str] = ()) -> Self:
+        """Put what was seen into the world, in place of all that was seen before under that name.
+
+        What else is said of the object stays: what may touch it, margins and clearances.
+
+        Args:
+            name: Of the object: a new one, or a cloud that the scene has.
+            cloud: In the world, about its origin; None where nothing was seen: a mere frame remains.
+            given: What is taken for granted of it, as phrases: each certificate repeats them.
+
+        Raises:
+            ModelError: If the name is one of the robot's, or of an object that is no cloud.
+        """
+        stated = several("given", given, str)
+        if one_of("the cloud's id", name, str) in self.objects:
+            return self._with(replaced_cloud(self.objects[name], cloud, stated))
+        self._check_free(name)
+        return self._with(SceneObject(name, cloud_parts(cloud), IDENTITY, WORLD, given=stated))
+
+    def _check_free(self, name: str) -> None:
+        """Refuse the id of an object that is taken."""
+        if name_of("object id", name) in self.objects:
+            raise DuplicateObject(name)
+        if not name or name == WORLD or name in self.frame_names:
+            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
+
+    def _with(self, item: SceneObject) -> Self:
+        return replace(self, objects={**self.objects, item.name: item})
+
+    def _with_tool(self, item: SceneObject) -> Self:
+        return replace(self, tools={**self.tools, item.name: item})
+
 
 OTHER_NAMES = {
     "add_box": "scene = scene.add(name, to.Box(x, y, z), placement)",
@@ -388,3 +855,78 @@ class Scene(SceneMotions):
         """
         allowance = ContactAllowance(name, self.owner(a), self.owner(b), depth, first, last)
         return replace(self, allowances=(*self.allowances, allowance))
+
+
+def robot_objects(
+    name: str,
+    robot: MovingRobot,
+    trajectory: Trajectory,
+    *,
+    base: Placement,
+    start: float,
+    until: float = inf,
+    tolerance: float,
+) -> Mapping[str, SceneObject]:
+    """Return everything with a shape that a robot is made of, and what it carries, as objects by id.
+
+    Of what one joint carries the first has a track, and the rest is placed in its frame.
+
+    Args:
+        name: What the ids begin with.
+        robot: What moves.
+        trajectory: Of its group's joints.
+        base: Of its world in the scene that the objects are for.
+        start: When the motion begins, by the clock of that scene [s].
+        until: Until when it is known to move so [s].
+        tolerance: How far points may be from where the tracks have them [m].
+
+    Raises:
+        ModelError: If something that moves is a half-space.
+        ShapeError: If a number is not usable.
+    """
+    owned: dict[str, list[FixedBody]] = {}
+    for body in robot.bodies:
+        if body.joint > 0 or body.owner not in robot.scene.objects:
+            owned.setdefault(body.owner, []).append(body)
+    found: dict[str, SceneObject] = {}
+    first: dict[int, str] = {}
+    for owner, bodies in owned.items():
+        key, anchor = f"{name}/{owner}", robot.anchors[owner]
+        inward = anchor.placement.inverse()
+        parts = tuple((body.shape, inward * body.placement) for body in bodies)
+        if anchor.joint == 0:
+            found[key] = SceneObject(key, parts, base * anchor.placement, WORLD)
+        elif anchor.joint in first:
+            carrier = first[anchor.joint]
+            where = robot.anchors[carrier].placement.inverse() * anchor.placement
+            found[key] = SceneObject(key, parts, where, f"{name}/{carrier}")
+        else:
+            first[anchor.joint] = owner
+            motion = Track.of(
+                robot,
+                owner,
+                reach=max(_reach(body, anchor) for body in robot.bodies if body.joint == anchor.joint),
+                trajectory=trajectory,
+                base=base,
+                start=start,
+                until=until,
+                tolerance=tolerance,
+            )
+            found[key] = SceneObject(key, parts, motion.track.at(0.0), WORLD, timing=Timing(motion))
+    return found
+
+
+def _reach(body: FixedBody, frame: Anchor) -> float:
+    """Return how far the points of a body may be from the origin of a frame on the same joint [m].
+
+    Raises:
+        ModelError: If it is a half-space.
+    """
+    lower, upper = bounding_box(body.shape)
+    if not (np.isfinite(lower).all() and np.isfinite(upper).all()):
+        raise ModelError(
+            f"{shown(body.owner)} has no end, so no track has all of it: a half-space cannot move"
+        )
+    where = frame.placement.inverse() * body.placement
+    corners = np.stack(np.meshgrid(*zip(lower, upper, strict=True)), axis=-1).reshape(-1, 3)
+    return float(np.linalg.norm(corners @ where.rotation.T + where.translation, axis=1).max())

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.robot.bodies import Anchor, FixedBody
-from trajopt.robot.meshes.mesh_cover import MeshPolicy, cover_mesh
+from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.scene.timing import ALWAYS, Timing
 from trajopt.values.arrays import Value, number
 from trajopt.values.errors import ModelError, ShapeError, shown

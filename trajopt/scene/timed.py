@@ -7,15 +7,14 @@ from math import inf
 import numpy as np
 
 from trajopt.robot.limits import JointLimits
-from trajopt.scene.collisions.collision_model import collision_model_of
-from trajopt.scene.driven_joints import DrivenJoints, add_driven
+from trajopt.scene.pairs import collision_model_of
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.reduced_robot import ReducedRobot, reduce_robot
+from trajopt.scene.reduced_robot import DrivenJoints, ReducedRobot, add_driven, reduce_robot
 from trajopt.scene.scene import Scene
 from trajopt.scene.timing import Timing
 from trajopt.scene.track import Prediction
-from trajopt.values.arrays import Floats, readonly
-from trajopt.values.cached import LruCache, cached_in_value
+from trajopt.values.arrays import Bools, Floats, Ints, Printed, readonly
+from trajopt.values.cached import LruCache, cached_in_value, cached_per_value
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,3 +129,52 @@ def _beside(matrix: Floats, count: int) -> Floats:
     whole[:rows, :columns] = matrix
     whole[rows:, columns:] = np.eye(count)
     return readonly(whole)
+
+
+@dataclass(frozen=True, eq=False)
+class ChangingPairs(Printed):
+    """What is known of the pairs of which one changes with time; windows of contact are left to the judge.
+
+    Attributes:
+        changes: Whether one of the pair does, shape (p,).
+        required: Clearance that is required, shape (p,) [m].
+        errors: Radius, velocity and acceleration of the error, shape (p, 3).
+        appears: When both are there, shape (p,) [s].
+        expires: When no longer, shape (p,) [s].
+    """
+
+    changes: Bools
+    required: Floats
+    errors: Floats
+    appears: Floats
+    expires: Floats
+
+    @staticmethod
+    def of(timed: TimedModel) -> "ChangingPairs":
+        """Return the pairs of a timed model; found once for each."""
+        return _of(timed)
+
+    def error_at(self, time: Floats | float, pair: Ints | slice) -> Floats:
+        """Return the error of pairs at times [m]."""
+        radius, velocity, acceleration = self.errors[pair].T
+        return radius + velocity * time + acceleration * np.square(time) / 2.0
+
+
+@cached_per_value
+def _of(timed: TimedModel) -> ChangingPairs:
+    pairs, bodies = timed.reduced.pairs, timed.reduced.bodies
+    count = len(pairs.first)
+    changes, errors = np.zeros(count, dtype=np.bool_), np.zeros((count, 3))
+    appears, expires = np.full(count, -inf), np.full(count, inf)
+    for pair, both in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
+        for body in both:
+            timing = timed.timings.get(bodies[int(body)].owner)
+            if timing is not None:
+                changes[pair] = True
+                errors[pair] += (0.0, 0.0, 0.0) if timing.motion is None else timing.motion.error
+                appears[pair] = max(appears[pair], timing.appears)
+                expires[pair] = min(expires[pair], timing.expires)
+    changes[[pair for pair, _ in pairs.allowances]] = False
+    for shared in (changes, errors, appears, expires):
+        shared.setflags(write=False)
+    return ChangingPairs(changes, pairs.required, errors, appears, expires)

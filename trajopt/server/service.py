@@ -9,8 +9,8 @@ from typing import Any, cast
 
 import msgspec
 
+from trajopt.robot.configuration import initial_positions
 from trajopt.robot.robot import Robot
-from trajopt.scene.initial_positions import initial_positions
 from trajopt.scene.scene import Scene
 from trajopt.server.job import Assignment, Job, Listener
 from trajopt.server.keeper import Keeper

@@ -22,7 +22,7 @@ import numpy as np
 
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
-from trajopt.server.memory import limit_memory, memory_used
+from trajopt.server.memory import check_sizes, limit_memory, memory_used
 from trajopt.server.messages import (
     LENGTH,
     TO_WORKER,
@@ -40,7 +40,6 @@ from trajopt.server.messages import (
 )
 from trajopt.server.operation import Answer, operations_of
 from trajopt.server.refusals import Refusal, Why
-from trajopt.server.sizes import check_sizes
 from trajopt.server.state import PackedScene, SessionState, packed, unpacked
 from trajopt.server.watch import Watch
 from trajopt.values.cached import LruCache

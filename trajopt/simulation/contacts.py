@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from trajopt.scene.collisions.allowed_collisions import ContactAllowance
+from trajopt.scene.clearances import ContactAllowance
 
 SAME_CONTACT = 0.02
 """Contacts of a pair that separate for less than this [s] are reported as one."""

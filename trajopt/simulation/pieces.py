@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.robot.loading.mujoco_library import mujoco
-from trajopt.robot.meshes.mesh_cover import MeshPolicy, cover_mesh
+from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.clouds.parts import centres_of, fewer
 from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.surface import centres_of, fewer
 from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex

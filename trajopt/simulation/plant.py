@@ -10,8 +10,7 @@ from trajopt.simulation.changing import Presence
 from trajopt.simulation.spec import SpecReport, describe
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import ModelError, shown
-from trajopt.values.placement import Placement
-from trajopt.values.rotations import from_quaternion
+from trajopt.values.placement import Placement, from_quaternion
 
 SMALLEST_MOVED_INERTIA = 1e-9
 """A joint that moves less than this [kg m^2 | kg] cannot be simulated."""

@@ -12,8 +12,7 @@ from trajopt.simulation.motion import Motion
 from trajopt.simulation.pieces import scalar_first
 from trajopt.simulation.stage import HALO_GROUP, UNSEEN_GROUP, picture_spec
 from trajopt.values.arrays import Floats
-from trajopt.values.placement import Placement
-from trajopt.values.rotations import from_quaternion
+from trajopt.values.placement import Placement, from_quaternion
 
 T = TypeVar("T")
 PATH_POINTS = 61

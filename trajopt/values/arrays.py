@@ -1,7 +1,8 @@
 """Read-only float arrays, immutable values, and checks of arguments."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from enum import Enum
 from math import isfinite
 from pathlib import Path
 from typing import Any, Self, TypeAlias, TypeVar, cast
@@ -9,7 +10,7 @@ from typing import Any, Self, TypeAlias, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trajopt.values.errors import ModelError, ProblemError, ShapeError, shown
+from trajopt.values.errors import ModelError, ProblemError, ShapeError, SizeError, shown
 from trajopt.values.errors.arguments import kind_words
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -352,4 +353,49 @@ def positive(name: str, value: float, *, infinite: bool = False) -> float:
     checked = number(name, value, infinite=infinite)
     if checked <= 0.0:
         raise ProblemError(f"{name} must be positive, is {checked:g}")
+    return checked
+
+
+class Loss(Enum):
+    """How a residual r with weight w is penalised as a cost."""
+
+    SQUARED = "w r^2"
+    ABSOLUTE = "w |r|"
+    HINGE = "w max(0, r)"
+
+
+@dataclass(frozen=True, eq=False)
+class Rows(Value):
+    """Linearised residual rows, r(x + dx) = value + sum_k jacobian[:, k] . dx[knots[:, k]].
+
+    Attributes:
+        value: Residuals, shape (m,).
+        jacobian: Derivatives by the knots of the stencil, shape (m, k, n).
+        knots: The knots of each row's stencil, shape (m, k).
+        component: Which component of the residual (or which pair) each row is, shape (m,).
+        place: Location of each row along the motion, in knots, shape (m,).
+    """
+
+    value: Floats
+    jacobian: Floats
+    knots: Ints
+    component: Ints
+    place: Floats
+
+
+LARGEST_SIZE = 50.0
+"""Sizes beyond this [m] are taken for millimetres and refused; planes have none."""
+
+
+def length(name: str, value: float) -> float:
+    """Return a length of a shape [m].
+
+    Raises:
+        SizeError: If it is not positive, or larger than any shape may be.
+    """
+    checked = number(name, value)
+    if checked <= 0.0:
+        raise SizeError(name, f"must be positive, is {checked:g} m")
+    if checked > LARGEST_SIZE:
+        raise SizeError(name, f"is {checked:g} m; lengths are in metres: was {checked / 1000:g} m meant?")
     return checked

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.values.arrays import Floats, floats, number, one_of, readonly
-from trajopt.values.errors import shown
-from trajopt.values.errors.unit_warning import warn_of_unit
+from trajopt.values.errors import shown, warn_of_unit
 
 WHOLE_TURN = 6.3
 """Two pi, rounded up. Angles that differ by whole turns are the same orientation: none has to be beyond one

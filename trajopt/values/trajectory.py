@@ -355,3 +355,56 @@ def _hermite(trajectory: Trajectory) -> Floats:
             p0,
         )
     )
+
+
+def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> Floats:
+    """Return piecewise polynomials on finer pieces, by Taylor's formula; they rest outside their own times.
+
+    Args:
+        times: Ends of the k finer pieces, among them all of their own that lie within, shape (k + 1,) [s].
+        knots: Ends of their own j pieces, shape (j + 1,) [s].
+        coefficients: By the time since the start of each piece, highest power first, shape (d + 1, j, n).
+        degree: How many powers the result has, d + 1 or more.
+
+    Returns:
+        Shape (degree, k, n).
+    """
+    begins = times[:-1]
+    piece = np.clip(np.searchsorted(knots, begins, side="right") - 1, 0, len(knots) - 2)
+    since = (np.clip(begins, knots[0], knots[-1]) - knots[piece])[:, None]
+    taylor = coefficients[:, piece].copy()
+    for done in range(len(taylor) - 1):
+        for power in range(1, len(taylor) - done):
+            taylor[power] += since * taylor[power - 1]
+    taylor[:-1, (begins < knots[0]) | (begins >= knots[-1])] = 0.0
+    return np.pad(taylor, ((degree - len(taylor), 0), (0, 0), (0, 0)))
+
+
+def state_of(trajectory: Trajectory, t: float) -> Floats:
+    """Return positions, velocities and accelerations at a time, which is clipped to the duration.
+
+    As from `trajectory(t, order)`, in one step, and as they are stated at the ends of a trajectory that
+    states them all.
+
+    Args:
+        trajectory: Of n joints.
+        t: Time [s].
+
+    Returns:
+        Shape (3, n).
+    """
+    times, duration = trajectory.times, trajectory.duration
+    velocities, accelerations = trajectory.velocities, trajectory.accelerations
+    if velocities is not None and accelerations is not None and not 0.0 < t < duration:
+        end = 0 if t <= 0.0 else -1
+        return np.array((trajectory.positions[end], velocities[end], accelerations[end]))
+    moment = min(max(t, 0.0), duration)
+    segment = min(max(int(times.searchsorted(moment, side="right")) - 1, 0), len(times) - 2)
+    since, rows = moment - float(times[segment]), trajectory.coefficients[:, segment]
+    degrees = range(len(rows) - 1, -1, -1)
+    taken = (
+        [since**power for power in degrees],
+        [power * since ** (power - 1) if power > 0 else 0.0 for power in degrees],
+        [power * (power - 1) * since ** (power - 2) if power > 1 else 0.0 for power in degrees],
+    )
+    return np.array(taken) @ rows

@@ -9,7 +9,7 @@ import numpy as np
 
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.loading.pinocchio_model import joint_unit
-from trajopt.scene.collisions.clearances import how_near
+from trajopt.scene.clearances import how_near
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, floats
 from trajopt.values.printed import in_joint_position, in_range, in_unit

@@ -14,9 +14,9 @@ from trajopt.viewer.live import live_view as live_view
 from trajopt.viewer.mirror import MirrorView as MirrorView
 from trajopt.viewer.mirror import Publisher as Publisher
 from trajopt.viewer.mirror import mirror_view as mirror_view
-from trajopt.viewer.path_time import plot_path_time as plot_path_time
 from trajopt.viewer.plots import plot_motion as plot_motion
-from trajopt.viewer.reach import plot_reach as plot_reach
+from trajopt.viewer.plots import plot_path_time as plot_path_time
+from trajopt.viewer.plots import plot_reach as plot_reach
 from trajopt.viewer.run_viewer import RunViewer as RunViewer
 from trajopt.viewer.run_viewer import view_run as view_run
 from trajopt.viewer.run_viewer import watch_run as watch_run

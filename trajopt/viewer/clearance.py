@@ -7,9 +7,8 @@ from enum import Enum
 import numpy as np
 
 from trajopt.geometry import Query
-from trajopt.scene.changing_pairs import ChangingPairs
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import timed_model
+from trajopt.scene.timed import ChangingPairs, timed_model
 from trajopt.values.arrays import Bools, Floats
 
 REACHES = (0.03, 0.15, 0.6, np.inf)

@@ -290,3 +290,101 @@ def wxyz(where: Placement) -> Floats:
     """Return a placement's quaternion in the order of the page, (w, x, y, z)."""
     x, y, z, w = where.quaternion
     return np.array((w, x, y, z))
+
+
+POINTS = 41
+"""Of the line: two metres of it are drawn in pieces of 5 cm, which look round."""
+
+
+class Trail:
+    """A line in the page, as thick on the screen from near as from afar."""
+
+    def __init__(self, server: "ViserServer", node: str, colour: Rgb, thickness: float) -> None:
+        """Prepare it, so thick on the screen [px]; nothing is shown yet."""
+        self._line = server.scene.add_line_segments(
+            node,
+            np.zeros((POINTS - 1, 2, 3), dtype=np.float32),
+            colour,
+            thickness=thickness,
+            thickness_units="screen",
+            visible=False,
+        )
+
+    def show(self, points: Floats | None) -> None:
+        """Show the line through points of shape (k, 3) [m], or none."""
+        self._line.visible = points is not None
+        if points is not None:
+            self._line.points = np.stack((points[:-1], points[1:]), axis=1).astype(np.float32)
+
+
+OPACITY = 0.22
+"""Of a ghost: faint enough for the robot, and for two ghosts, to be seen through it."""
+
+
+class Ghost:
+    """The robot by its collision shapes, which are few and convex, in one colour."""
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        reduced: ReducedModel,
+        name: str,
+        colour: Rgb,
+        *,
+        opacity: float = OPACITY,
+    ) -> None:
+        """Prepare it; nothing is shown yet.
+
+        Args:
+            server: Serves the page.
+            reduced: The robot, and what it carries.
+            name: Of its node.
+            colour: Of all of it.
+            opacity: Of all of it, from 0 to 1.
+        """
+        self._server = server
+        self._root = server.scene.add_frame(f"/{name}", show_axes=False, visible=False)
+        moved = sorted({body.joint for body in reduced.bodies if body.joint})
+        self._joints: list[tuple[int, FrameHandle]] = [
+            (joint, server.scene.add_frame(f"/{name}/joint_{joint}", show_axes=False)) for joint in moved
+        ]
+        self._bodies = [
+            self._body(f"/{name}/joint_{body.joint}/body_{count}", body, colour, opacity)
+            for count, body in enumerate(reduced.bodies)
+            if body.joint
+        ]
+
+    def paint(self, colour: Rgb) -> None:
+        """Give all of it another colour."""
+        with self._server.atomic():
+            for body in self._bodies:
+                body.color = colour
+
+    def remove(self) -> None:
+        """Take it off the page for good."""
+        self._root.remove()
+
+    def stand(self, kinematics: Kinematics | None) -> None:
+        """Place it as in the last of the configurations; hide it where there is none."""
+        with self._server.atomic():
+            self._root.visible = kinematics is not None
+            if kinematics is None:
+                return
+            for joint, frame in self._joints:
+                where = Placement(kinematics.rotation[-1, joint], kinematics.translation[-1, joint])
+                frame.wxyz, frame.position = wxyz(where), where.translation
+
+    def _body(self, node: str, body: FixedBody, colour: Rgb, opacity: float) -> "MeshHandle":
+        skin = surface(body.shape)
+        return self._server.scene.add_mesh_simple(
+            node,
+            skin.vertices,
+            skin.faces,
+            color=colour,
+            flat_shading=not skin.smooth,
+            opacity=opacity,
+            side="front",
+            cast_shadow=False,
+            wxyz=wxyz(body.placement),
+            position=body.placement.translation,
+        )

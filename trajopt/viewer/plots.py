@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trajopt.lab.reach import ReachMap
+from trajopt.planning.moving.path_time import PathTime, forbidden_times
+from trajopt.planning.result import Plan, Result
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.limits import JointLimits
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Bools, Floats
 from trajopt.values.errors import FileFormatError, ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Interpolation, Trajectory
@@ -23,6 +26,7 @@ from trajopt.viewer.samples import REACH, MotionSamples, sample_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
 
 DOTS_PER_INCH = 150
 LIMIT = hexadecimal(TOUCHING)
@@ -197,3 +201,147 @@ def _draw_tilts(axes: "Axes", samples: MotionSamples) -> None:
 def _bounds(axes: "Axes", bound: float, label: str) -> None:
     axes.axhline(bound, color=LIMIT, linestyle="--", linewidth=1.1, label=label)
     axes.axhline(-bound, color=LIMIT, linestyle="--", linewidth=1.1)
+
+
+MOTION = "#222222"
+SHADE = 0.55
+"""Opacity of what is blocked: the grid is seen through it."""
+
+
+@checked
+def plot_path_time(
+    plan: Plan | Result, path: Path | str, *, until: float | None = None, title: str = ""
+) -> Path:
+    """Draw when each part of a plan's path is blocked, by what, and how the motion passes between.
+
+    Where the line is level the robot waits, where it is steep it hurries; a region that is touched would be
+    a collision. What is drawn is sampled (`trajopt.planning.forbidden_times`); what is proven is in the
+    certificate.
+
+    Args:
+        plan: The plan, or a result that has one.
+        path: The image to write; its suffix chooses the format (PNG where there is none).
+        until: Until when time is shown [s]; when None, half as long again as the motion takes.
+        title: Heading of the image.
+
+    Returns:
+        The path that was written.
+
+    Raises:
+        PlanningFailed: If the result has no plan.
+        ShapeError: If the time is not positive.
+        FileFormatError: If the suffix names no image format.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 5.0), dpi=DOTS_PER_INCH, layout="constrained")
+    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    shown = forbidden_times(plan, until=until)
+    axes = figure.add_subplot()
+    _draw_regions(axes, shown)
+    axes.plot(shown.chosen_times, 100.0 * shown.chosen_places, color=MOTION, linewidth=2.0, label="motion")
+    end, last = float(shown.chosen_times[-1]), float(shown.times[-1])
+    if end < last:
+        axes.plot((end, last), (100.0, 100.0), color=MOTION, linewidth=2.0, linestyle=":", label="at its end")
+    axes.set(xlim=(0.0, last), ylim=(-2.0, 102.0), xlabel="time [s]", ylabel="way along the path [%]")
+    axes.grid(True, color="#e3e6ea", linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
+    name = plan.require().problem.name
+    figure.suptitle(title or f"{name or 'motion'}: {end:.2f} s", fontsize="x-large")
+    figure.savefig(target)
+    return target
+
+
+def _draw_regions(axes: "Axes", shown: PathTime) -> None:
+    """Fill the cells that something blocks, each thing in its colour; the links of a robot are one thing."""
+    things = dict.fromkeys(name.split("/")[0] for name in shown.objects)
+    picture = np.zeros((*shown.blocked.shape, 4))
+    for count, thing in enumerate(things):
+        mine = [place for place, name in enumerate(shown.objects) if name.split("/")[0] == thing]
+        cells = np.isin(shown.blocked, mine)
+        if cells.any():
+            colour = LINES[count % len(LINES)]
+            picture[cells] = (*(share / 255 for share in colour), SHADE)
+            label = f"{thing} in the way"
+            axes.fill_between([], [], [], color=hexadecimal(colour), alpha=SHADE, label=label)
+    axes.pcolormesh(shown.times, 100.0 * shown.places, picture, linewidth=0.0, rasterized=True)
+
+
+AXES = ("x", "y", "z")
+UPRIGHT = 2
+CUTS = ((1, 0, 2), (0, 1, 2), (2, 0, 1))
+"""Axis that each cut is across, then the axes to the right and upward in it."""
+
+
+@checked
+def plot_reach(reach: ReachMap, path: Path | str) -> Path:
+    """Draw three cuts through the middle of a reach map, twice.
+
+    The upper row shows the share of directions that a cell was met from, the lower one the largest
+    manipulability in it; cells that were not met are white. The upright cuts go through the origin (a cross)
+    where it is inside, the level one through the layer with most directions met.
+
+    Args:
+        reach: The map.
+        path: The image to write; its suffix chooses the format (PNG where there is none).
+
+    Returns:
+        The path that was written.
+
+    Raises:
+        FileFormatError: If the suffix names no image format.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 8.5), dpi=DOTS_PER_INCH, layout="constrained")
+    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    layers = (
+        ("directions met [%]", 100.0 * reach.reachability_index),
+        ("largest manipulability", reach.manipulability),
+    )
+    panels = figure.subplots(2, 3)
+    for row, (label, values) in zip(panels, layers, strict=True):
+        images = [
+            _draw_cut(axes, reach, values, cut, top=float(values.max()))
+            for axes, cut in zip(row, CUTS, strict=True)
+        ]
+        figure.colorbar(images[-1], ax=list(row), label=label, shrink=0.9)
+    figure.suptitle(
+        f"{reach.frame} of {reach.robot}: {reach.volume:.2f} m³ in cells of {1000.0 * reach.cell:g} mm, "
+        f"{reach.valid} configurations",
+        fontsize="x-large",
+    )
+    figure.savefig(target)
+    return target
+
+
+def _draw_cut(
+    axes: "Axes", reach: ReachMap, values: Floats, cut: tuple[int, int, int], *, top: float
+) -> "AxesImage":
+    """Draw one layer of cells and return its image."""
+    across, right, up = cut
+    through_origin = reach.cell_of(np.zeros(3))
+    fullest = int(np.argmax(reach.reached.sum(axis=(right, up))))
+    layer = fullest if through_origin is None or across == UPRIGHT else through_origin[across]
+    shown: Floats = np.take(values, layer, axis=across)
+    met: Bools = np.take(reach.hits, layer, axis=across) > 0
+    low, high = reach.origin, reach.origin + reach.cell * np.array(reach.hits.shape)
+    image = axes.imshow(
+        np.ma.masked_array(shown, ~met).T,
+        origin="lower",
+        extent=(low[right], high[right], low[up], high[up]),
+        vmin=0.0,
+        vmax=top or 1.0,
+        cmap="viridis",
+        interpolation="nearest",
+    )
+    axes.set_title(f"{AXES[across]} = {reach.centres(across)[layer]:.2f} m", loc="left", fontsize="medium")
+    axes.set_xlabel(f"{AXES[right]} [m]")
+    axes.set_ylabel(f"{AXES[up]} [m]")
+    axes.plot(0.0, 0.0, marker="+", color="#d62728", markersize=9, markeredgewidth=1.5)
+    axes.spines[["top", "right"]].set_visible(False)
+    return image

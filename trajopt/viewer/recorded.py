@@ -11,8 +11,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer.clearance import ClearanceQuery
-from trajopt.viewer.drawing import Drawing
-from trajopt.viewer.ghost import Ghost
+from trajopt.viewer.drawing import Drawing, Ghost
 from trajopt.viewer.palette import Rgb
 from trajopt.viewer.server import close_server, open_server
 
@@ -33,7 +32,8 @@ EMPTY = 1
 """WebGL calls of a frame without a robot: the background."""
 FRAMES = 3
 """Frames with more calls after which the scene is on the screen: a browser holds back at most two."""
-BRIDGE = """<script>
+BRIDGE = (
+    """<script>
 (() => {
   // The page around this one follows the time that is shown, may set it, and learns when the scene is drawn.
   const shown = () => document.querySelector('[role="slider"]');
@@ -70,7 +70,10 @@ BRIDGE = """<script>
   });
   requestAnimationFrame(tell);
 })();
-</script>""".replace("AFTER", str(AFTER)).replace("EMPTY", str(EMPTY)).replace("FRAMES", str(FRAMES))
+</script>""".replace("AFTER", str(AFTER))
+    .replace("EMPTY", str(EMPTY))
+    .replace("FRAMES", str(FRAMES))
+)
 
 
 @dataclass(frozen=True, eq=False)

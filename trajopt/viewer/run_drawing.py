@@ -11,10 +11,8 @@ from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import Drawing
-from trajopt.viewer.ghost import Ghost
+from trajopt.viewer.drawing import POINTS, Drawing, Ghost, Trail
 from trajopt.viewer.palette import Rgb
-from trajopt.viewer.trail import POINTS, Trail
 
 if TYPE_CHECKING:
     from viser import ViserServer

@@ -17,8 +17,7 @@ from trajopt.viewer.clearance import Nearest
 from trajopt.viewer.playback import FRAME_TIME, Playback
 from trajopt.viewer.readout import clearance_html, events_html
 from trajopt.viewer.run_drawing import RunDrawing
-from trajopt.viewer.served import Served
-from trajopt.viewer.server import open_server
+from trajopt.viewer.server import Served, open_server
 
 if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer

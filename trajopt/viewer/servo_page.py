@@ -26,8 +26,7 @@ from trajopt.viewer.playback import FRAME_TIME
 from trajopt.viewer.readout import clearance_html, events_html
 from trajopt.viewer.run_drawing import RunDrawing
 from trajopt.viewer.run_viewer import EVENTS, look_from_the_best_side
-from trajopt.viewer.served import Served
-from trajopt.viewer.server import open_server
+from trajopt.viewer.server import Served, open_server
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")
 SIGNALS = 20.0

@@ -16,8 +16,7 @@ from trajopt.viewer.clearance import ClearanceQuery, Nearest
 from trajopt.viewer.drawing import Drawing
 from trajopt.viewer.playback import Playback
 from trajopt.viewer.readout import clearance_html, joints_html
-from trajopt.viewer.served import Served
-from trajopt.viewer.server import open_server
+from trajopt.viewer.server import Served, open_server
 
 if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer

@@ -9,7 +9,7 @@ from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import During, FramePlacement, GoalSet, JointPositions, Requirement
 from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
-from trajopt.scene.collisions.clearances import ROOM
+from trajopt.scene.clearances import ROOM
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError
 from trajopt.values.placement import Placement

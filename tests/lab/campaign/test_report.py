@@ -11,8 +11,7 @@ import trajopt as to
 from trajopt.lab.campaign import Campaign, CampaignFolder, Options, compare_campaigns, random_motions, summary
 from trajopt.lab.campaign.columns import encoded
 from trajopt.lab.campaign.page import lines, map_of, page
-from trajopt.lab.campaign.statistics import changed_by_chance, quantile, share
-from trajopt.lab.campaign.summary import place_map
+from trajopt.lab.campaign.summary import changed_by_chance, place_map, quantile, share
 from trajopt.values.errors import CampaignError
 
 

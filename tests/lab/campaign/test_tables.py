@@ -9,8 +9,7 @@ import pyarrow as pa
 import pytest
 
 from trajopt.lab.campaign import CampaignFolder
-from trajopt.lab.campaign.columns import encoded, read_rows, row_columns, task_columns
-from trajopt.lab.campaign.tables import table_of
+from trajopt.lab.campaign.columns import encoded, read_rows, row_columns, table_of, task_columns
 from trajopt.values.errors import CampaignError
 
 WITHOUT_PANDAS = """

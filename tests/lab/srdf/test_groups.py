@@ -7,8 +7,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm, two_arms
 from trajopt.lab.srdf import ProposedGroup, propose_groups
-from trajopt.lab.srdf.gripper_findings import gripper_findings
 from trajopt.lab.srdf.link_tree import LinkTree
+from trajopt.lab.srdf.proposal import gripper_findings
 
 
 def proposed(robot: to.Robot) -> dict[str, ProposedGroup]:

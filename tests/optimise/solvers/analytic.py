@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Floats, Ints, Loss, Rows
 
 Function = Callable[[Floats], tuple[Floats, Floats]]
 """x (n,) -> values (m,), Jacobian (m, n)."""

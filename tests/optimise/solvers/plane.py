@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Floats, Ints, Loss, Rows
 
 KNOTS = 16
 CENTRE, RADIUS, REACH = np.array([0.5, 0.02]), 0.2, 0.1

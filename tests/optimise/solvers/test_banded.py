@@ -17,8 +17,7 @@ from trajopt.optimise.solvers.choice import ByStructure
 from trajopt.optimise.solvers.flat import FlatSteps, Subproblem, subproblem
 from trajopt.optimise.transcription import transcribe
 from trajopt.planning.seeds import straight_line
-from trajopt.values.arrays import Bools, Floats
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Bools, Floats, Loss, Rows
 
 ACCURACY = 1e-7
 

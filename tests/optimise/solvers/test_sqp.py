@@ -8,8 +8,7 @@ import pytest
 from tests.optimise.solvers.analytic import AnalyticNlp
 from trajopt.optimise.solvers import SolverStatus, Sqp, SqpStep
 from trajopt.optimise.solvers.flat import subproblem
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Loss
+from trajopt.values.arrays import Floats, Ints, Loss
 
 SHARP = Sqp(relative_gain=1e-10, absolute_gain=1e-12, max_iterations=300)
 WIDE = (np.full((1, 2), -10.0), np.full((1, 2), 10.0))

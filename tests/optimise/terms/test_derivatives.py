@@ -19,8 +19,7 @@ from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.rolling import Rolling
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import Residual
-from trajopt.values.arrays import Floats
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Rows
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 
 SHAPES: dict[str, Shape] = {

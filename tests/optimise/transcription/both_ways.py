@@ -7,8 +7,7 @@ from trajopt.optimise.solvers import Sqp, native_descent
 from trajopt.optimise.solvers.descent import Limits
 from trajopt.optimise.transcription import KnotsNlp, fixed_goal, transcribe
 from trajopt.planning.seeds import straight_line
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Rows
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {"pan": 1.0, "reach": 0.2, "elbow": 0.3, "wrist": 0.0}

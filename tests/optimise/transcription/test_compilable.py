@@ -22,9 +22,8 @@ from trajopt.optimise.transcription.compilable import taper_of
 from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins
 from trajopt.planning.budget import WORK, Stop
 from trajopt.problem.motion import Motion
-from trajopt.scene.collisions.pairs import BodyPairs
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Loss, Rows
+from trajopt.scene.pairs import BodyPairs
+from trajopt.values.arrays import Floats, Ints, Loss, Rows
 
 PROBLEMS = [
     *("cup_past_pillar", "weld_seam_panda", "keep_in_view_panda", "wide_berth", "cup_through_gap_panda"),

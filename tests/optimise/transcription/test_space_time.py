@@ -24,9 +24,8 @@ from trajopt.optimise.transcription.space_time import SpaceTimeNlp
 from trajopt.optimise.transcription.world import World
 from trajopt.planning.seeds import straight_line
 from trajopt.problem.motion import Motion
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, Rows
 from trajopt.values.errors import ProblemError
-from trajopt.values.rows import Rows
 
 SMALL = 1e-6
 

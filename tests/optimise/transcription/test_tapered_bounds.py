@@ -10,7 +10,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.terms import Constraint
 from trajopt.optimise.transcription.tapered_bounds import MOST_KEPT, TaperedConstraint, tapered
 from trajopt.problem.residual import WHOLE
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Rows
 
 WIDE, HAIR = 1.0, 1e-6
 LAST = 12

@@ -34,7 +34,7 @@ from trajopt.problem.requirements import (
     frame_placement,
 )
 from trajopt.problem.residual import Residual
-from trajopt.robot.frame_attachment import FrameAttachment
+from trajopt.robot.robot import FrameAttachment
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.errors import FrameNotFound
@@ -148,9 +148,7 @@ def test_a_line_is_held_as_well_as_it_is(tmp_path: Path) -> None:
     assert found.time == pytest.approx(0.5, abs=0.05)
 
 
-@pytest.mark.filterwarnings(
-    "ignore::trajopt.values.errors.unit_warning.UnitWarning"
-)  # wavy motions go far astray
+@pytest.mark.filterwarnings("ignore::trajopt.values.errors.UnitWarning")  # wavy motions go far astray
 @given(seed=st.integers(0, 10**6), coordinates=st.sampled_from(RotationCoordinates))
 @MANY_MOTIONS
 def test_path_verdicts_agree_with_dense_sampling(

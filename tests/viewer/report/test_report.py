@@ -19,9 +19,8 @@ from trajopt.values.trajectory import Path as PlannedPath
 from trajopt.viewer.report import write_report
 from trajopt.viewer.report.measured import SAMPLES, amount, measured
 from trajopt.viewer.report.scenery import scenery
-from trajopt.viewer.report.sections import change_of_duration
+from trajopt.viewer.report.sections import change_of_duration, plot, ticks
 from trajopt.viewer.report.subject import subject_of
-from trajopt.viewer.report.svg import plot, ticks
 
 from .conftest import HOSTILE
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from itertools import combinations
 
-from trajopt.scene.collisions.allowed_collisions import AllowedCollisions
+from trajopt.scene.clearances import AllowedCollisions
 from trajopt.scene.scene import Scene
 from trajopt.values.documents.document import Node
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from trajopt.robot.loading.pinocchio_model import root_placement
-from trajopt.robot.meshes.mesh_cover import MeshPolicy
+from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats

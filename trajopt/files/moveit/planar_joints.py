@@ -10,8 +10,7 @@ from trajopt.files.moveit.pose import read_placement, read_vector
 from trajopt.robot.bases import PLANAR
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
-from trajopt.values.placement import Placement, placement
-from trajopt.values.rotations import from_rpy
+from trajopt.values.placement import Placement, from_rpy, placement
 from trajopt.values.trajectory import Trajectory
 
 OFF_THE_PLANE = 1e-4

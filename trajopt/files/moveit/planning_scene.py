@@ -11,7 +11,7 @@ from trajopt.files.moveit.frames import Reading, frame_id, require, world_names
 from trajopt.files.moveit.pose import read_placement
 from trajopt.files.moveit.robot_base import placed_robot
 from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
-from trajopt.robot.meshes.mesh_cover import MeshPolicy
+from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats

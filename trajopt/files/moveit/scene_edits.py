@@ -8,8 +8,7 @@ from trajopt.files.moveit.collision_object import apply_object, read_object, wit
 from trajopt.files.moveit.frames import Reading
 from trajopt.files.moveit.planning_scene import SCENE_FIELDS, refuse_octomap, with_fixed_frame, with_padding
 from trajopt.files.moveit.scene_messages import attached_messages
-from trajopt.scene.collisions.allowed_collisions import AllowedCollisions
-from trajopt.scene.collisions.clearances import Clearances
+from trajopt.scene.clearances import AllowedCollisions, Clearances
 from trajopt.scene.scene import Scene
 from trajopt.values.documents.document import Node
 

@@ -17,8 +17,8 @@ from trajopt.files.moveit.pose import pose_of
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
 from trajopt.values.placement import WORLD, Placement, placement
-from trajopt.values.shapes.clouds.parts import centres_of
 from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.surface import centres_of
 from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere

@@ -7,6 +7,7 @@ What is interrupted goes on with `resume_campaign`; `CampaignFolder.open(folder)
 """
 
 from trajopt.lab.campaign.campaign import Campaign as Campaign
+from trajopt.lab.campaign.campaign import Options as Options
 from trajopt.lab.campaign.cluster import Ray as Ray
 from trajopt.lab.campaign.comparison import Comparison as Comparison
 from trajopt.lab.campaign.comparison import compare_campaigns as compare_campaigns
@@ -18,10 +19,9 @@ from trajopt.lab.campaign.extract import Extracted as Extracted
 from trajopt.lab.campaign.extract import extract as extract
 from trajopt.lab.campaign.extract import motion_of as motion_of
 from trajopt.lab.campaign.extract import problem_of as problem_of
+from trajopt.lab.campaign.extract import remember as remember
 from trajopt.lab.campaign.kept import CampaignFolder as CampaignFolder
-from trajopt.lab.campaign.learning import remember as remember
 from trajopt.lab.campaign.local import Local as Local
-from trajopt.lab.campaign.options import Options as Options
 from trajopt.lab.campaign.row import Fate as Fate
 from trajopt.lab.campaign.running import Progress as Progress
 from trajopt.lab.campaign.running import resume_campaign as resume_campaign

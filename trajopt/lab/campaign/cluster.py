@@ -17,10 +17,9 @@ from typing import Any
 
 from trajopt.lab.campaign.campaign import Task
 from trajopt.lab.campaign.documents import sent_from
-from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, check_workers
+from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.local import cores, planned, setup_of
-from trajopt.lab.campaign.setup import Setup
 from trajopt.lab.campaign.supervisor import Supervisor
 from trajopt.values.errors import CampaignError, MissingExtra
 from trajopt.values.errors.arguments import checked

@@ -8,8 +8,7 @@ import numpy as np
 
 from trajopt.lab.campaign.columns import Row
 from trajopt.lab.campaign.kept import CampaignFolder
-from trajopt.lab.campaign.statistics import Estimate, changed_by_chance, quantile
-from trajopt.lab.campaign.summary import COLUMNS
+from trajopt.lab.campaign.summary import COLUMNS, Estimate, changed_by_chance, quantile
 from trajopt.values.errors import CampaignError
 from trajopt.values.errors.arguments import checked
 

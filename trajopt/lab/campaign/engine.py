@@ -1,11 +1,14 @@
 """Engines: what a campaign's problems are planned by. Each opens a pool of workers that take blocks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from struct import Struct
 from typing import Protocol
 
-from trajopt.lab.campaign.campaign import Task
+from trajopt.lab.campaign.campaign import Options, Task
+from trajopt.lab.campaign.columns import Row
+from trajopt.lab.campaign.documents import Documents
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.values.errors import ProblemError, shown
 
@@ -104,3 +107,44 @@ def check_workers(workers: int) -> None:
     """
     if workers < 0:
         raise ProblemError(f"workers must not be negative, is {shown(workers)}")
+
+
+MARK = Struct("<Qd")
+"""Written by a worker that begins a problem: how many it has begun, and when, by the monotonic clock [s]."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a worker is told first.
+
+    Attributes:
+        documents: What the problems share: its folder, or the members of each document by its key.
+        options: The ways in which problems are planned.
+        versions: With which the campaign was begun.
+        most_seconds: Wall-clock time after which a problem is given up [s].
+    """
+
+    documents: Documents
+    options: tuple[Options, ...]
+    versions: Mapping[str, str]
+    most_seconds: float
+
+
+@dataclass(frozen=True)
+class Ready:
+    """The worker waits for problems; why not, where it cannot plan."""
+
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Bunch:
+    """Rows of some problems, which the worker tells at once.
+
+    Attributes:
+        rows: In the order in which it was given them.
+        waited: Wall-clock time that it waited for problems since it told of others [s].
+    """
+
+    rows: Sequence[Row]
+    waited: float

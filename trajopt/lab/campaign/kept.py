@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.files.bundle.writing import versions
-from trajopt.lab.campaign.campaign import SYSTEM, Campaign, Task
+from trajopt.lab.campaign.campaign import SYSTEM, Campaign, Options, Task
 from trajopt.lab.campaign.columns import Row, need_parquet, read_rows, write_tasks
 from trajopt.lab.campaign.documents import Packer
-from trajopt.lab.campaign.options import Options
 from trajopt.values.documents.files import read_json
 from trajopt.values.documents.json_files import write_json
 from trajopt.values.documents.whole import written_whole

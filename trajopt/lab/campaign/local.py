@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait
 
 from trajopt.lab.campaign.columns import encoded
-from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, check_workers
+from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
-from trajopt.lab.campaign.setup import Setup
 from trajopt.lab.campaign.supervisor import Supervisor, Worked
 from trajopt.values.errors.arguments import checked
 

@@ -14,8 +14,8 @@ from multiprocessing.connection import Connection, wait
 
 from trajopt.lab.campaign.campaign import Task
 from trajopt.lab.campaign.columns import Row
+from trajopt.lab.campaign.engine import MARK, Bunch, Ready, Setup
 from trajopt.lab.campaign.row import Fate, lost_row
-from trajopt.lab.campaign.setup import MARK, Bunch, Ready, Setup
 from trajopt.values.errors import CampaignError
 
 START = 120.0
@@ -135,7 +135,7 @@ class Supervisor:
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, ROOM)
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "trajopt.lab.campaign.worker", str(its.fileno()), str(marks.fileno())],
+                [sys.executable, "-m", "trajopt.lab.campaign.row", str(its.fileno()), str(marks.fileno())],
                 pass_fds=(its.fileno(), marks.fileno()),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,

@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from trajopt.scene.camera import Intrinsics
+from trajopt.scene.camera import STRAIGHT, Intrinsics, Lens
 from trajopt.values.arrays import path as path_of
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.errors import ShapeError
-from trajopt.values.lens import STRAIGHT, Lens
 
 MODELS: Mapping[str, tuple[int, ...]] = {
     "plumb_bob": (4, 5),

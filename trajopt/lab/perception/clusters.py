@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.lab.perception.cells import once, packed, unpacked
-from trajopt.lab.perception.oriented_box import box_around
-from trajopt.values.arrays import Floats, Ints, Value, above_zero, at_least
+from trajopt.values.arrays import Floats, Ints, Value, above_zero, at_least, readonly
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import Box, Points
@@ -115,3 +114,91 @@ def _fixed(part: Ints) -> Ints:
     part = part.astype(np.int64)
     part.flags.writeable = False
     return part
+
+
+ROUNDING = 1e-9
+"""A box is larger than what it contains by this: more than what its arithmetic rounds off within 50 m [m]."""
+
+
+def box_around(points: Floats, radius: float, *, upright: bool) -> tuple[Box, Placement]:
+    """Return a box around balls, and where it is in the frame of their centres.
+
+    Args:
+        points: Centres, at least one, shape (n, 3) [m].
+        radius: Of the balls [m].
+        upright: Whether its axis z stays; otherwise one of its faces lies on a face of the centres' hull.
+    """
+    outer = _outermost(points)
+    best = min(
+        (_standing(outer, axes) for axes in _frames(outer, upright=upright)), key=lambda found: found[0]
+    )
+    return _grown(points, radius, best[1])
+
+
+def slab_around(points: Floats, radius: float, normal: Floats) -> tuple[Box, Placement]:
+    """Return the smallest box around balls with an axis z that is given, shape (3,), as `box_around` does."""
+    return _grown(points, radius, _standing(_outermost(points), _with_axis(normal))[1])
+
+
+def _grown(points: Floats, radius: float, axes: Floats) -> tuple[Box, Placement]:
+    """Return the box along axes, its columns, with room for the balls."""
+    along = points @ axes
+    lower, upper = along.min(axis=0), along.max(axis=0)
+    sizes = upper - lower + 2.0 * (radius + ROUNDING)
+    where = Placement(readonly(axes), readonly(axes @ ((lower + upper) / 2)))
+    return Box(*map(float, sizes)), where
+
+
+def _standing(points: Floats, axes: Floats) -> tuple[float, Floats]:
+    """Return the volume and the axes of the smallest box that keeps the third of these axes.
+
+    One side of the smallest rectangle around points lies on an edge of their hull.
+    """
+    flat = points @ axes[:, :2]
+    corners = _outermost(flat)
+    edges = np.diff(np.vstack((corners, corners[:1])), axis=0)
+    angles = np.append(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 0.0)
+    cosines, sines = np.cos(angles), np.sin(angles)
+    wide = np.ptp(np.outer(corners[:, 0], cosines) + np.outer(corners[:, 1], sines), axis=0)
+    deep = np.ptp(np.outer(corners[:, 1], cosines) - np.outer(corners[:, 0], sines), axis=0)
+    best = int((wide * deep).argmin())
+    turned = np.column_stack(
+        (axes[:, :2] @ (cosines[best], sines[best]), axes[:, :2] @ (-sines[best], cosines[best]))
+    )
+    return float(wide[best] * deep[best] * np.ptp(points @ axes[:, 2])), np.column_stack((turned, axes[:, 2]))
+
+
+def _frames(points: Floats, *, upright: bool) -> list[Floats]:
+    """Return the axes to try: the world's, or one for each face of the points' hull."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
+
+    if upright:
+        return [np.eye(3)]
+    try:
+        normals = np.unique(ConvexHull(points).equations[:, :3].round(9), axis=0)
+    except (QhullError, ValueError):
+        # All in one plane or line: the directions in which they are spread.
+        centred = points - points.mean(axis=0)
+        normals = np.linalg.svd(centred if len(points) > 2 else np.vstack((centred, np.eye(3))))[2][2:3]
+    return [_with_axis(normal) for normal in normals]
+
+
+def _with_axis(normal: Floats) -> Floats:
+    """Return right-handed axes, the columns, of which the third is given."""
+    third = normal / float(np.linalg.norm(normal))
+    helper = np.eye(3)[int(np.abs(third).argmin())]
+    across: Floats = helper - float(helper @ third) * third
+    first: Floats = across / float(np.linalg.norm(across))
+    axes = np.eye(3)
+    axes[:, 0], axes[:, 1], axes[:, 2] = first, np.cross(third, first), third
+    return axes
+
+
+def _outermost(points: Floats) -> Floats:
+    """Return the corners of the points' hull, in the plane in their order around it; all where it is flat."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
+
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        return points

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.lab.perception.cells import Grid, leaders
-from trajopt.lab.perception.sensing import Sensing
-from trajopt.lab.perception.taken import Taken, radius_for
+from trajopt.lab.perception.sensing import Sensing, Taken, radius_for
 from trajopt.scene.camera import Camera, Singles
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, above_zero, floats, one_of

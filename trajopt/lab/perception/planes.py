@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.lab.perception.clusters import groups
-from trajopt.lab.perception.oriented_box import slab_around
+from trajopt.lab.perception.clusters import groups, slab_around
 from trajopt.values.arrays import Floats, Ints, Value, above_zero, at_least
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement

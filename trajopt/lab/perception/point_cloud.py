@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.lab.perception.cells import Grid, leaders
-from trajopt.lab.perception.sensing import Sensing
-from trajopt.lab.perception.taken import Taken, radius_for
+from trajopt.lab.perception.sensing import Sensing, Taken, radius_for
 from trajopt.scene.camera import NOISELESS, DepthNoise, Singles, placed_on
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, above_zero, at_least, floats

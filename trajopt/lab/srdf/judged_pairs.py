@@ -1,23 +1,184 @@
 """Which pairs of links may be left out of collision checks, with the evidence for each."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Contacts, Query
 from trajopt.lab.srdf.evidence import DEFAULT_CONFIDENCE, Confidence, PairEvidence, Verdict
 from trajopt.lab.srdf.link_tree import LinkTree
-from trajopt.lab.srdf.pair_counts import LinkPairs, PairCounts, count_pairs, descend
 from trajopt.optimise.kinematics.sampling import Progress
+from trajopt.robot.limits import draw_positions
 from trajopt.robot.loading.groups import ALL_JOINTS, resolve_groups
 from trajopt.robot.loading.srdf import Srdf
 from trajopt.robot.robot import Robot
-from trajopt.scene.collisions.allowed_collisions import AllowedCollisions
+from trajopt.scene.clearances import AllowedCollisions
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, Ints
 from trajopt.values.errors import MimicOutOfRange
 from trajopt.values.errors.arguments import checked
+
+FIRST_BATCH = 64
+"""Configurations at which every distance is measured; later ones only search nearer ones."""
+BATCH = 2048
+"""Configurations per batch."""
+
+STARTS = 8
+"""Configurations that each descent begins at."""
+AROUND = 0.3
+"""Standard deviation of those around the nearest sample [rad | m]."""
+STEP = 0.2
+"""First step of the joint that moves most [rad | m]."""
+STEPS = 30
+"""Steps of each descent."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinkPairs:
+    """Pairs of links that can move relative to each other, and the pairs of bodies that they are made of.
+
+    Attributes:
+        names: The two links of each, m of them, in the order of the robot's links.
+        of_body_pair: Which of them each pair of bodies belongs to, shape (p,).
+    """
+
+    names: tuple[tuple[str, str], ...]
+    of_body_pair: Ints
+
+    @staticmethod
+    def of(reduced: ReducedModel) -> "LinkPairs":
+        """List the link pairs of a model."""
+        order = {name: place for place, name in enumerate(reduced.scene.robot.links)}
+        owners = [
+            tuple(sorted(reduced.owners(pair), key=order.__getitem__))
+            for pair in range(len(reduced.pairs.first))
+        ]
+        names = sorted(set(owners), key=lambda pair: (order[pair[0]], order[pair[1]]))
+        index = {pair: place for place, pair in enumerate(names)}
+        of_body_pair = np.array([index[pair] for pair in owners], dtype=np.int64)
+        return LinkPairs(tuple((first, second) for first, second in names), of_body_pair)
+
+
+@dataclass(eq=False)
+class PairCounts:
+    """What was seen of m pairs of links so far; grows with each batch.
+
+    Attributes:
+        samples: Configurations examined.
+        collisions: Of them in collision, shape (m,).
+        nearest: Smallest signed distance seen, shape (m,) [m].
+        at: Configuration of it, shape (m, n).
+    """
+
+    samples: int
+    collisions: Ints
+    nearest: Floats
+    at: Floats
+
+    def take(self, pairs: LinkPairs, positions: Floats, contacts: Contacts) -> None:
+        """Count a batch.
+
+        Args:
+            pairs: The pairs.
+            positions: The configurations, shape (S, n).
+            contacts: All that are in contact, or nearer than the nearest so far.
+        """
+        link_pair = pairs.of_body_pair[contacts.pair]
+        touching = contacts.distance <= 0.0
+        met = np.unique(link_pair[touching] * len(positions) + contacts.sample[touching]) // len(positions)
+        self.collisions += np.bincount(met, minlength=len(self.collisions))
+        self.samples += len(positions)
+        # Nearest last: it is the one that stays where several contacts of a pair are written.
+        order = np.argsort(-contacts.distance, kind="stable")
+        nearer = order[contacts.distance[order] < self.nearest[link_pair[order]]]
+        self.nearest[link_pair[nearer]] = contacts.distance[nearer]
+        self.at[link_pair[nearer]] = positions[contacts.sample[nearer]]
+
+    def reach(self, pairs: LinkPairs) -> Floats:
+        """Return how near a pair of bodies must come to matter, shape (p,) [m]."""
+        return np.maximum(self.nearest, 1e-12)[pairs.of_body_pair]
+
+
+def count_pairs(
+    query: Query,
+    pairs: LinkPairs,
+    samples: int,
+    *,
+    rng: np.random.Generator,
+    progress: Progress | None = None,
+) -> PairCounts:
+    """Examine random configurations within limits.
+
+    Args:
+        query: Of the model with all driven joints free.
+        pairs: Its pairs of links.
+        samples: How many configurations.
+        rng: Draws them.
+        progress: Called with the number done.
+    """
+    joints = len(query.reduced.joint_names)
+    count = len(pairs.names)
+    counts = PairCounts(0, np.zeros(count, dtype=np.int64), np.full(count, np.inf), np.zeros((count, joints)))
+    while counts.samples < samples:
+        size = min(BATCH if counts.samples else FIRST_BATCH, samples - counts.samples)
+        positions = draw_positions(query.reduced.limits, size, rng=rng)
+        counts.take(pairs, positions, query.close_pairs(positions, counts.reach(pairs)))
+        if progress is not None:
+            progress(counts.samples)
+    return counts
+
+
+def descend(
+    query: Query, pairs: LinkPairs, counts: PairCounts, chosen: Sequence[int], *, rng: np.random.Generator
+) -> None:
+    """Bring pairs nearer to each other than chance did, by gradient descent of their distance.
+
+    From the nearest sample of each, and from configurations around it, steps go down the distance's gradient;
+    a step that does not come nearer is halved. What is found replaces the nearest in the counts.
+
+    Args:
+        query: Of the model with all driven joints free.
+        pairs: Its pairs of links.
+        counts: What was seen so far; its `nearest` and `at` are brought up to date.
+        chosen: Indices of the pairs to try.
+        rng: Draws the configurations around the nearest.
+    """
+    limits = query.reduced.limits
+    for pair in chosen:
+        start = np.repeat(counts.at[pair][None], STARTS, axis=0)
+        start[1:] += rng.normal(scale=AROUND, size=start[1:].shape)
+        here = np.clip(start, limits.lower, limits.upper)
+        reach = np.where(pairs.of_body_pair == pair, np.inf, -np.inf)
+        distance, slope = _nearest(query, here, reach)
+        size = np.full(STARTS, STEP)
+        for _ in range(STEPS):
+            length = np.maximum(np.abs(slope).max(axis=1, keepdims=True), 1e-12)
+            there = np.clip(here - size[:, None] * slope / length, limits.lower, limits.upper)
+            ahead, slope_ahead = _nearest(query, there, reach)
+            better = ahead < distance
+            here, slope = (
+                np.where(better[:, None], there, here),
+                np.where(better[:, None], slope_ahead, slope),
+            )
+            distance, size = np.where(better, ahead, distance), np.where(better, size, 0.5 * size)
+            if distance.min() <= 0.0:
+                break
+        best = int(np.argmin(distance))
+        if distance[best] < counts.nearest[pair]:
+            counts.nearest[pair], counts.at[pair] = distance[best], here[best]
+
+
+def _nearest(query: Query, positions: Floats, reach: Floats) -> tuple[Floats, Floats]:
+    """Return the smallest distance at each configuration, (S,), and its slope, (S, n)."""
+    contacts = query.close_pairs(positions, reach)
+    order = np.argsort(-contacts.distance, kind="stable")
+    distance, slope = np.full(len(positions), np.inf), np.zeros(positions.shape)
+    distance[contacts.sample[order]] = contacts.distance[order]
+    slope[contacts.sample[order]] = contacts.jacobian[order]
+    return distance, slope
+
 
 ALWAYS_SHARE = 0.95
 """A pair that surely collides in a larger share than this can only be a fault of its shapes."""

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from trajopt.robot.loading.mimic_limits import followed_limits
+from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.robot.loading.urdf import MeshReference
 from trajopt.robot.robot import Robot

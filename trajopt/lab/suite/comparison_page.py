@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from math import inf
 
-from trajopt.lab.suite.comparison_table import LEGEND, RUN_HEAD, SUMMARY_HEAD, run_cells, summary_cells
 from trajopt.lab.suite.html import document, image, table, words
 from trajopt.lab.suite.outcome import Outcome
-from trajopt.lab.suite.summary import summaries
+from trajopt.lab.suite.summary import Summary, summaries
 
 STYLE = """
 .runs td:last-child { white-space: normal; min-width: 12rem; }
@@ -52,7 +51,7 @@ def page(
         f"<p>{len(found)} methods on {len(problems)} problems: the same first guesses, the same budget, and "
         "the same judge, who shares no code with what it judges. "
         f"{escape(remark)}</p>"
-        f"{_table(SUMMARY_HEAD, [summary_cells(item) for item in found])}"
+        f"{_html_table(SUMMARY_HEAD, [summary_cells(item) for item in found])}"
         f'<p class="faint">{escape(LEGEND)}</p>{drawn}<h2>Every problem</h2>'
         f'<p class="faint">Milliseconds of CPU; ✗ where planning did not end as it should.</p>'
         f"{_grid(outcomes, problems)}<h2>Every run</h2>"
@@ -60,7 +59,7 @@ def page(
     )
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
+def _html_table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
     numbers = [name for name in head if name not in TEXTS]
     return table(head, [[escape(cell) for cell in row] for row in rows], numbers=numbers, kind=kind)
 
@@ -96,6 +95,80 @@ def _runs(outcomes: Sequence[Outcome], problem: str, pictures: Mapping[tuple[str
     )
     return (
         f"<details><summary>{'' if best is None else image(best[1])}<b>{escape(problem)}</b> "
-        f'<span class="{kind}">{good} of {len(mine)}</span></summary>{_table(RUN_HEAD[1:], rows, "runs")}'
+        f'<span class="{kind}">{good} of {len(mine)}</span></summary>'
+        f"{_html_table(RUN_HEAD[1:], rows, 'runs')}"
         f"{f'<div class=motions>{motions}</div>' if motions else ''}</details>"
     )
+
+
+RUN_HEAD = (
+    "problem", "solver", "outcome", "tries", "CPU ms", "steps", "cost", "motion s", "path", "clearance mm",
+    "broken",
+)  # fmt: skip
+SUMMARY_HEAD = (
+    "solver", "as expected", "CPU s in all", "CPU ms", "steps", "cost", "duration", "path",
+    "clearance mm",
+)  # fmt: skip
+LEGEND = (
+    "as expected: a motion that the judge verified, or the right refusal. CPU ms, steps: medians over what "
+    "the method solved. cost, duration, path: medians of the ratio to the best of all methods on the same "
+    "problem. clearance: the smallest that was proven."
+)
+
+
+def run_cells(run: Outcome) -> tuple[str, ...]:
+    """Return a run's row under `RUN_HEAD`."""
+    return (
+        run.problem,
+        run.solver,
+        words(run.status) + ("" if run.good else " ✗"),
+        str(run.attempts),
+        f"{1000 * run.cpu_seconds:.0f}",
+        str(run.iterations),
+        _number(run.cost, ".3f"),
+        _number(run.duration, ".2f"),
+        _number(run.path_length, ".2f"),
+        _number(run.clearance, ".1f", 1000.0),
+        ", ".join(f"{name} by {size:.2g}" for name, size in run.violations.items()),
+    )
+
+
+def summary_cells(item: Summary) -> tuple[str, ...]:
+    """Return a method's row under `SUMMARY_HEAD`."""
+    return (
+        item.solver,
+        f"{item.good} of {item.total}",
+        f"{item.cpu_total:.1f}",
+        _number(item.cpu_median, ".0f", 1000.0),
+        _number(item.iterations, ".0f"),
+        _number(item.cost, ".2f"),
+        _number(item.duration, ".2f"),
+        _number(item.path_length, ".2f"),
+        _number(item.clearance, ".1f", 1000.0),
+    )
+
+
+def markdown(outcomes: Sequence[Outcome]) -> str:
+    """Return tables: methods side by side, their successes by group, and what each did not solve."""
+    found = summaries(outcomes)
+    groups = list(dict.fromkeys(name for item in found for name in item.groups))
+    lines = [*_markdown_table(SUMMARY_HEAD, [summary_cells(item) for item in found]), "", LEGEND, ""]
+    counted = [(item.solver, *(_share(item.groups.get(name, (0, 0))) for name in groups)) for item in found]
+    lines += [*_markdown_table(("as expected", *groups), counted), "", "Not as expected:", ""]
+    for item in found:
+        failed = [run for run in outcomes if run.solver == item.solver and run.askable and not run.good]
+        told = ", ".join(f"{run.problem} ({run.status.name})" for run in failed)
+        lines.append(f"- **{item.solver}** ({len(failed)}): {told or 'nothing'}")
+    return "\n".join(lines) + "\n"
+
+
+def _markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
+
+
+def _share(counts: tuple[int, int]) -> str:
+    return f"{counts[0]}/{counts[1]}"
+
+
+def _number(value: float | None, form: str, factor: float = 1.0) -> str:
+    return "" if value is None else format(value * factor, form)

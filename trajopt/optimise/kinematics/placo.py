@@ -24,8 +24,7 @@ from trajopt.problem.requirements import (
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import RequirementNotSupported
-from trajopt.values.placement import IDENTITY, Placement
-from trajopt.values.rotations import from_quaternion
+from trajopt.values.placement import IDENTITY, Placement, from_quaternion
 
 NAME = "placo"
 UNBOUNDED = 1e3

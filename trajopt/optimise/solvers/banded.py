@@ -11,8 +11,7 @@ import numpy as np
 from trajopt.native import banded
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.solvers.step import REGULARISATION, Step, softened_rows
-from trajopt.values.arrays import Bools, Floats
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Bools, Floats, Loss, Rows
 
 NAME = "banded"
 """Its name in `Sqp.qp`."""

@@ -21,9 +21,8 @@ from trajopt.optimise.solvers.incumbent import Incumbent, improved
 from trajopt.optimise.solvers.projection import LinearRows, always_listed, into_bounds
 from trajopt.optimise.solvers.smooth_metric import SmoothMetric, smooth_metric
 from trajopt.optimise.solvers.solver import Progress, SolveResult
-from trajopt.values.arrays import Floats, above_zero, at_least
+from trajopt.values.arrays import Floats, Loss, above_zero, at_least
 from trajopt.values.errors.arguments import check_arguments, checked
-from trajopt.values.rows import Loss
 
 MOTION_SECONDS = 3.0
 """Duration that the published weights refer to [s]."""

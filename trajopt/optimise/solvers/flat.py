@@ -8,9 +8,8 @@ from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.solvers.qp import Qp, QpBackend, QpSolution, QpStatus, qp_backend
 from trajopt.optimise.solvers.step import REGULARISATION, Step, softened_rows
-from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints, Loss, Rows
 from trajopt.values.errors import BackendFailed
-from trajopt.values.rows import Loss, Rows
 
 
 def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:

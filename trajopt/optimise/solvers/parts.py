@@ -6,8 +6,7 @@ import numpy as np
 
 from trajopt.native import descent
 from trajopt.optimise.nlp import ConstraintRows, CostRows
-from trajopt.values.arrays import Bools, Floats, Ints, Value
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Bools, Floats, Ints, Loss, Rows, Value
 
 KINDS = {
     Loss.SQUARED: descent.Kind.SQUARED,

@@ -6,8 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from trajopt.optimise.nlp import Linearisation
-from trajopt.values.arrays import Bools, Floats
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Bools, Floats, Loss, Rows
 
 REGULARISATION = 1e-9
 """Added to the Hessian's diagonal, so that variables that no cost depends on stay where they are."""

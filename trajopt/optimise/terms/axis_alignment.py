@@ -11,7 +11,7 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import AxisAlignment
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Rows
 
 if TYPE_CHECKING:
     import casadi as ca

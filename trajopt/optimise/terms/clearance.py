@@ -9,8 +9,7 @@ from typing import Protocol
 
 from trajopt.problem.motion import Motion
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Rows
 
 ACTIVATION = 0.03
 """Pairs get rows when nearer than their margin and this [m]; 3 to 4 cm is best."""

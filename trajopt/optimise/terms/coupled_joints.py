@@ -10,9 +10,8 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import CoupledJoints
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Value
+from trajopt.values.arrays import Floats, Rows, Value
 from trajopt.values.errors import ProblemError
-from trajopt.values.rows import Rows
 
 if TYPE_CHECKING:
     import casadi as ca

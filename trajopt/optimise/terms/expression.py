@@ -7,10 +7,9 @@ from weakref import WeakKeyDictionary
 
 from trajopt.problem.motion import Motion
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, Rows
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.rows import Rows
 
 if TYPE_CHECKING:
     import casadi as ca

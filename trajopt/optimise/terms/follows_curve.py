@@ -16,8 +16,7 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import FollowsCurve
 from trajopt.problem.residual import WHOLE, Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Value
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Rows, Value
 
 POSITION_ROWS = 4
 """Components of the position error: three along axes, and the distance."""

@@ -15,9 +15,8 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import FramePlacement, RotationCoordinates
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats
-from trajopt.values.rotations import as_quaternion
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Rows
+from trajopt.values.placement import as_quaternion
 
 if TYPE_CHECKING:
     import casadi as ca

@@ -11,9 +11,8 @@ from trajopt.problem.requirements import GravityTorque
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.arrays import Floats, Ints, Rows, Value
 from trajopt.values.errors import ProblemError, shown
-from trajopt.values.rows import Rows
 
 if TYPE_CHECKING:
     import casadi as ca

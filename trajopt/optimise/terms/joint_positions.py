@@ -13,10 +13,9 @@ from trajopt.problem.requirements import JointPositions, Requirement, together
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.arrays import Floats, Ints, Rows, Value
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.printed import in_joint_position
-from trajopt.values.rows import Rows
 
 if TYPE_CHECKING:
     import casadi as ca

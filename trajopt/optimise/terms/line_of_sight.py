@@ -16,10 +16,9 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import LineOfSight
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, Rows
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import Placement
-from trajopt.values.rows import Rows
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.mesh_file import Mesh

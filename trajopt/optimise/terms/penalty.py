@@ -8,9 +8,9 @@ from trajopt.optimise.terms.requirement import constrain
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement
 from trajopt.problem.residual import WHOLE, Cost, Window
+from trajopt.values.arrays import Loss, Rows
 from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.rows import Loss, Rows
 
 
 @dataclass(frozen=True, eq=False)

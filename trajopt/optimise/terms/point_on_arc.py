@@ -11,8 +11,8 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import PointOnArc
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.rotations import from_rpy
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Rows
+from trajopt.values.placement import from_rpy
 
 if TYPE_CHECKING:
     import casadi as ca

@@ -16,8 +16,7 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import PositionInRegion, Region
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Rows
 from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
 
 if TYPE_CHECKING:

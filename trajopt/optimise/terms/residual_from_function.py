@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.problem.motion import Motion
-from trajopt.values.arrays import Floats, floats
+from trajopt.values.arrays import Floats, Rows, floats
 from trajopt.values.errors import ShapeError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.rows import Rows
 
 DIFFERENCES = "finite differences"
 """Added to the name of a residual whose derivative is not given."""

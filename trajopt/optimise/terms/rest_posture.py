@@ -8,10 +8,9 @@ import numpy as np
 
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import WHOLE, Cost, Window
-from trajopt.values.arrays import number
+from trajopt.values.arrays import Loss, Rows, number
 from trajopt.values.errors import JointNotFound, ProblemError
 from trajopt.values.errors.arguments import checked
-from trajopt.values.rows import Loss, Rows
 
 if TYPE_CHECKING:
     import casadi as ca

@@ -7,8 +7,7 @@ import numpy as np
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import Constraint, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Value
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Rows, Value
 
 SHARE = 0.1
 """Share of the drift that is accepted which the program's own tolerances may add up to."""

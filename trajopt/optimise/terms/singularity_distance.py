@@ -11,9 +11,8 @@ from trajopt.problem.requirements import SingularityDistance
 from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.problem.residual import WHOLE, Constraint, Cost, Window, constraint
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, Loss, Rows
 from trajopt.values.errors.arguments import checked
-from trajopt.values.rows import Loss, Rows
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,9 @@ import numpy as np
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import WHOLE, Cost, Window
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, positive
+from trajopt.values.arrays import Floats, Rows, positive
 from trajopt.values.errors import ObjectNotFound, ProblemError
 from trajopt.values.errors.arguments import checked
-from trajopt.values.rows import Rows
 
 WEIGHT = 100.0
 """Weight of a missing squared metre; beside the default costs, two missing centimetres matter."""

@@ -11,11 +11,9 @@ import numpy as np
 from trajopt.geometry import Query
 from trajopt.optimise.terms.clearance import ACTIVATION
 from trajopt.problem.motion import Motion, MotionInTime
-from trajopt.scene.changing_pairs import ChangingPairs
-from trajopt.scene.timed import TimedModel
-from trajopt.values.arrays import Floats, Printed
+from trajopt.scene.timed import ChangingPairs, TimedModel
+from trajopt.values.arrays import Floats, Printed, Rows
 from trajopt.values.errors import ProblemError
-from trajopt.values.rows import Rows
 
 
 @dataclass(frozen=True, eq=False)

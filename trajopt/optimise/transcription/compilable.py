@@ -49,8 +49,7 @@ from trajopt.optimise.transcription.tapered_bounds import TaperedConstraint
 from trajopt.problem.motion import Motion, MotionInTime
 from trajopt.problem.residual import WHOLE, Constraint, Cost, units_of
 from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Rows
 
 OF_KNOTS = {Velocity, Acceleration, Jerk, SplineRate}
 """Terms of the knots themselves, which do not ask where the samples are."""

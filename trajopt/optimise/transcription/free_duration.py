@@ -17,8 +17,7 @@ from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.transcription.basis import SplineBasis, fitted
 from trajopt.optimise.transcription.bspline import BsplineNlp
 from trajopt.robot.limits import JointLimits
-from trajopt.values.arrays import Floats, Ints, readonly
-from trajopt.values.rows import Loss, Rows
+from trajopt.values.arrays import Floats, Ints, Loss, Rows, readonly
 from trajopt.values.trajectory import Trajectory
 
 RESTING = 3

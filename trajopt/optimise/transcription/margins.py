@@ -11,9 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.geometry import Query
-from trajopt.scene.collisions.clearances import ROOM
+from trajopt.scene.clearances import ROOM
 from trajopt.scene.reduced import BodyPairs
-from trajopt.scene.scene_parts import DEFAULT_MARGIN
+from trajopt.scene.scene import DEFAULT_MARGIN
 from trajopt.values.arrays import Bools, Floats, Ints, Printed
 
 TAPER_KNOTS = 3.0

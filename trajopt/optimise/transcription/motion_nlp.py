@@ -11,8 +11,7 @@ from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
 from trajopt.problem.residual import WHOLE, Constraint, Cost, Window, units_of
-from trajopt.values.arrays import Bools, Floats, Ints
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Bools, Floats, Ints, Rows
 
 ROUNDING = 1e-9
 """Samples this far outside a window still belong to it [knots]."""

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.problem.motion import Motion
-from trajopt.values.arrays import Floats, Ints, Value
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Rows, Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ import numpy as np
 
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.problem.motion import Motion
-from trajopt.values.arrays import Floats, Ints, Printed
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Printed, Rows
 
 
 @dataclass(frozen=True, eq=False)

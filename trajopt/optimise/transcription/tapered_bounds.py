@@ -17,8 +17,7 @@ from trajopt.optimise.transcription.motion_nlp import ROUNDING
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement
 from trajopt.problem.residual import Window
-from trajopt.values.arrays import Floats, Ints
-from trajopt.values.rows import Rows
+from trajopt.values.arrays import Floats, Ints, Rows
 
 USABLE = 0.5
 """Part of what a stop has left of a tolerance that the program may miss its bounds by: the rest is for what

@@ -10,8 +10,7 @@ from trajopt.geometry import Counts, Query
 from trajopt.optimise.transcription.knots import CLEARANCE_TOLERANCE, SWEEP, samples_for, swept
 from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.problem.problem import Problem
-from trajopt.scene.changing_pairs import ChangingPairs
-from trajopt.scene.timed import TimedModel, timed_model
+from trajopt.scene.timed import ChangingPairs, TimedModel, timed_model
 from trajopt.values.arrays import Bools, Floats, Ints, Printed
 
 ROOM = SWEEP**2 / (8.0 * 0.025) + CLEARANCE_TOLERANCE

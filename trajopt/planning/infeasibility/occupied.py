@@ -16,8 +16,7 @@ import numpy as np
 
 from trajopt.geometry import Counts, Query
 from trajopt.planning.infeasibility.cover import pair_levers
-from trajopt.scene.changing_pairs import ChangingPairs
-from trajopt.scene.timed import TimedModel
+from trajopt.scene.timed import ChangingPairs, TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.options import VerifyOptions

@@ -19,7 +19,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve, FramePlacement, JointPositions, Requirement
 from trajopt.robot.limits import EXCESS, LimitKind
 from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
-from trajopt.scene.collisions.clearances import how_near
+from trajopt.scene.clearances import how_near
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.likely_units import meant_at_depth, meant_in_joint

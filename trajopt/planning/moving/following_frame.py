@@ -18,7 +18,7 @@ from trajopt.problem.requirements import FramePlacement
 from trajopt.robot.limits import JointLimits
 from trajopt.scene.timed import TimedModel
 from trajopt.values.arrays import Floats
-from trajopt.values.rotations import as_rotation_vector
+from trajopt.values.placement import as_rotation_vector
 from trajopt.values.trajectory import Trajectory
 
 STEP = 0.02

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trajopt.geometry import Counts, Query
-from trajopt.scene.changing_pairs import ChangingPairs
-from trajopt.scene.timed import TimedModel
+from trajopt.scene.timed import ChangingPairs, TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 
 LOOK = 0.02

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.problem.requirements.requirement import MILLIMETRES, Relaxation, Requirement
-from trajopt.values.arrays import Floats, direction_of, floats, positive, sequence
+from trajopt.values.arrays import LARGEST_SIZE, Floats, direction_of, floats, positive, sequence
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.printed import in_axis, in_length, in_point, seen_from
 from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
-from trajopt.values.sizes import LARGEST_SIZE
 
 Region = Box | Sphere | Cylinder | Plane
 """Convex shapes that a point can be kept in; `Plane` is the half-space below its plane z = 0."""

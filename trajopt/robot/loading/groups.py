@@ -1,11 +1,11 @@
 """Planning groups: the joints that move together, as MoveIt's SRDF names them."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import pinocchio as pin
 
-from trajopt.robot.loading.gripper_names import names_fingers
 from trajopt.robot.loading.pinocchio_model import (
     joint_above,
     joint_frame_names,
@@ -174,3 +174,28 @@ def _end_of_one_chain(model: pin.Model, driven: tuple[str, ...], links: tuple[st
                 return None
             last = number
     return [link for link in links if link_joint(model, link) == last][-1]
+
+
+FINGERS = ("finger", "thumb", "jaw", "claw", "knuckle", "pincer")
+"""Parts of names of what opens and closes."""
+WHOLE = "gripper"
+"""Part of names of a gripper as a whole, which a wrist may turn."""
+TURNS = frozenset(("wrist", "roll", "pitch", "yaw", "rotate", "rotation", "swivel"))
+"""Words in the name of a joint that turns a whole gripper."""
+
+
+def words(name: str) -> frozenset[str]:
+    """Return the words of a name like "left_hand" or "jointGripper", in lower case."""
+    return frozenset(word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name))
+
+
+def names_fingers(joint: str, link: str) -> bool:
+    """Say whether a joint opens and closes a gripper by its name or by that of the link that it moves."""
+    if any(part in name.lower() for name in (joint, link) for part in FINGERS):
+        return True
+    return WHOLE in joint.lower() and not words(joint) & TURNS
+
+
+def names_gripper(link: str) -> bool:
+    """Say whether a link is a gripper, a hand or a part of one by its name."""
+    return any(part in link.lower() for part in (WHOLE, *FINGERS)) or "hand" in words(link)

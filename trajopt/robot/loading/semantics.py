@@ -7,8 +7,7 @@ from itertools import chain
 import pinocchio as pin
 
 from trajopt.robot.loading.base_joints import TO_MOVE_IT
-from trajopt.robot.loading.gripper_names import names_fingers
-from trajopt.robot.loading.groups import ALL_JOINTS, Group, resolve_groups
+from trajopt.robot.loading.groups import ALL_JOINTS, Group, names_fingers, resolve_groups
 from trajopt.robot.loading.mimics import MIMIC_ERROR
 from trajopt.robot.loading.pinocchio_model import joint_above, joint_frame_names, link_names
 from trajopt.robot.loading.srdf import EndEffector, Srdf

@@ -22,7 +22,7 @@ from trajopt.ros.commander.move_group import MoveGroupCommander as MoveGroupComm
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface as PlanningSceneInterface
 from trajopt.ros.commander.robot import RobotCommander as RobotCommander
 from trajopt.ros.commander.world import World as World
-from trajopt.server.move_group.exception import MoveItCommanderException as MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException as MoveItCommanderException
 from trajopt.server.move_group.outcome import Outcome as Outcome
 
 

@@ -8,7 +8,7 @@ from trajopt.files.messages.builtin_interfaces import Time
 from trajopt.files.messages.geometry_msgs import Pose, PoseStamped
 from trajopt.files.moveit.pose import pose_of, read_placement
 from trajopt.ros.commander.std_msgs.msg import Header
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.errors import shown
 from trajopt.values.placement import Placement, placement
 

@@ -8,7 +8,7 @@ from trajopt.ros.commander.moveit_msgs.msg import Constraints, RobotState, Traje
 from trajopt.ros.commander.targets import PoseTarget, Targets
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.group_tools import end_link
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.server.move_group.settings import Settings
 from trajopt.tasks.cartesian import Followed
 from trajopt.tasks.grasping import PickPlaceResult

@@ -18,9 +18,8 @@ from trajopt.ros.commander.planning import reading_in
 from trajopt.ros.commander.robot_states import state_positions
 from trajopt.ros.commander.targets import Part, PoseTarget
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.exception import MoveItCommanderException
 from trajopt.server.move_group.functions import followed_through, picked, put_down
-from trajopt.server.move_group.outcome import Outcome
+from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome
 from trajopt.tasks.cartesian import Followed
 from trajopt.tasks.grasping import PickPlaceResult, grasps_of, gripper_of
 from trajopt.values.errors import shown

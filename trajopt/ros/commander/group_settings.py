@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from trajopt.problem.tool_speed import tool_speed
 from trajopt.ros.commander.group_base import GroupBase
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.server.move_group.settings import PIPELINE, PLANNERS, one_or_three, per_axis, scaling
 from trajopt.values.arrays import floats, number
 from trajopt.values.errors import SolverNotFound

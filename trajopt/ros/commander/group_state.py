@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.files.moveit.state_message import state_message
 from trajopt.geometry import Query
-from trajopt.robot.loading.mimic_limits import followed_limits
+from trajopt.robot.loading.mimics import followed_limits
 from trajopt.ros.commander.conversions import stamped
 from trajopt.ros.commander.geometry_msgs.msg import PoseStamped
 from trajopt.ros.commander.group_base import GroupBase

@@ -11,12 +11,12 @@ from trajopt.files.moveit.robot_state import checked_joint_positions
 from trajopt.optimise.kinematics import goal_configurations
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import frame_placement
-from trajopt.robot.loading.mimic_limits import followed_limits
+from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.group_base import GroupBase
 from trajopt.ros.commander.targets import Part, PoseTarget
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.arrays import floats
 from trajopt.values.errors import JointNotFound, StateNotFound, shown
 from trajopt.values.likely_units import meant_in_joint

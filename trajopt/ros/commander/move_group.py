@@ -25,10 +25,9 @@ from trajopt.ros.commander.targets import goal_constraints
 from trajopt.ros.commander.trajectories import ALGORITHMS, retimed, trajectory_of
 from trajopt.scene.reduced import reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.exception import MoveItCommanderException, speaks_moveit
 from trajopt.server.move_group.execution import Execution
 from trajopt.server.move_group.functions import solved
-from trajopt.server.move_group.outcome import Outcome, code_of
+from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome, code_of, speaks_moveit
 from trajopt.server.move_group.settings import PIPELINE
 from trajopt.values.errors import ObjectNotFound, SolverNotFound
 from trajopt.values.trajectory import Trajectory

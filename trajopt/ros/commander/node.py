@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 
 OF_THE_ROBOT = ("robot_description", "robot_description_semantic")
 """Parameters that launch files set; the robot of the world is in their place."""

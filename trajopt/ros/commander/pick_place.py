@@ -10,8 +10,8 @@ from trajopt.files.moveit.robot_state import layered_positions
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.world import World
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.exception import MoveItCommanderException
 from trajopt.server.move_group.execution import Execution
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.tasks.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import WORLD

@@ -25,7 +25,7 @@ from trajopt.ros.commander.shape_msgs.msg import Plane, SolidPrimitive
 from trajopt.ros.commander.std_msgs.msg import Header
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.exception import speaks_moveit
+from trajopt.server.move_group.outcome import speaks_moveit
 from trajopt.values.documents.document import Node
 from trajopt.values.shapes.mesh_file import load_mesh
 

@@ -16,7 +16,7 @@ from trajopt.ros.commander.std_msgs.msg import ColorRGBA, Header
 from trajopt.ros.commander.visualization_msgs.msg import Marker, MarkerArray
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.exception import MoveItCommanderException, speaks_moveit
+from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import FrameNotFound, GroupNotFound, JointNotFound, shown
 from trajopt.values.shapes.shapes import Box, Cylinder, Sphere

@@ -14,7 +14,7 @@ from typing import TextIO
 
 from trajopt.ros.commander.unchanged import UnchangedMoveGroup, UnchangedRobot, UnchangedScene
 from trajopt.ros.commander.world import World
-from trajopt.server.move_group.exception import MoveItCommanderException, NoStandIn
+from trajopt.server.move_group.outcome import MoveItCommanderException, NoStandIn
 from trajopt.values.errors import FileFormatError, TrajoptError, shown
 
 HERE = "trajopt.ros.commander"

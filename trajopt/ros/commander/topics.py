@@ -12,7 +12,7 @@ from trajopt.ros.commander.moveit_msgs.msg import (
 )
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.world import world_or_current
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.errors import shown
 
 _LOG = logging.getLogger("trajopt.ros.commander")

@@ -11,7 +11,7 @@ from trajopt.problem.requirements import joint_positions
 from trajopt.robot.loading.groups import Group
 from trajopt.ros.commander.moveit_msgs.msg import RobotTrajectory
 from trajopt.scene.reduced import ReducedModel
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.timing import RetimeFailure
 from trajopt.values.trajectory import Path, Trajectory
 

@@ -7,7 +7,7 @@ from typing import Any
 from trajopt.ros.commander.move_group import MoveGroupCommander
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.robot import RobotCommander
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 
 _LOG = logging.getLogger("trajopt.ros.commander")
 

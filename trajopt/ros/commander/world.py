@@ -11,18 +11,17 @@ from typing import ParamSpec, TypeVar
 import numpy as np
 
 from trajopt.driving import Executor
+from trajopt.robot.configuration import initial_positions
 from trajopt.robot.load import load
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.robot import Robot
 from trajopt.ros.commander.backend import Backend
 from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.ros.commander.node import Node
-from trajopt.scene.initial_positions import initial_positions
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.exception import MoveItCommanderException, as_moveit
 from trajopt.server.move_group.execution import Execution, not_executed
 from trajopt.server.move_group.in_process import InProcess
-from trajopt.server.move_group.outcome import Outcome
+from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome, as_moveit
 from trajopt.values.arrays import Floats, one_of
 from trajopt.values.errors import MissingExtra, ModelError, shown
 

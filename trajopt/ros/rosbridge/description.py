@@ -8,7 +8,7 @@ from pathlib import Path
 from trajopt.lab.srdf.groups import ProposedGroup
 from trajopt.lab.srdf.writer import srdf_text
 from trajopt.robot.loading.mesh_names import MeshNames
-from trajopt.robot.loading.xacro_file import expanded
+from trajopt.robot.loading.xml_file import expanded
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import Value
 from trajopt.values.errors import FileFormatError, MeshFileError, ModelError, shown

@@ -7,9 +7,15 @@ from urllib.parse import quote
 
 import httpx
 
-from trajopt.server.client.answers import Document, Events, again_after, document_of
-from trajopt.server.client.calls import Call, SessionCalls
-from trajopt.server.client.errors import ServerError
+from trajopt.server.client.calls import (
+    Call,
+    Document,
+    Events,
+    ServerError,
+    SessionCalls,
+    again_after,
+    document_of,
+)
 from trajopt.values.errors.arguments import checked
 
 

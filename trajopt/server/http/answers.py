@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable
+from math import isfinite
 from typing import Any
 
 import msgspec
@@ -9,10 +10,12 @@ from fastapi import Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.requests import ClientDisconnect
 
+from trajopt.robot.robot import Robot
 from trajopt.server.http.guard import JSON
 from trajopt.server.job import Listener
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.requests import Reply
+from trajopt.values.arrays import Floats
 from trajopt.values.errors import TrajoptError
 
 STATUS = {
@@ -160,3 +163,37 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and value in (float("inf"), float("-inf")):
         return None
     return value
+
+
+def robot_document(name: str, robot: Robot) -> dict[str, object]:
+    """Return a robot as plain data that JSON can hold; a limit that there is not is null.
+
+    Args:
+        name: Name by which the server knows it.
+        robot: The robot.
+    """
+    limits = robot.limits
+    return {
+        "name": name,
+        "joints": {
+            joint: {
+                "lower": _finite(limits.lower, place),
+                "upper": _finite(limits.upper, place),
+                "velocity": _finite(limits.velocity, place),
+                "acceleration": _finite(limits.acceleration, place),
+            }
+            for place, joint in enumerate(robot.joint_names)
+        },
+        "groups": {key: list(group.joints) for key, group in robot.groups.items()},
+        "states": [
+            {"group": group, "name": state, "positions": dict(positions)}
+            for (group, state), positions in robot.states.items()
+        ],
+        "links": list(robot.links),
+        "frames": list(robot.frame_names),
+    }
+
+
+def _finite(values: Floats, place: int) -> float | None:
+    value = float(values[place])
+    return value if isfinite(value) else None

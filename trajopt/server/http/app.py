@@ -20,12 +20,11 @@ from trajopt.server.http.answers import (
     json_bytes,
     json_response,
     refusal_response,
+    robot_document,
 )
-from trajopt.server.http.guard import BYTES, JSON, Guard
-from trajopt.server.http.intake import Intake
+from trajopt.server.http.guard import BYTES, JSON, Guard, Intake
 from trajopt.server.http.metrics import Metrics
 from trajopt.server.http.options import HttpOptions
-from trajopt.server.http.robots import robot_document
 from trajopt.server.operation import Lane, Operation
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.requests import Cancellation

@@ -10,19 +10,21 @@ import numpy as np
 
 from trajopt.optimise.methods import method_named
 from trajopt.planning.budget import Budget
+from trajopt.planning.judgement import decide
 from trajopt.planning.plan import NO_BOUNDS, plan
 from trajopt.planning.result import Result, Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.constrained_lines import as_far_as_kept
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.server.move_group.settings import Settings
 from trajopt.tasks import grasping
 from trajopt.tasks.cartesian import Followed, FollowOptions, follow, follows_curve, polyline
+from trajopt.tasks.cartesian.result import StopReason
 from trajopt.tasks.grasping import Grasp, GraspingOptions, Gripper, PickPlaceResult, Place
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import Placement
+from trajopt.verify import Judge
 
 SHORTEST = 1e-3
 """Planning time of the first attempt at least [s]."""
@@ -212,3 +214,56 @@ FUNCTIONS: Mapping[str, Callable[..., Result | Followed | PickPlaceResult]] = {
     function.__name__: function for function in (solved, followed_through, picked, put_down)
 }
 """All of them by name."""
+
+
+HALVINGS = 6
+"""How often the part of a line is halved on which constraints may or may not hold: 1/64 of it is left."""
+
+
+def as_far_as_kept(
+    followed: Followed, constraints: Sequence[Requirement], until: Callable[[float], Followed]
+) -> Followed:
+    """Return a motion along a line that keeps constraints all the way, as far as one is found.
+
+    Args:
+        followed: The motion without them.
+        constraints: What must hold all the way.
+        until: Follows the line as far as a length along it [m].
+    """
+    if not constraints or not followed.verified:
+        return followed
+    best, refused = None, _judged(followed, constraints)
+    if refused.verified:
+        return refused
+    kept, broken = 0.0, followed.fraction * followed.required.until
+    for _ in range(HALVINGS):
+        middle = 0.5 * (kept + broken)
+        part = until(middle)
+        judged = _judged(part, constraints) if part.complete else part
+        if judged.complete:
+            best, kept = judged, middle
+        else:
+            broken, refused = middle, judged
+    verdict = refused.certificate
+    words = refused.reason if verdict is None else verdict.verdict
+    whole = followed.required
+    stop = StopReason(
+        status=Status.NOT_VERIFIED,
+        at=kept,
+        pose=whole.curve.pose_before(kept),
+        message=f"the path constraints are not kept beyond: {words}",
+    )
+    if best is None:
+        result = replace(refused.result, status=Status.NOT_VERIFIED, message=stop.message)
+        return replace(refused, required=whole, fraction=0.0, stop=stop, result=result)
+    return replace(best, required=whole, fraction=kept / whole.until, stop=stop)
+
+
+def _judged(followed: Followed, constraints: Sequence[Requirement]) -> Followed:
+    """Return a motion with the verdict on whether it keeps constraints too."""
+    trajectory = followed.trajectory
+    assert trajectory is not None
+    problem = replace(followed.problem, constraints=(*followed.problem.constraints, *constraints))
+    verdict, _ = decide(problem, trajectory, Judge(problem.reduced))
+    status = Status.SOLVED if verdict.verified else Status.NOT_VERIFIED
+    return replace(followed, result=replace(followed.result, status=status, problem=problem, judged=verdict))

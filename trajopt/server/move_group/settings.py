@@ -8,7 +8,7 @@ from trajopt.optimise.methods import METHODS
 from trajopt.problem.requirements import POSITION_TOLERANCE, ROTATION_TOLERANCE
 from trajopt.problem.requirements.joint_positions import JOINT_TOLERANCE
 from trajopt.problem.tool_speed import ToolSpeed
-from trajopt.server.move_group.exception import MoveItCommanderException
+from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.arrays import floats
 
 PIPELINE = "trajopt"

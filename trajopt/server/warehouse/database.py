@@ -7,13 +7,53 @@ and what was committed is on the disk before the call returns.
 import os
 import sqlite3
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import RLock
+from weakref import WeakSet
 
-from trajopt.server.warehouse.forking import Forked
 from trajopt.values.documents.files import is_file
 from trajopt.values.errors import FileFormatError, shown
+
+
+class Forked(ABC):
+    """Something that is closed before its process forks."""
+
+    def __init__(self) -> None:
+        """Be closed before each fork from now on."""
+        self.lock = RLock()
+        _FORKS.known.add(self)
+
+    @abstractmethod
+    def disconnect(self) -> None:
+        """Close what is open; the lock is held."""
+
+
+class _Forks:
+    """What is closed before each fork, and cannot be used by other threads until that is over."""
+
+    def __init__(self) -> None:
+        self.known, self._held = WeakSet["Forked"](), list["Forked"]()
+
+    def begin(self) -> None:
+        held = list(self.known)
+        for each in held:
+            each.lock.acquire()
+            each.disconnect()
+        self._held = held
+
+    def end(self) -> None:
+        held, self._held = self._held, []
+        for each in held:
+            each.lock.release()
+
+
+_FORKS = _Forks()  # of the process as a whole, as forks are
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_FORKS.begin, after_in_parent=_FORKS.end, after_in_child=_FORKS.end)
+
 
 APPLICATION = 0x74726A77
 """Marks the file as a warehouse of trajopt's ("trjw"), in the header where SQLite has a place for that."""

@@ -8,10 +8,10 @@ from trajopt.tasks.cartesian.curves import circle as circle
 from trajopt.tasks.cartesian.curves import joined as joined
 from trajopt.tasks.cartesian.curves import line as line
 from trajopt.tasks.cartesian.curves import polyline as polyline
+from trajopt.tasks.cartesian.curves import read_poses as read_poses
 from trajopt.tasks.cartesian.curves import spline as spline
 from trajopt.tasks.cartesian.execution import Executed as Executed
 from trajopt.tasks.cartesian.execution import execute as execute
-from trajopt.tasks.cartesian.files import read_poses as read_poses
 from trajopt.tasks.cartesian.following import Avoid as Avoid
 from trajopt.tasks.cartesian.following import Begin as Begin
 from trajopt.tasks.cartesian.following import FollowOptions as FollowOptions

@@ -20,10 +20,9 @@ from trajopt.problem.requirements import FollowsCurve
 from trajopt.tasks.cartesian.curves import spline
 from trajopt.tasks.cartesian.on_curve import OnCurve
 from trajopt.tasks.cartesian.tracking import Track, track
-from trajopt.values.arrays import Floats, readonly
+from trajopt.values.arrays import Floats, Rows, readonly
 from trajopt.values.curve import Curve
 from trajopt.values.placement import Placement
-from trajopt.values.rows import Rows
 
 SPACING = 0.02
 """Distance of knots along the curve [m]."""

@@ -3,11 +3,11 @@
 `trajopt.tasks.grasping.simulation` executes such a sequence in MuJoCo, where only friction holds the object.
 """
 
-from trajopt.tasks.grasping.generators import grasps_of as grasps_of
 from trajopt.tasks.grasping.grasp import Grasp as Grasp
 from trajopt.tasks.grasping.grasp import GraspingOptions as GraspingOptions
 from trajopt.tasks.grasping.grasp import Place as Place
 from trajopt.tasks.grasping.grasp import Straight as Straight
+from trajopt.tasks.grasping.grasp import grasps_of as grasps_of
 from trajopt.tasks.grasping.gripper import Gripper as Gripper
 from trajopt.tasks.grasping.gripper import gripper_of as gripper_of
 from trajopt.tasks.grasping.planning import pick as pick

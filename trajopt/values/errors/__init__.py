@@ -5,6 +5,8 @@ problem at all. Each class also derives from the builtin exception that it refin
 numbers that are taken as they are, though another unit is likely.
 """
 
+import sys
+import warnings
 from collections.abc import Container, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
@@ -12,7 +14,6 @@ from typing import Any
 from trajopt.values.errors.shown import end_of as end_of
 from trajopt.values.errors.shown import listed as listed
 from trajopt.values.errors.shown import shown as shown
-from trajopt.values.errors.unit_warning import UnitWarning as UnitWarning
 
 OPENGL_PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
 """Packages with OpenGL for a Debian or Ubuntu without a graphics card."""
@@ -368,3 +369,15 @@ class PlanningFailed(TrajoptError):
         """Keep the result beside its sentence."""
         self.result = result
         super().__init__(message)
+
+
+class UnitWarning(UserWarning):
+    """A number is taken as it is, though another unit is likely: degrees for radians, mm for m."""
+
+
+def warn_of_unit(words: str) -> None:
+    """Warn at the line outside of trajopt that the number comes from."""
+    level, frame = 2, sys._getframe(1)  # pyright: ignore[reportPrivateUsage]
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "trajopt":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(words, UnitWarning, stacklevel=level)

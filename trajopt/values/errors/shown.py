@@ -1,6 +1,6 @@
 """How values, names and paths are written in messages: cut short, however large they are."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from reprlib import Repr
 from typing import Any
 
@@ -63,3 +63,16 @@ PATH_LENGTH = 200
 def end_of(path: str) -> str:
     """Return a path as it is, or only its end where it is very long: for messages."""
     return path if len(path) <= PATH_LENGTH else f"...{path[3 - PATH_LENGTH :]}"
+
+
+def unknown_attribute(owner: object, name: str, other_names: Mapping[str, str]) -> AttributeError:
+    """Return the error of an attribute that does not exist, with the name that is meant if it is known.
+
+    Args:
+        owner: The object.
+        name: The attribute.
+        other_names: Name in another library -> the expression to use here.
+    """
+    words = f"{type(owner).__name__!r} object has no attribute {name!r}"
+    hint = other_names.get(name)
+    return AttributeError(f"{words}: use {hint}" if hint else words, name=name, obj=owner)

@@ -12,14 +12,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.values.arrays import Floats, Ints, Value, floats, readonly
+from trajopt.values.arrays import Floats, Ints, Value, floats, length, readonly
 from trajopt.values.errors import ShapeError
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.clouds.parts import centres_of
 from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.surface import centres_of
 from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.mesh_file import Mesh
-from trajopt.values.sizes import length
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.scene.collisions.allowed_collisions import ContactAllowance
+from trajopt.scene.clearances import ContactAllowance
 from trajopt.values.arrays import Ints
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
 from trajopt.verify.checks.criterion import Criterion

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence, Set
 import numpy as np
 import pinocchio as pin
 
-from trajopt.scene.collisions.clearances import PairKind
+from trajopt.scene.clearances import PairKind
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Ints, readonly

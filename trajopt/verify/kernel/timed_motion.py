@@ -6,8 +6,7 @@ import numpy as np
 
 from trajopt.scene.timed import TimedModel
 from trajopt.values.arrays import Floats, readonly
-from trajopt.values.piecewise import refined
-from trajopt.values.trajectory import Trajectory
+from trajopt.values.trajectory import Trajectory, refined
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions

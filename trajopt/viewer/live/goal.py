@@ -14,7 +14,7 @@ from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.placement import Placement
 from trajopt.values.printed import in_length
 from trajopt.viewer.clearance import ClearanceQuery
-from trajopt.viewer.live.near import telling_pairs
+from trajopt.viewer.live.nearest_drawing import telling_pairs
 
 STARTS = 8
 """Of the search while the goal is dragged: a goal in reach is found from a few [5 ms for seven joints]."""

@@ -9,7 +9,7 @@ from trajopt.geometry import Query
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.placement import Placement
 from trajopt.viewer import palette
-from trajopt.viewer.ghost import Ghost
+from trajopt.viewer.drawing import Ghost
 from trajopt.viewer.live.gizmo import Gizmo
 from trajopt.viewer.live.goal import Goal, Reachability
 from trajopt.viewer.palette import Rgb

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Trajectory
-from trajopt.viewer.live.desk import Desk
-from trajopt.viewer.live.lever import Lever
+from trajopt.viewer.live.desk import Desk, Lever
 from trajopt.viewer.live.planning import Planned, Planning
 from trajopt.viewer.live.words import block_html, planned_html
 from trajopt.viewer.live.workbench import Workbench

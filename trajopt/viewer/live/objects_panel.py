@@ -11,7 +11,7 @@ from trajopt.files.moveit import read_scene, write_scene
 from trajopt.scene.scene import Scene
 from trajopt.values.placement import Placement, placement
 from trajopt.viewer.live import objects
-from trajopt.viewer.live.lever import Lever
+from trajopt.viewer.live.desk import Lever
 from trajopt.viewer.live.workbench import Workbench
 
 if TYPE_CHECKING:

@@ -16,15 +16,13 @@ from trajopt.viewer.live.goal_drawing import COLOURS
 from trajopt.viewer.live.goal_panel import GoalPanel
 from trajopt.viewer.live.motion_panel import MotionPanel
 from trajopt.viewer.live.objects_panel import ObjectsPanel
-from trajopt.viewer.live.picture import Picture
+from trajopt.viewer.live.picture import Picture, Shown, ShownPanel
 from trajopt.viewer.live.planning import Planned
 from trajopt.viewer.live.reach import Reach, Reaching
-from trajopt.viewer.live.shown_panel import Shown, ShownPanel
 from trajopt.viewer.live.words import block_html
 from trajopt.viewer.live.workbench import Workbench
 from trajopt.viewer.run_viewer import look_from_the_best_side
-from trajopt.viewer.served import Served
-from trajopt.viewer.server import open_server
+from trajopt.viewer.server import Served, open_server
 
 if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer

@@ -9,9 +9,8 @@ import numpy as np
 
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import only_group
-from trajopt.robot.configuration import ConfigurationLike, stated_configuration
+from trajopt.robot.configuration import ConfigurationLike, initial_positions, stated_configuration
 from trajopt.robot.robot import Robot
-from trajopt.scene.initial_positions import initial_positions
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, readonly

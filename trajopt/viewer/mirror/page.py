@@ -15,21 +15,16 @@ from trajopt.values.errors import TrajoptError
 from trajopt.values.errors.arguments import checked
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import Drawing
-from trajopt.viewer.ghost import Ghost
-from trajopt.viewer.live.near import telling_pairs
-from trajopt.viewer.live.nearest_drawing import PAIRS, NearestDrawing
+from trajopt.viewer.drawing import Drawing, Ghost, Trail
+from trajopt.viewer.live.nearest_drawing import PAIRS, NearestDrawing, telling_pairs
 from trajopt.viewer.live.objects_drawing import ObjectsDrawing
 from trajopt.viewer.live.words import block_html
 from trajopt.viewer.live.workbench import chosen_group
-from trajopt.viewer.mirror.source import Source
-from trajopt.viewer.mirror.state import State
+from trajopt.viewer.mirror.state import Source, State
 from trajopt.viewer.palette import NARROW, SAFE, TOUCHING
 from trajopt.viewer.readout import events_html
 from trajopt.viewer.run_viewer import look_from_the_best_side
-from trajopt.viewer.served import Served
-from trajopt.viewer.server import open_server
-from trajopt.viewer.trail import Trail
+from trajopt.viewer.server import Served, open_server
 
 if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer

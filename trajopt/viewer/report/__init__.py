@@ -4,4 +4,4 @@
 does the same of a bundle.
 """
 
-from trajopt.viewer.report.writing import write_report as write_report
+from trajopt.viewer.report.page import write_report as write_report

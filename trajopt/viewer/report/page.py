@@ -6,11 +6,14 @@ from html import escape
 from pathlib import Path
 
 from trajopt.files.bundle import Holds
+from trajopt.values.documents.document import write_text
+from trajopt.values.errors import RenderingUnavailable
+from trajopt.values.errors.arguments import checked
 from trajopt.viewer.report import sections
 from trajopt.viewer.report.measured import measured
-from trajopt.viewer.report.scenery import HEIGHT, WIDTH, Scenery, Still
+from trajopt.viewer.report.scenery import HEIGHT, WIDTH, Scenery, Still, in_space, scenery, stills
 from trajopt.viewer.report.sections import section
-from trajopt.viewer.report.subject import Subject
+from trajopt.viewer.report.subject import Reported, Subject, subject_of
 
 HERE = Path(__file__).parent
 POLICY = (
@@ -142,3 +145,38 @@ def _stills(pictures: Sequence[Still], *, alone: bool) -> str:
 
 def _source(picture: Still) -> str:
     return f"data:image/jpeg;base64,{b64encode(picture.jpeg).decode()}"
+
+
+@checked
+def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictures: bool = True) -> Path:
+    """Write a report: one page of HTML, to be read in a browser or printed, that needs nothing beside itself.
+
+    It shows the motion in 3-D, what was proven, where limits bind, curves over time, what the constraints
+    cost and what was tried; of a failure what stands in the way, and the nearest that is free. A motion of
+    a bundle is judged anew.
+
+    Args:
+        what: A result, whatever became of it; a plan; a problem that nobody planned yet; or a bundle, which
+            is drawn as it would be in `trajopt view` if its meshes were unpacked (`read_bundle`).
+        path: The file.
+        moving: Whether there is a motion in 3-D, which takes about a megabyte and the extra `view`.
+        pictures: Whether there are still pictures, for paper. Where no OpenGL works there are none, and the
+            page says so.
+
+    Returns:
+        The path.
+
+    Raises:
+        MissingExtra: If there is to be a motion in 3-D, and viser is not installed.
+        FileFormatError: If the file cannot be written, or a bundle does not say what it must.
+    """
+    subject = subject_of(what)
+    shown = scenery(subject)
+    remark, drawn = "", ()
+    if pictures:
+        try:
+            drawn = stills(subject, shown)
+        except RenderingUnavailable as missing:
+            remark = f"There are no still pictures: {missing}"
+    write_text(path, page(subject, shown, in_space(subject, shown) if moving else "", drawn, remark))
+    return Path(path)

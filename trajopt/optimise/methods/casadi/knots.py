@@ -16,9 +16,8 @@ from trajopt.optimise.transcription import KnotsNlp, transcribe
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve, Requirement
 from trajopt.problem.residual import Constraint
-from trajopt.values.arrays import Floats, Ints
+from trajopt.values.arrays import Floats, Ints, Loss
 from trajopt.values.errors import shown
-from trajopt.values.rows import Loss
 
 ROUNDS = 6
 """Solutions at most: on finer samples, or with a larger penalty, from where the last one ended."""

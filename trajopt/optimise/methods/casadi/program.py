@@ -21,9 +21,8 @@ from trajopt.problem.requirements import PositionInRegion, Requirement
 from trajopt.problem.residual import WHOLE, Constraint, Cost, Residual, Window
 from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints, Loss
 from trajopt.values.errors import shown
-from trajopt.values.rows import Loss
 
 ORDERS: dict[type, int] = {Velocity: 1, Acceleration: 2, Jerk: 3}
 """Costs of differences of the knots, and their order."""

@@ -8,8 +8,8 @@ from trajopt.files.moveit.attached_object import apply_attached
 from trajopt.files.moveit.frames import Reading, world_names
 from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.scene.scene import Scene
+from trajopt.server.memory import check_sizes
 from trajopt.server.operation import Answer
-from trajopt.server.sizes import check_sizes
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 from trajopt.values.arrays import Floats

@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.values.arrays import Floats, Ints, Value, readonly
+from trajopt.values.arrays import LARGEST_SIZE, Floats, Ints, Value, length, readonly
 from trajopt.values.errors import ShapeError, SizeError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.shapes.clouds.octree_files import read_octree
-from trajopt.values.sizes import LARGEST_SIZE, length
+from trajopt.values.shapes.clouds.files import read_octree
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What there is to say of effort limits: joints that have none, and limits that can hardly be meant."""
+"""Notes on implausible efforts and inertias of a description."""
 
 from collections.abc import Collection
 
@@ -46,3 +46,23 @@ def effort_notes(model: pin.Model, limits: JointLimits, exempt: Collection[str])
             "Robot.with_torque_scaling raises limits of torque or turns them off"
         )
     return tuple(said)
+
+
+ROUNDING = 1e-3
+"""Share of the largest moment by which one may be below zero: files state few digits."""
+
+
+def inertia_notes(model: pin.Model) -> tuple[str, ...]:
+    """Return a sentence on joints that carry a negative moment of inertia; nothing where none does."""
+    negative: list[str] = []
+    for name, inertia in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
+        moments = np.linalg.eigvalsh(np.asarray(inertia.inertia))
+        if moments[0] < -ROUNDING * np.abs(moments).max():
+            negative.append(name)
+    if not negative:
+        return ()
+    carried = f"what {listed(negative)} {'moves' if len(negative) == 1 else 'move'}"
+    return (
+        f"no body has the negative moments of inertia that are stated of {carried}: torques of motions and "
+        "the simulation are not those of the robot; `trajopt srdf` names the links",
+    )

@@ -1,1 +1,0 @@
-"""Triangle meshes and the convex shapes that cover them."""

@@ -1,1 +1,0 @@
-"""Collision: bodies, which pairs must keep apart, and by how much."""
