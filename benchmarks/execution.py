@@ -23,9 +23,9 @@ import trajopt as to
 from benchmarks.execution_scenarios import scenarios_page
 from benchmarks.page import table, write_section
 from trajopt.driving import (
+    EventKind,
     IdealExecutor,
-    Kind,
-    Run,
+    RunReport,
     Servo,
     ServoOptions,
     SimulatedExecutor,
@@ -55,7 +55,7 @@ BOXES, TICKS, PERIOD = 20, 1000, 0.01
 class Tally:
     """What became of the runs of one way."""
 
-    runs: list[Run] = field(default_factory=list[Run])
+    runs: list[RunReport] = field(default_factory=list[RunReport])
     plans: list[float] = field(default_factory=list[float])
     others: dict[str, list[float]] = field(default_factory=dict[str, list[float]])
 
@@ -70,10 +70,10 @@ class Tally:
             str(len(self.runs)),
             str(sum(each.reached for each in self.runs)),
             str(sum(bool(each.contacts_at_fault) for each in self.runs)),
-            str(sum(each.count(Kind.UNPROVEN_STOP) > 0 for each in self.runs)),
+            str(sum(each.count(EventKind.UNPROVEN_STOP) > 0 for each in self.runs)),
             f"{max(below):.2f}",
-            str(sum(each.count(Kind.REPLANNED) > 0 for each in self.runs)),
-            str(sum(each.count(Kind.STOPPING) > 0 for each in self.runs)),
+            str(sum(each.count(EventKind.REPLANNED) > 0 for each in self.runs)),
+            str(sum(each.count(EventKind.STOPPING) > 0 for each in self.runs)),
             f"{np.median([each.duration for each in self.runs]):.2f}",
         ]
 
@@ -108,7 +108,7 @@ class Reactions:
         fresh, self._looked = supervisor.events[self._looked :], len(supervisor.events)
         cycle, before = seconds["cycle"][-1], self._after
         self._after = sum(sum(seconds.get(stage, ())) for stage in AFTERWARDS)
-        if any(event.kind is Kind.WORLD_CHANGED for event in fresh) and arm.now() > 0.0:
+        if any(event.kind is EventKind.WORLD_CHANGED for event in fresh) and arm.now() > 0.0:
             self._spent = 0.0
             self._answered.append(cycle - (self._after - before))
         if self._spent >= 0.0:

@@ -16,11 +16,11 @@ from benchmarks.page import table
 from benchmarks.servo_scenarios import Outcome, in_contact, into_the_table, silence, stretched_out
 from trajopt.driving import (
     CommittedMotion,
+    EventKind,
     Fault,
     FaultKind,
     IdealExecutor,
-    Kind,
-    Run,
+    RunReport,
     SimulatedExecutor,
     Supervisor,
     SupervisorOptions,
@@ -83,7 +83,7 @@ def cycle(arm: IdealExecutor, supervisor: Supervisor, until: float) -> None:
         arm.advance(CYCLE)
 
 
-def said(supervisor: Supervisor | Run, *kinds: Kind) -> list[str]:
+def said(supervisor: Supervisor | RunReport, *kinds: EventKind) -> list[str]:
     """Return the words of the events of some kinds."""
     return [event.words for event in supervisor.events if event.kind in kinds]
 
@@ -110,8 +110,8 @@ def stop_possible() -> Outcome:
     problem, world = appears(at, 0.3)
     box = Surprise(name="box", at=at, placement=world.object("box").placement, shape=to.Box(0.06, 0.06, 0.06))
     done = run(problem, surprises=Surprises(objects=(box,)))
-    did = "planned around it" if done.count(Kind.REPLANNED) else "stopped, planned from rest"
-    clear = not done.contacts and not done.count(Kind.UNPROVEN_STOP)
+    did = "planned around it" if done.count(EventKind.REPLANNED) else "stopped, planned from rest"
+    clear = not done.contacts and not done.count(EventKind.UNPROVEN_STOP)
     return Outcome(f"{did}; {len(done.contacts)} contacts, reached: {done.reached}", clear and done.reached)
 
 
@@ -123,7 +123,7 @@ def too_late() -> Outcome:
     cycle(arm, supervisor, at)
     supervisor.see(world)
     supervisor.cycle()
-    stopping, unproven = said(supervisor, Kind.STOPPING), said(supervisor, Kind.UNPROVEN_STOP)
+    stopping, unproven = said(supervisor, EventKind.STOPPING), said(supervisor, EventKind.UNPROVEN_STOP)
     named = bool(unproven) and "box" in unproven[0] and "mm" in unproven[0]
     return Outcome("; ".join((*stopping, *unproven)), named and len(stopping) == 1)
 
@@ -155,12 +155,12 @@ def reaches_in() -> Outcome:
         supervisor.cycle()
         arm.advance(CYCLE)
     kinds = [event.kind for event in supervisor.events]
-    slowed, stopped = Kind.SLOWING in kinds, Kind.STOPPING in kinds
-    resumed = stopped and Kind.RESUMED in kinds[kinds.index(Kind.STOPPING) :]
+    slowed, stopped = EventKind.SLOWING in kinds, EventKind.STOPPING in kinds
+    resumed = stopped and EventKind.RESUMED in kinds[kinds.index(EventKind.STOPPING) :]
     words = f"slowed: {slowed}, stopped: {stopped}, resumed: {resumed}, "
     words += f"{len(arm.contacts)} contacts, at fault or not; reached after {arm.now():.2f} s"
-    clear = not arm.contacts and Kind.UNPROVEN_STOP not in kinds
-    return Outcome(words, clear and slowed and resumed and kinds[-1] is Kind.REACHED)
+    clear = not arm.contacts and EventKind.UNPROVEN_STOP not in kinds
+    return Outcome(words, clear and slowed and resumed and kinds[-1] is EventKind.REACHED)
 
 
 def off_track() -> Outcome:
@@ -175,7 +175,7 @@ def off_track() -> Outcome:
         arm.advance(CYCLE)
     arm.advance(1.0)
     rests = float(np.abs(arm.truth().velocities).max()) < 1e-3
-    off = said(supervisor, Kind.OFF_TRACK)
+    off = said(supervisor, EventKind.OFF_TRACK)
     again = supervisor.recover(problem.goals[0], scaling=0.5)
     while supervisor.moving:
         supervisor.cycle()
@@ -240,7 +240,7 @@ def deadlines_missed() -> Outcome:
         clock.due = True
         supervisor.cycle()
         arm.advance(CYCLE)
-    missed = len(said(supervisor, Kind.MISSED_DEADLINE))
+    missed = len(said(supervisor, EventKind.MISSED_DEADLINE))
     assert arm.given is not None
     driven = arm.given.ahead(0.0, problem.reduced.joint_names)
     assert driven is not None
@@ -248,15 +248,15 @@ def deadlines_missed() -> Outcome:
     words = (
         f"missed {missed} time on the way; all that was driven is one motion, proven: {proven}; then reached"
     )
-    kept = missed == 1 and proven and not said(supervisor, Kind.REJECTED)
-    return Outcome(words, kept and supervisor.events[-1].kind is Kind.REACHED)
+    kept = missed == 1 and proven and not said(supervisor, EventKind.REJECTED)
+    return Outcome(words, kept and supervisor.events[-1].kind is EventKind.REACHED)
 
 
 def edited_elsewhere() -> Outcome:
     """18."""
     problem = cup()
     durations: list[float] = []
-    kinds: list[Kind] = []
+    kinds: list[EventKind] = []
     for edited in (False, True):
         arm, supervisor = supervised(problem)
         cycle(arm, supervisor, 0.2)
@@ -266,7 +266,7 @@ def edited_elsewhere() -> Outcome:
         durations.append(arm.now())
         kinds = [event.kind for event in supervisor.events]
     words = f"{durations[1]:.2f} s, {durations[0]:.2f} s without the edit"
-    told = kinds == [Kind.STARTED, Kind.WORLD_CHANGED, Kind.STILL_CLEAR, Kind.REACHED]
+    told = kinds == [EventKind.STARTED, EventKind.WORLD_CHANGED, EventKind.STILL_CLEAR, EventKind.REACHED]
     return Outcome(words, told and durations[0] == durations[1])
 
 
@@ -283,7 +283,7 @@ def at_full_speed() -> Outcome:
         returns = replace(problem, goal=to.joint_positions(back))
         supervisor.go(returns)
         cycle(arm, supervisor, 10.0)
-        replanned += len(said(supervisor, Kind.REPLANNED))
+        replanned += len(said(supervisor, EventKind.REPLANNED))
         assert arm.given is not None
         driven = arm.given.ahead(0.0, problem.reduced.joint_names)
         assert driven is not None
@@ -301,12 +301,12 @@ def grows_uncertain() -> Outcome:
     cycle(arm, supervisor, 0.1)
     supervisor.see(problem.scene.add("cart", to.Box(0.3, 0.3, 0.6), motion=cart))
     cycle(arm, supervisor, 3.0)
-    stale = said(supervisor, Kind.STALE)
+    stale = said(supervisor, EventKind.STALE)
     rests = not arm.state().velocities.any()
     kinds = [event.kind for event in supervisor.events]
     named = bool(stale) and "cart" in stale[0]
-    reached = Kind.REACHED in kinds
-    clear = Kind.UNPROVEN_STOP not in kinds
+    reached = EventKind.REACHED in kinds
+    clear = EventKind.UNPROVEN_STOP not in kinds
     return Outcome(
         f"{'; '.join(stale)}; at rest: {rests}, reached: {reached}", named and rests and clear and not reached
     )

@@ -26,8 +26,8 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.driving import IdealExecutor, Played, Said, Servo, ServoOptions, Stream, Twist, guide
-from trajopt.driving.servo_order import Order
+from trajopt.driving import IdealExecutor, Player, Servo, ServoOptions, Stream, TimedOrder, Twist, guide
+from trajopt.driving.servo_input import Order
 from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Query
 from trajopt.optimise.methods.stopping import with_jerk
@@ -132,7 +132,7 @@ def crowded(name: str, rng: np.random.Generator) -> Problem:
 
 def spoken(rng: np.random.Generator, seconds: float, hand: Hand) -> Stream:
     """Draw a stream of twists."""
-    said, at = list[Said](), 0.0
+    said, at = list[TimedOrder](), 0.0
     while at < seconds:
         lasts = float(rng.uniform(*hand.lasts))
         along, about = (
@@ -140,7 +140,7 @@ def spoken(rng: np.random.Generator, seconds: float, hand: Hand) -> Stream:
             rng.uniform(-hand.turning, hand.turning, 3),
         )
         if rng.uniform() > SILENT:
-            said.append(Said(Order(command=Twist(along, about)), at, min(at + lasts - PERIOD, seconds)))
+            said.append(TimedOrder(Order(command=Twist(along, about)), at, min(at + lasts - PERIOD, seconds)))
         at += lasts
     return Stream(said)
 
@@ -159,7 +159,7 @@ def by_servo(problem: Problem, stream: Stream, ticks: int) -> Iterator[tuple[Flo
         yield positions, velocities, seconds
 
 
-class _Endless(Played):
+class _Endless(Player):
     """A stream after which nothing is said for as long as one likes."""
 
     @property
@@ -192,7 +192,7 @@ def by_mink(problem: Problem, stream: Stream, ticks: int) -> Iterator[tuple[Floa
         apart,
     )
     task = mink.FrameTask("tool", "site", position_cost=1.0, orientation_cost=LENGTH, lm_damping=1e-6)
-    configuration, played = mink.Configuration(model, reduced.start_positions.copy()), Played(stream)
+    configuration, played = mink.Configuration(model, reduced.start_positions.copy()), Player(stream)
     velocity = np.zeros(model.nv)
     for tick in range(ticks):
         order = played.read(tick * PERIOD)
@@ -214,7 +214,7 @@ def by_mink(problem: Problem, stream: Stream, ticks: int) -> Iterator[tuple[Floa
 
 def by_limits(problem: Problem, stream: Stream, ticks: int) -> Iterator[tuple[Floats, Floats, float]]:
     """Yield positions and velocities at each tick, and no time."""
-    reduced, limits, played = problem.reduced, with_jerk(problem.limits), Played(stream)
+    reduced, limits, played = problem.reduced, with_jerk(problem.limits), Player(stream)
     query, frame, step = Query(reduced), tool_frame(reduced), PERIOD / FINE
     q = reduced.start_positions.copy()
     v, a = np.zeros_like(q), np.zeros_like(q)
@@ -242,7 +242,7 @@ def count(
     reduced, limits = problem.reduced, with_jerk(problem.limits)
     query, frame = Query(reduced), tool_frame(reduced)
     model = describe(reduced).spec.compile()
-    data, played = mujoco.MjData(model), Played(stream)
+    data, played = mujoco.MjData(model), Player(stream)
     positions, velocities = (np.array([row[which] for row in rows]) for which in (0, 1))
     # What is commanded in a tick holds until the next: changes are spread over a tick.
     accelerations = np.diff(velocities, axis=0, prepend=0.0) / PERIOD

@@ -21,13 +21,13 @@ from trajopt.driving import (
     JointVelocities,
     Logbook,
     Order,
-    Played,
+    Player,
     Recorder,
     Recording,
-    Said,
     Servo,
     Stream,
     Supervisor,
+    TimedOrder,
 )
 from trajopt.optimise.methods import Knots
 from trajopt.optimise.solvers import Sqp
@@ -325,7 +325,7 @@ def instances() -> Mapping[str, Any]:
         "Servo": Servo(ideal(), asked),
         "Order": said().order,
         "Logbook": Logbook(),
-        "Played": played(),
+        "Player": played(),
         "Recorder": Recorder(played()),
         **cameras(asked.scene, "arm"),
         "Stream": Stream((said(),)),
@@ -339,12 +339,12 @@ def recording() -> Recording:
     return logbook.recording
 
 
-def said() -> Said:
-    return Said(Order(command=JointVelocities({"joint1": 0.1})), 0.0, 0.1)
+def said() -> TimedOrder:
+    return TimedOrder(Order(command=JointVelocities({"joint1": 0.1})), 0.0, 0.1)
 
 
-def played() -> Played:
-    return Played(Stream((said(),)))
+def played() -> Player:
+    return Player(Stream((said(),)))
 
 
 def ideal() -> IdealExecutor:

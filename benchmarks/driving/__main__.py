@@ -29,8 +29,8 @@ from benchmarks.driving.report import failed, page
 from benchmarks.driving.waypoints import PERIOD, WaypointPilot
 from benchmarks.page import write_section
 from benchmarks.rows import Rows
-from trajopt.driving import Kind, Run, Supervisor, SupervisorOptions, undisturbed
-from trajopt.driving.run import driven_by
+from trajopt.driving import EventKind, RunReport, Supervisor, SupervisorOptions, undisturbed
+from trajopt.driving.rehearsal import driven_by
 from trajopt.values.errors import TrajoptError
 
 PROBLEMS = (
@@ -100,13 +100,17 @@ def keys(
             yield name, seed, part_of(seed), WAYPOINTS
 
 
-def row_of(key: str, part: Part, done: Run, seconds: float) -> dict[str, object]:
+def row_of(key: str, part: Part, done: RunReport, seconds: float) -> dict[str, object]:
     """Return what is kept of a run: its events, where it failed.
 
     A robot at rest that is run into is pushed off where it has to be: that it says so then is no failure.
     """
     touched = min((contact.start for contact in done.contacts), default=inf)
-    lost = [each for each in done.events if each.kind in (Kind.OFF_TRACK, Kind.FAULT) and each.time < touched]
+    lost = [
+        each
+        for each in done.events
+        if each.kind in (EventKind.OFF_TRACK, EventKind.FAULT) and each.time < touched
+    ]
     row: dict[str, object] = {
         "key": key,
         "part": part.value,
@@ -116,10 +120,10 @@ def row_of(key: str, part: Part, done: Run, seconds: float) -> dict[str, object]
         "contacts_at_fault": [str(each) for each in done.contacts_at_fault],
         "measured": done.clearance_measured,
         "proven": done.clearance_proven,
-        "unproven_stops": done.count(Kind.UNPROVEN_STOP),
-        "stops": done.count(Kind.STOPPING),
-        "replans": done.count(Kind.REPLANNED),
-        "plans": done.count(Kind.REPLANNED, Kind.STARTED),
+        "unproven_stops": done.count(EventKind.UNPROVEN_STOP),
+        "stops": done.count(EventKind.STOPPING),
+        "replans": done.count(EventKind.REPLANNED),
+        "plans": done.count(EventKind.REPLANNED, EventKind.STARTED),
         "off_track": len(lost),
         "cpu": seconds,
     }

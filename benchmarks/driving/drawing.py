@@ -21,7 +21,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.driving import Fault, FaultKind, Sensors, Surprise, Surprises, random_surprise
-from trajopt.driving.random_surprise import DRAWS, has_room
+from trajopt.driving.surprises import DRAWS, has_room
 from trajopt.scene.group_tools import ends_of
 from trajopt.scene.scene import Scene
 from trajopt.values.errors import ProblemError

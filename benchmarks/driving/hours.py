@@ -22,7 +22,7 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.driving import Kind, SimulatedExecutor, Supervisor
+from trajopt.driving import EventKind, SimulatedExecutor, Supervisor
 from trajopt.problem.stated import GoalLike
 from trajopt.scene.group_tools import ends_of
 from trajopt.values.arrays import Floats
@@ -86,7 +86,7 @@ class Work:
             self.supervisor.cycle()
             self.arm.advance(CYCLE)
         since = [event.kind for event in self.supervisor.events[noted:]]
-        self.counts["reached"] += Kind.REACHED in since
+        self.counts["reached"] += EventKind.REACHED in since
         if self.arm.fault():
             self._recover()
 

@@ -18,9 +18,9 @@ from math import ceil, inf
 import numpy as np
 
 import trajopt as to
-from trajopt.driving import Event, Executor, Kind, SupervisorOptions
+from trajopt.driving import Event, EventKind, Executor, SupervisorOptions
 from trajopt.driving.committed_motion import CommittedMotion
-from trajopt.driving.guard import start_from
+from trajopt.driving.motion_guard import start_from
 from trajopt.optimise.methods.stopping import stopping_motion
 from trajopt.planning import on_the_way
 from trajopt.scene.reduced import reduce_model
@@ -79,7 +79,7 @@ class WaypointPilot:
                 self._look(now)
             return
         if self._motion is not None:
-            self._note(Kind.REACHED)
+            self._note(EventKind.REACHED)
             self._given_up = True
         elif not self._given_up:
             self._plan(now)
@@ -106,7 +106,7 @@ class WaypointPilot:
         here = self._standing(begin)
         stop = stopping_motion(on_the_way(here, ahead, 0.0))
         self._splice(stop, begin)
-        self._note(Kind.STOPPING, f"at rest in {1e3 * stop.duration:.0f} ms")
+        self._note(EventKind.STOPPING, f"at rest in {1e3 * stop.duration:.0f} ms")
 
     def _plan(self, now: float) -> None:
         begun, at = time.process_time(), now + LEAD
@@ -117,11 +117,11 @@ class WaypointPilot:
         result = to.plan(self._standing(at), budget=self._options.budget)
         self._spent("plan", begun)
         if not result.verified:
-            self._note(Kind.NO_PLAN, result.reason)
+            self._note(EventKind.NO_PLAN, result.reason)
             return
         self._begin, self._motion = at, result.require().trajectory
         self._splice(self._motion, at)
-        self._note(Kind.STARTED)
+        self._note(EventKind.STARTED)
 
     def _standing(self, at: float) -> to.Problem:
         problem, driven, robot = self._problem, self._executor.joint_names, self._scene.robot
@@ -141,11 +141,11 @@ class WaypointPilot:
     def _splice(self, motion: to.Trajectory, at: float) -> None:
         refused = self._executor.splice(motion, at)
         if refused:
-            self._note(Kind.REJECTED, refused)
+            self._note(EventKind.REJECTED, refused)
             return
         self._committed.splice(motion, at, now=self._executor.now())
 
-    def _note(self, kind: Kind, words: str = "") -> None:
+    def _note(self, kind: EventKind, words: str = "") -> None:
         self.events.append(Event(self._executor.now(), kind, words))
 
     def _spent(self, stage: str, begun: float) -> None:

@@ -116,6 +116,10 @@ def test_a_command_imports_no_other_command() -> None:
     assert rooms(code) & (OTHER_ROOMS - {"cli", "files", "server"}) == set()
 
 
+def test_driving_loads_neither_files_nor_simulation() -> None:
+    assert rooms("from trajopt.driving import Servo, Supervisor") & OTHER_ROOMS == {"driving"}
+
+
 def test_the_judge_loads_without_the_planner() -> None:
     assert rooms("import trajopt.verify") <= {"native", "problem", "robot", "scene", "values", "verify"}
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving import IdealExecutor, Kind, Servo, SimulatedExecutor, Supervisor
-from trajopt.driving.guard import Seen, guard_of
+from trajopt.driving import EventKind, IdealExecutor, Servo, SimulatedExecutor, Supervisor
+from trajopt.driving.motion_guard import guard_of
 from trajopt.driving.remote import RemoteExecutor, attend
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.values.errors import ExecutionError, ProblemError
 
 JOINT = """
@@ -48,14 +49,14 @@ def test_joints_of_other_groups_are_where_the_robot_has_them(robot: to.Robot) ->
     said, there = across(robot, 1.0), across(robot, 0.0)
     motion = to.plan(said).require().trajectory
     arm = IdealExecutor(robot.joint_names, there.start_positions)
-    assert not guard_of(said, arm).proven(motion, Seen(said.scene, 0.0), 0.0)
+    assert not guard_of(said, arm).proven(motion, WorldSnapshot(said.scene, 0.0), 0.0)
     supervisor = Supervisor(arm, said)
     supervisor.go(said)
     for _ in range(20):
         supervisor.cycle()
         arm.advance(0.02)
     assert supervisor.blocked
-    assert Kind.STARTED not in [event.kind for event in supervisor.events]
+    assert EventKind.STARTED not in [event.kind for event in supervisor.events]
 
 
 def test_a_robot_that_is_stopped_twice_stays_where_it_stopped(robot: to.Robot) -> None:

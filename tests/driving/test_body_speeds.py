@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving.body_speeds import BodySpeeds
+from trajopt.driving.servo_program import BodySpeeds
 from trajopt.geometry import Query
 from trajopt.scene.reduced import reduce_model
 

@@ -9,7 +9,7 @@ import trajopt as to
 from tests.driving.test_clouds_seen import seen
 from tests.driving.test_servo import PERIOD, asked, kinds, led
 from tests.driving.test_supervisor import in_the_way, problem, run, supervised
-from trajopt.driving import Kind, ServoOptions, SupervisorOptions, Twist
+from trajopt.driving import EventKind, ServoOptions, SupervisorOptions, Twist
 from trajopt.values.errors import ClockError, ProblemError, ShapeError
 
 __all__ = ["problem"]  # a fixture
@@ -35,7 +35,7 @@ def test_scene_stamped_ahead_is_refused_and_changes_nothing(problem: to.Problem)
         supervisor.see(crossing(problem), arm.now() + 1.0)
     assert supervisor.seen is before and len(supervisor.events) == events
     run(arm, supervisor, 10.0)
-    assert supervisor.events[-1].kind is Kind.REACHED
+    assert supervisor.events[-1].kind is EventKind.REACHED
 
 
 def test_scene_stamped_a_little_ahead_counts_as_now(problem: to.Problem) -> None:
@@ -87,7 +87,7 @@ def test_command_stamped_ahead_does_not_outlive_its_sender() -> None:
     while servo.moving:
         servo.tick()
         arm.advance(PERIOD)
-    assert kinds(servo) == [Kind.STOPPING]
+    assert kinds(servo) == [EventKind.STOPPING]
     assert servo.events[0].time < gone + 0.1 + PERIOD
 
 

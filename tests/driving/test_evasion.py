@@ -5,7 +5,7 @@ import pytest
 
 import trajopt as to
 from tests.driving.test_supervisor import CYCLE
-from trajopt.driving import IdealExecutor, Kind, Supervisor
+from trajopt.driving import EventKind, IdealExecutor, Supervisor
 from trajopt.driving import soonest_stop as stops
 from trajopt.verify import examine
 
@@ -38,7 +38,7 @@ def test_robot_turns_away_if_no_other_stop_is_clear(
 ) -> None:
     arm, supervisor = surprised(problem, place)
     kinds = [event.kind for event in supervisor.events]
-    assert Kind.STOPPING in kinds and Kind.UNPROVEN_STOP not in kinds
+    assert EventKind.STOPPING in kinds and EventKind.UNPROVEN_STOP not in kinds
     reduced = to.Problem(
         scene=supervisor.scene, group=problem.group, start=problem.start_positions, goal=problem.goal
     ).reduced
@@ -51,7 +51,7 @@ def test_robot_turns_away_if_no_other_stop_is_clear(
     monkeypatch.setattr(stops, "evading_stops", lambda *others: iter(()))
     _, without = surprised(problem, place)
     words = {event.kind: event.words for event in without.events}
-    assert words[Kind.UNPROVEN_STOP].startswith("no stop was found that keeps clear: "), (
+    assert words[EventKind.UNPROVEN_STOP].startswith("no stop was found that keeps clear: "), (
         "another stop is clear"
     )
 
@@ -64,6 +64,6 @@ def test_robot_that_is_too_near_already_is_not_turned_away(problem: to.Problem) 
     tool = problem.scene.placement_of("link7", robot.followed(here)).translation
     supervisor.see(problem.scene.add("cube", to.Box(0.08, 0.08, 0.08), to.placement(tool)))
     supervisor.cycle()
-    unproven = [event for event in supervisor.events if event.kind is Kind.UNPROVEN_STOP]
+    unproven = [event for event in supervisor.events if event.kind is EventKind.UNPROVEN_STOP]
     assert len(unproven) == 1 and "cube" in unproven[0].words
     assert unproven[0].words.startswith("the robot is too near already where a stop can begin: ")

@@ -12,10 +12,10 @@ import pytest
 
 from tests.driving.test_servo import PERIOD, asked, led, tool
 from trajopt.driving import (
+    EventKind,
     Gamepad,
-    Kind,
     Order,
-    Played,
+    Player,
     Recorder,
     ServoOptions,
     Twist,
@@ -129,7 +129,7 @@ def test_a_robot_is_led_recorded_and_led_again(pad: Pad, tmp_path: Path) -> None
     guide(servo, recorder, arm.advance, each=each)
     away = tool(arm, servo).translation - begin
     assert away[0] > 0.08 and np.abs(away[1:]).max() < 0.005
-    assert [event.kind for event in servo.events] == [Kind.STOPPING]
+    assert [event.kind for event in servo.events] == [EventKind.STOPPING]
     assert servo.events[0].words == "the button was let go" and not servo.moving
     assert recorder.done and recorder.stream.said[-1].order.released == "the gamepad is gone"
     gamepad.close()
@@ -138,7 +138,7 @@ def test_a_robot_is_led_recorded_and_led_again(pad: Pad, tmp_path: Path) -> None
     again: list[np.ndarray] = []
     guide(
         servo,
-        Played(read_stream(tmp_path / "said.json")),
+        Player(read_stream(tmp_path / "said.json")),
         arm.advance,
         each=lambda _: again.append(arm.committed(arm.now())),
     )

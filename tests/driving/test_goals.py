@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving import Event, IdealExecutor, Kind, Supervisor, SupervisorOptions
+from trajopt.driving import Event, EventKind, IdealExecutor, Supervisor, SupervisorOptions
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import FrameNotFound, ProblemError
 from trajopt.verify import Judge
@@ -60,11 +60,11 @@ def drive(
     return driven
 
 
-def kinds(supervisor: Supervisor) -> list[Kind]:
+def kinds(supervisor: Supervisor) -> list[EventKind]:
     return [event.kind for event in supervisor.events]
 
 
-def first(supervisor: Supervisor, kind: Kind) -> Event:
+def first(supervisor: Supervisor, kind: EventKind) -> Event:
     return next(event for event in supervisor.events if event.kind is kind)
 
 
@@ -84,9 +84,9 @@ def test_the_next_goal_is_planned_while_this_one_is_driven_and_begun_without_a_p
     supervisor.go(problem)
     supervisor.then(replace(problem, goal=above(FAR)))
     driven = drive(arm, supervisor)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED, Kind.REACHED]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED, EventKind.REACHED]
     assert len(supervisor.seconds["plan"]) == len(supervisor.seconds["plan ahead"]) == 1
-    reached = first(supervisor, Kind.REACHED).time
+    reached = first(supervisor, EventKind.REACHED).time
     here = min(driven, key=lambda row: float(np.linalg.norm(tool_at(problem, row[1]) - NEAR)))
     assert reached - CYCLE - 1e-9 <= here[0] <= reached + 1e-9
     rests = sum(not velocities.any() for time, _, velocities in driven if time > 0.2) * CYCLE / 4
@@ -99,10 +99,10 @@ def test_a_goal_with_a_blend_radius_is_passed_within_it_without_a_stop(problem: 
     supervisor.go(problem, blend_radius=0.06)
     supervisor.then(replace(problem, goal=above(FAR)))
     driven = drive(arm, supervisor)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.PASSED, Kind.REACHED]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.PASSED, EventKind.REACHED]
     away = min(float(np.linalg.norm(tool_at(problem, row[1]) - NEAR)) for row in driven)
     assert away <= 0.06 + 1e-3
-    begins, ends = first(supervisor, Kind.STARTED).time + 0.2, driven[-1][0] - 0.15
+    begins, ends = first(supervisor, EventKind.STARTED).time + 0.2, driven[-1][0] - 0.15
     slowest = min(np.abs(rate).max() for time, _, rate in driven if begins < time < ends)
     assert slowest > 0.05
     stopping, patient = supervised(problem)
@@ -118,9 +118,9 @@ def test_many_goals_are_passed_one_after_the_other(problem: to.Problem) -> None:
     for number, place in enumerate(places):
         supervisor.then(replace(problem, goal=above(place)), blend_radius=0.05 if number % 2 else 0.0)
     drive(arm, supervisor)
-    ends = [kind for kind in kinds(supervisor) if kind in (Kind.PASSED, Kind.REACHED)]
-    assert len(ends) == 4 and ends[0] is ends[2] is ends[3] is Kind.REACHED
-    assert Kind.STOPPING not in kinds(supervisor)
+    ends = [kind for kind in kinds(supervisor) if kind in (EventKind.PASSED, EventKind.REACHED)]
+    assert len(ends) == 4 and ends[0] is ends[2] is ends[3] is EventKind.REACHED
+    assert EventKind.STOPPING not in kinds(supervisor)
     assert holds(problem, arm.state().positions, above(places[-1]))
 
 
@@ -131,9 +131,11 @@ def test_a_next_goal_that_cannot_be_reached_leaves_the_robot_at_the_first(proble
     drive(arm, supervisor, 6.0)
     assert holds(problem, arm.state().positions, above(NEAR))
     assert not arm.state().velocities.any()
-    said = first(supervisor, Kind.NO_PLAN)
-    assert "to the goal after this one" in said.words and said.time < first(supervisor, Kind.REACHED).time
-    assert Kind.STOPPING not in kinds(supervisor) and supervisor.blocked
+    said = first(supervisor, EventKind.NO_PLAN)
+    assert (
+        "to the goal after this one" in said.words and said.time < first(supervisor, EventKind.REACHED).time
+    )
+    assert EventKind.STOPPING not in kinds(supervisor) and supervisor.blocked
 
 
 def test_what_appears_on_the_way_to_the_next_goal_is_planned_around(problem: to.Problem) -> None:
@@ -150,8 +152,8 @@ def test_what_appears_on_the_way_to_the_next_goal_is_planned_around(problem: to.
     columns = problem.scene.robot.index(problem.reduced.joint_names)
     for _, positions, _ in drive(arm, supervisor, each=appears):
         assert judge.examine(positions[columns]).clear
-    assert kinds(supervisor)[-1] is Kind.REACHED
-    assert Kind.UNPROVEN_STOP not in kinds(supervisor)
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+    assert EventKind.UNPROVEN_STOP not in kinds(supervisor)
     assert holds(problem, arm.state().positions, above(FAR))
 
 
@@ -176,9 +178,9 @@ def test_a_frame_that_moves_is_followed_and_reached_where_it_comes_to_rest(probl
         supervisor.see(scene.move("cup", to.placement((0.5, min(-0.2 + 0.3 * now, 0.1), 0.05))))
 
     drive(arm, supervisor, each=moves)
-    assert kinds(supervisor)[-1] is Kind.REACHED and kinds(supervisor).count(Kind.REACHED) == 1
-    assert kinds(supervisor).count(Kind.REPLANNED) >= 3
-    assert Kind.STOPPING not in kinds(supervisor)
+    assert kinds(supervisor)[-1] is EventKind.REACHED and kinds(supervisor).count(EventKind.REACHED) == 1
+    assert kinds(supervisor).count(EventKind.REPLANNED) >= 3
+    assert EventKind.STOPPING not in kinds(supervisor)
     assert tool_at(problem, arm.state().positions) == pytest.approx((0.5, 0.1, 0.35), abs=3e-3)
 
 
@@ -191,8 +193,8 @@ def test_a_function_says_where_the_goal_is_and_may_not_know(problem: to.Problem)
 
     supervisor.follow_goal(seen)
     drive(arm, supervisor)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.REPLANNED, Kind.REACHED]
-    assert 0.2 <= first(supervisor, Kind.REPLANNED).time < 0.25
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REPLANNED, EventKind.REACHED]
+    assert 0.2 <= first(supervisor, EventKind.REPLANNED).time < 0.25
     assert holds(problem, arm.state().positions, above(FAR))
 
 
@@ -228,8 +230,8 @@ def test_a_frame_on_a_known_track_is_met_where_it_comes_to_rest(problem: to.Prob
     supervisor.see(cup, 0.0)
     supervisor.follow_goal("cup", offset=ABOVE_CUP, tool=TOOL)
     drive(arm, supervisor)
-    assert kinds(supervisor)[-1] is Kind.REACHED
-    assert Kind.STOPPING not in kinds(supervisor)
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+    assert EventKind.STOPPING not in kinds(supervisor)
     assert tool_at(problem, arm.state().positions) == pytest.approx((0.5, 0.1, 0.35), abs=3e-3)
 
 
@@ -241,9 +243,9 @@ def test_a_goal_out_of_reach_leaves_the_robot_at_the_last_one_and_is_tried_again
     )
     drive(arm, supervisor, 2.9)
     assert holds(problem, arm.state().positions, above(NEAR)) and not arm.state().velocities.any()
-    assert Kind.NO_PLAN in kinds(supervisor) and Kind.REACHED not in kinds(supervisor)
+    assert EventKind.NO_PLAN in kinds(supervisor) and EventKind.REACHED not in kinds(supervisor)
     drive(arm, supervisor)
-    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert kinds(supervisor)[-1] is EventKind.REACHED
     assert holds(problem, arm.state().positions, above(FAR))
 
 

@@ -12,8 +12,9 @@ import pytest
 
 import trajopt as to
 from trajopt.driving import CommittedMotion, SimulatedExecutor, Supervisor, SupervisorOptions
-from trajopt.driving.guard import Seen, guard_of, start_from
+from trajopt.driving.motion_guard import guard_of, start_from
 from trajopt.driving.remote import RemoteExecutor, attend
+from trajopt.driving.world_snapshot import WorldSnapshot
 
 PROBLEMS = ("cup_past_pillar", "bookshelf_ur5", "past_pillar_xarm7")
 KILLED = 100
@@ -98,7 +99,7 @@ def check_at_rest_and_proven(problem: to.Problem, arm: Remembering) -> None:
     driven = arm.given.ahead(0.0, problem.reduced.joint_names)
     assert driven is not None
     world = start_from(problem, problem.start_positions, problem.scene)
-    certificate = guard_of(world, arm).certificate(driven, Seen(problem.scene, 0.0), 0.0)
+    certificate = guard_of(world, arm).certificate(driven, WorldSnapshot(problem.scene, 0.0), 0.0)
     assert certificate.verified, certificate.summary()
 
 

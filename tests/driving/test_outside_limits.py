@@ -6,16 +6,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving import (
-    IdealExecutor,
-    Kind,
-    Servo,
-    SimulatedExecutor,
-    Supervisor,
-    Twist,
-    run,
-)
-from trajopt.driving.guard import guard_of
+from trajopt.driving import EventKind, IdealExecutor, Servo, SimulatedExecutor, Supervisor, Twist, run
+from trajopt.driving.motion_guard import guard_of
 from trajopt.files.moveit import read_request, read_scene
 from trajopt.values.errors import ShapeError
 
@@ -45,10 +37,10 @@ def test_reaches_the_goal_with_fingers_held_beyond_their_limit(problem: to.Probl
     done = run(problem)
     assert done.reached and done.contacts == ()
     first, *others = done.events
-    assert first.kind is Kind.OUTSIDE_LIMITS and first.time == 0.0
+    assert first.kind is EventKind.OUTSIDE_LIMITS and first.time == 0.0
     assert f"{FINGER} stands at 65 mm, outside its limits [0, 40] mm, and is held there" in first.words
     assert "panda_finger_joint2" in first.words
-    assert Kind.OUTSIDE_LIMITS not in [event.kind for event in others]
+    assert EventKind.OUTSIDE_LIMITS not in [event.kind for event in others]
 
 
 def test_simulated_fingers_stay_beyond_their_limit(problem: to.Problem) -> None:
@@ -71,7 +63,7 @@ def test_servo_reports_them_as_well(problem: to.Problem) -> None:
     servo = Servo(arm, problem)
     servo.command(Twist(linear=np.array((0.0, 0.0, 0.1))))
     servo.tick()
-    assert [event.kind for event in servo.events] == [Kind.OUTSIDE_LIMITS]
+    assert [event.kind for event in servo.events] == [EventKind.OUTSIDE_LIMITS]
 
 
 def test_each_joint_is_watched_with_its_own_tolerance(problem: to.Problem) -> None:
@@ -87,11 +79,11 @@ def test_each_joint_is_watched_with_its_own_tolerance(problem: to.Problem) -> No
     off[names.index(FINGER)] = -4e-3
     arm.displace(off)
     supervisor.cycle()
-    assert Kind.OFF_TRACK not in [event.kind for event in supervisor.events]
+    assert EventKind.OFF_TRACK not in [event.kind for event in supervisor.events]
     off[names.index(FINGER)] = -6e-3
     arm.displace(off)
     supervisor.cycle()
-    assert supervisor.events[-1].kind is Kind.OFF_TRACK
+    assert supervisor.events[-1].kind is EventKind.OFF_TRACK
     assert "is at 59 mm, has to be at 65 mm within 5 mm" in supervisor.events[-1].words
 
 

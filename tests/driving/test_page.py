@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.pages import Page
-from trajopt.driving import CommittedMotion, Kind, Supervisor
+from trajopt.driving import CommittedMotion, EventKind, Supervisor
 from trajopt.values.arrays import Floats
 
 
@@ -61,13 +61,15 @@ def test_every_block(
     assert "reached" in capsys.readouterr().out
     page.run("A world that changes")
     kinds = [event.kind for event in page.names["supervisor"].events]
-    assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
+    assert EventKind.REPLANNED in kinds and kinds[-1] is EventKind.REACHED
     page.run("Goals one after the other")
     kinds = [event.kind for event in page.names["supervisor"].events]
-    assert kinds in ([Kind.STARTED, kind, Kind.REACHED] for kind in (Kind.PASSED, Kind.REACHED))
+    assert kinds in (
+        [EventKind.STARTED, kind, EventKind.REACHED] for kind in (EventKind.PASSED, EventKind.REACHED)
+    )
     page.run("A goal that moves")
     kinds = [event.kind for event in page.names["supervisor"].events]
-    assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
+    assert EventKind.REPLANNED in kinds and kinds[-1] is EventKind.REACHED
     page.run("Servo")
     assert "no command for 0.1" in capsys.readouterr().out
     page.run("Gamepad, and streams of commands")
@@ -84,5 +86,5 @@ def test_every_block(
     while supervisor.busy:
         supervisor.cycle()
         wait(0.019)
-    assert [event.kind for event in supervisor.events] == [Kind.STARTED, Kind.REACHED]
+    assert [event.kind for event in supervisor.events] == [EventKind.STARTED, EventKind.REACHED]
     page.run("Rehearsed")

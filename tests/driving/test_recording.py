@@ -6,24 +6,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trajopt.robot.mesh_cover import MeshPolicy
 
 import trajopt as to
 from tests.driving.test_servo import PERIOD, asked, led
 from trajopt.driving import (
-    Kind,
+    EventKind,
     Logbook,
-    Moment,
+    RecordedMoment,
+    RecordedMotion,
     Recording,
     Supervisor,
     Surprise,
     Surprises,
-    TimedMotion,
     Twist,
     read_recording,
     run,
     write_recording,
 )
-from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.scene.timing import Timing
 from trajopt.values.errors import FileFormatError, ProblemError, ShapeError
 from trajopt.values.shapes.mesh_file import Mesh
@@ -41,9 +41,9 @@ def named() -> to.Problem:
 
 
 @pytest.fixture(scope="module")
-def watched() -> tuple[Recording, list[tuple[Moment, np.ndarray, list[str]]]]:
+def watched() -> tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]]:
     """A run in which a crate appears, and what was true in each cycle: where to, and what had happened."""
-    logbook, seen = Logbook(), list[tuple[Moment, np.ndarray, list[str]]]()
+    logbook, seen = Logbook(), list[tuple[RecordedMoment, np.ndarray, list[str]]]()
 
     def watch(supervisor: Supervisor) -> None:
         logbook.look(supervisor)
@@ -54,7 +54,7 @@ def watched() -> tuple[Recording, list[tuple[Moment, np.ndarray, list[str]]]]:
         seen.append((logbook.moment, ahead[columns], [str(event) for event in supervisor.events]))
 
     done = run(named(), surprises=Surprises(objects=(CRATE,)), watch=watch)
-    assert done.reached and done.count(Kind.REPLANNED) == 1
+    assert done.reached and done.count(EventKind.REPLANNED) == 1
     return logbook.recording, seen
 
 
@@ -67,7 +67,7 @@ def alike(one: to.Trajectory | None, other: to.Trajectory | None) -> bool:
     )
 
 
-def same(one: Moment, other: Moment) -> None:
+def same(one: RecordedMoment, other: RecordedMoment) -> None:
     assert one.time == other.time and one.events == other.events
     assert np.array_equal(one.positions, other.positions)
     assert alike(one.stop, other.stop) and alike(one.plan, other.plan)
@@ -75,7 +75,7 @@ def same(one: Moment, other: Moment) -> None:
 
 
 def test_each_moment_is_what_it_was(
-    watched: tuple[Recording, list[tuple[Moment, np.ndarray, list[str]]]],
+    watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]],
 ) -> None:
     recording, seen = watched
     assert len(recording.times) == len(seen) > 40
@@ -91,11 +91,11 @@ def test_each_moment_is_what_it_was(
     first, last = recording.at(-1.0), recording.at(99.0)
     assert first.time == 0.0 and last.time == recording.times[-1]
     assert first.plan is not None and first.stop is not None and first.stop.duration < first.plan.duration
-    assert last.plan is None and last.stop is None and last.events[-1].kind is Kind.REACHED
+    assert last.plan is None and last.stop is None and last.events[-1].kind is EventKind.REACHED
 
 
 def test_the_plan_is_replaced_where_it_was(
-    watched: tuple[Recording, list[tuple[Moment, np.ndarray, list[str]]]],
+    watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]],
 ) -> None:
     recording, _ = watched
     before, after = recording.at(0.05).plan, recording.at(0.15).plan
@@ -107,7 +107,7 @@ def test_the_plan_is_replaced_where_it_was(
 
 
 def test_what_is_written_is_read(
-    watched: tuple[Recording, list[tuple[Moment, np.ndarray, list[str]]]], tmp_path: Path
+    watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]], tmp_path: Path
 ) -> None:
     recording, _ = watched
     write_recording(tmp_path / "run.json", recording, {"problem": "cup_past_pillar"})
@@ -120,6 +120,19 @@ def test_what_is_written_is_read(
     document = json.loads((tmp_path / "run.json").read_text())
     assert (document["format"], document["version"]) == ("trajopt recording", 1)
     assert document["robot"]["source"] == {"problem": "cup_past_pillar"}
+
+
+def test_reads_files_with_the_class_names_before_version_0_2(
+    watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]], tmp_path: Path
+) -> None:
+    recording, _ = watched
+    write_recording(tmp_path / "run.json", recording)
+    text = (tmp_path / "run.json").read_text()
+    former = text.replace('"RecordedMotion"', '"TimedMotion"').replace('"EventKind"', '"Kind"')
+    assert former.count('"TimedMotion"') > 2 and former.count('"Kind"') > 2
+    (tmp_path / "former.json").write_text(former)
+    again = read_recording(tmp_path / "former.json", recording.robot)
+    same(again.at(0.15), recording.at(0.15))
 
 
 def test_every_kind_of_object_is_written_and_read(tmp_path: Path) -> None:
@@ -167,7 +180,7 @@ def test_every_kind_of_object_is_written_and_read(tmp_path: Path) -> None:
 
 
 def test_values_are_written_as_in_bundles(
-    watched: tuple[Recording, list[tuple[Moment, np.ndarray, list[str]]]], tmp_path: Path
+    watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]], tmp_path: Path
 ) -> None:
     """One form for both, and both are checked as they are read: faces between no vertices end a process."""
     recording, path = watched[0], tmp_path / "run.json"
@@ -194,8 +207,8 @@ def test_values_are_written_as_in_bundles(
         ({"events": [{"kind": "Event", "time": 0.0}]}, r"events\[0\]: lacks kind"),
         ({"events": [{"kind": "Evnt"}]}, "'Evnt' is not among"),
         ({"events": [{"kind": "Event", "wordz": ""}]}, "did you mean 'words'"),
-        ({"events": [{"kind": "Kind", "is": "DONE"}]}, "must be one of .* is 'DONE'"),
-        ({"committed": [{"kind": "TimedMotion", "sinze": 0}]}, "did you mean 'since'"),
+        ({"events": [{"kind": "EventKind", "is": "DONE"}]}, "must be one of .* is 'DONE'"),
+        ({"committed": [{"kind": "RecordedMotion", "sinze": 0}]}, "did you mean 'since'"),
         ({"sightings": []}, "sightings must be one at least"),
         ({"robot": {"name": "ur5", "joints": ["a"]}}, "whose joints are not those"),
         ({"more": 1}, "unknown key 'more'"),
@@ -227,7 +240,7 @@ def test_a_logbook_is_of_one_robot() -> None:
 
 
 def test_a_recording_fits_together(
-    watched: tuple[Recording, list[tuple[Moment, np.ndarray, list[str]]]],
+    watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]],
 ) -> None:
     recording, _ = watched
     with pytest.raises(ShapeError, match="positions"):
@@ -235,6 +248,6 @@ def test_a_recording_fits_together(
     with pytest.raises(ProblemError, match="intended must be in the order"):
         replace(
             recording,
-            intended=[TimedMotion(since=since, begin=0.0, trajectory=None) for since in (1.0, 0.0)],
+            intended=[RecordedMotion(since=since, begin=0.0, trajectory=None) for since in (1.0, 0.0)],
         )
     assert isinstance(recording.sightings[0].seen.scene.objects["pillar"].timing, Timing)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving import IdealExecutor, Kind, SimulatedExecutor, Supervisor
+from trajopt.driving import EventKind, IdealExecutor, SimulatedExecutor, Supervisor
 from trajopt.verify import examine
 
 
@@ -52,14 +52,14 @@ def test_light_contact_is_left_all_the_time_and_home_is_reached(problem: to.Prob
     assert (np.diff(depths[:clear]) >= -1e-6).all() and np.isinf(depths[clear:]).all()
     home = problem.reduced.start_positions
     assert arm.state().positions[columns] == pytest.approx(home, abs=1e-3)
-    assert [event.kind for event in supervisor.events] == [Kind.RECOVERING]
+    assert [event.kind for event in supervisor.events] == [EventKind.RECOVERING]
 
 
 def test_deep_contact_is_left_to_somebody_who_looks(problem: to.Problem) -> None:
     stuck = touching(problem, 0.03)
     supervisor = Supervisor(IdealExecutor(problem.scene.robot.joint_names, stuck.start_positions), stuck)
     assert not supervisor.recover("ready")
-    assert supervisor.events[-1].kind is Kind.NO_PLAN
+    assert supervisor.events[-1].kind is EventKind.NO_PLAN
     assert "not light contact" in supervisor.events[-1].words
 
 
@@ -73,11 +73,11 @@ def test_after_a_stop_at_once_the_simulated_robot_goes_home(problem: to.Problem)
         arm.advance(0.02)
     arm.stop()
     supervisor.cycle()
-    assert supervisor.events[-1].kind is Kind.FAULT
+    assert supervisor.events[-1].kind is EventKind.FAULT
     arm.advance(1.0)
     home = dict(zip(asked.reduced.joint_names, asked.reduced.start_positions.tolist(), strict=True))
     assert supervisor.recover(home, scaling=0.3)
     while supervisor.busy:
         supervisor.cycle()
         arm.advance(0.02)
-    assert supervisor.events[-1].kind is Kind.RECOVERING and arm.contacts == ()
+    assert supervisor.events[-1].kind is EventKind.RECOVERING and arm.contacts == ()

@@ -11,9 +11,9 @@ from benchmarks.driving.__main__ import SUPERVISOR, WAYS, keys
 from benchmarks.driving.drawing import TOLERANCE, Part, drawn
 from benchmarks.driving.report import failed, page
 from trajopt.driving import (
+    EventKind,
     Fault,
     FaultKind,
-    Kind,
     Sensors,
     Surprise,
     Surprises,
@@ -41,7 +41,7 @@ def named(name: str) -> to.Problem:
 def check(problem: to.Problem, seed: int, motion: to.Trajectory) -> None:
     done = run(problem, surprises=random_surprise(problem, motion, seed))
     assert done.contacts_at_fault == (), f"{problem.name} {seed}"
-    assert done.count(Kind.UNPROVEN_STOP) == 0, f"{problem.name} {seed}"
+    assert done.count(EventKind.UNPROVEN_STOP) == 0, f"{problem.name} {seed}"
     assert done.clearance_proven is not None
     # Both are proven bounds, each as near to the true clearance as the judge's resolution.
     assert done.clearance_measured >= done.clearance_proven - VerifyOptions().resolution, (
@@ -71,8 +71,8 @@ def test_many_random_surprises(name: str) -> None:
 def test_a_run_without_surprises_is_the_plan() -> None:
     problem = named("cup_past_pillar")
     done = run(problem)
-    assert [event.kind for event in done.events if event.kind is not Kind.WORLD_CHANGED] == [
-        Kind.STARTED, Kind.REACHED,
+    assert [event.kind for event in done.events if event.kind is not EventKind.WORLD_CHANGED] == [
+        EventKind.STARTED, EventKind.REACHED,
     ]  # fmt: skip
     assert done.reached and done.contacts == ()
     told = done.as_dict()
@@ -111,7 +111,7 @@ def test_a_stuck_joint_ends_a_run() -> None:
     stuck = Fault(kind=FaultKind.STUCK, begin=0.2, end=9.0, joint="panda_joint1")
     done = run(problem, surprises=Surprises(faults=(stuck,)))
     assert not done.reached and done.clearance_proven is None
-    assert done.count(Kind.OFF_TRACK) == 1
+    assert done.count(EventKind.OFF_TRACK) == 1
 
 
 @pytest.mark.parametrize("at", [0.02, 0.06, 0.3])
@@ -135,9 +135,9 @@ def test_noise_that_was_stated_is_no_fault() -> None:
     """The robot tracks to within 0.8 mrad and is measured to within 0.6: it may be seen 1.4 mrad off."""
     problem = named("past_pillar_xarm7")
     noisy = run(problem, surprises=Surprises(sensors=Sensors(delay=0.01, noise=1e-4, seed=16)))
-    assert noisy.reached and noisy.count(Kind.OFF_TRACK) == 0
+    assert noisy.reached and noisy.count(EventKind.OFF_TRACK) == 0
     unsaid = run(problem, surprises=Surprises(sensors=Sensors(delay=0.01, noise=3e-3, stated=0.0, seed=3)))
-    assert not unsaid.reached and unsaid.count(Kind.OFF_TRACK) == 1
+    assert not unsaid.reached and unsaid.count(EventKind.OFF_TRACK) == 1
 
 
 @pytest.mark.parametrize("seed", [14, 24])

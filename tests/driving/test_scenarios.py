@@ -5,7 +5,7 @@ import pytest
 
 import trajopt as to
 from benchmarks.execution_scenarios import SCENARIOS, cup, cycle, said, supervised
-from trajopt.driving import IdealExecutor, Kind, Supervisor, SupervisorOptions
+from trajopt.driving import EventKind, IdealExecutor, Supervisor, SupervisorOptions
 from trajopt.planning import on_the_way
 
 SLOW = {10}
@@ -31,7 +31,7 @@ def problem_or_skip() -> to.Problem:
         pytest.skip(str(error))
 
 
-def kinds(supervisor: Supervisor) -> list[Kind]:
+def kinds(supervisor: Supervisor) -> list[EventKind]:
     return [event.kind for event in supervisor.events]
 
 
@@ -50,13 +50,13 @@ def test_what_is_seen_again_lets_the_robot_go_on_along_the_same_path() -> None:
     supervisor.see(with_cart(problem, 0.4))
     cycle(arm, supervisor, 1.0)
     assert not arm.state().velocities.any()
-    assert [kind for kind in kinds(supervisor)[:6] if kind is not Kind.WORLD_CHANGED][:4] == [
-        Kind.STARTED, Kind.SLOWING, Kind.STALE, Kind.STOPPING,
+    assert [kind for kind in kinds(supervisor)[:6] if kind is not EventKind.WORLD_CHANGED][:4] == [
+        EventKind.STARTED, EventKind.SLOWING, EventKind.STALE, EventKind.STOPPING,
     ]  # fmt: skip
-    assert "cart to within" in said(supervisor, Kind.STALE)[0]
+    assert "cart to within" in said(supervisor, EventKind.STALE)[0]
     supervisor.see(with_cart(problem, 0.02))
     cycle(arm, supervisor, 4.0)
-    assert Kind.RESUMED in kinds(supervisor) and kinds(supervisor)[-1] is Kind.REACHED
+    assert EventKind.RESUMED in kinds(supervisor) and kinds(supervisor)[-1] is EventKind.REACHED
     assert len(supervisor.seconds["plan"]) == 1
     assert arm.given is not None
     driven = arm.given.ahead(0.0, problem.reduced.joint_names)
@@ -78,9 +78,9 @@ def test_what_breaks_the_motion_only_in_time_is_waited_for_on_the_same_path() ->
     cycle(arm, supervisor, 0.1)
     supervisor.see(passing(problem, 0.1, 0.6), 0.0)
     cycle(arm, supervisor, 6.0)
-    assert kinds(supervisor)[-1] is Kind.REACHED
-    assert Kind.SLOWING in kinds(supervisor) and Kind.STOPPING not in kinds(supervisor)
-    assert "for ball" in said(supervisor, Kind.SLOWING)[0]
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+    assert EventKind.SLOWING in kinds(supervisor) and EventKind.STOPPING not in kinds(supervisor)
+    assert "for ball" in said(supervisor, EventKind.SLOWING)[0]
     assert len(supervisor.seconds["plan"]) == 1
     assert arm.given is not None
     driven = arm.given.ahead(0.0, problem.reduced.joint_names)
@@ -111,7 +111,7 @@ def test_a_dead_planner_that_comes_back_goes_on_along_the_path() -> None:
     assert not arm.state().velocities.any()
     cycle(arm, supervisor, 4.0)
     assert list(dict.fromkeys(kinds(supervisor))) == [
-        Kind.STARTED, Kind.STOPPING, Kind.RESUMED, Kind.REACHED,
+        EventKind.STARTED, EventKind.STOPPING, EventKind.RESUMED, EventKind.REACHED,
     ]  # fmt: skip
     assert len(supervisor.seconds["plan"]) == 1
     assert np.abs(arm.state().velocities).max() == 0.0

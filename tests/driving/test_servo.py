@@ -10,14 +10,14 @@ import trajopt as to
 from trajopt.driving import (
     Axis,
     Command,
+    EventKind,
     IdealExecutor,
     JointVelocities,
-    Kind,
     Servo,
     ServoOptions,
     Twist,
 )
-from trajopt.driving.servo_program import Braking, Surrounding
+from trajopt.driving.servo_program import Braking, Surroundings
 from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Query
 from trajopt.optimise.methods.stopping import with_jerk
@@ -70,7 +70,7 @@ def lead(arm: IdealExecutor, servo: Servo, command: Command, seconds: float) -> 
     return np.array(velocities)
 
 
-def kinds(servo: Servo) -> list[Kind]:
+def kinds(servo: Servo) -> list[EventKind]:
     return [event.kind for event in servo.events]
 
 
@@ -82,7 +82,7 @@ def slope(function: Callable[[Floats], Floats], at: Floats, step: float = 1e-6) 
 
 def test_clearance_rows_are_the_slopes_of_distances() -> None:
     problem = asked("panda", (to.Sphere(0.05), to.placement((0.45, 0.1, 0.5))))
-    around = Surrounding(problem.reduced, Braking(with_jerk(problem.limits), PERIOD), 0.0)
+    around = Surroundings(problem.reduced, Braking(with_jerk(problem.limits), PERIOD), 0.0)
     start = problem.reduced.start_positions
     state = np.stack((start, np.full(7, 0.2), np.zeros(7)))
     rows = around.approach(state, 0.0)
@@ -108,7 +108,7 @@ def test_clearance_rows_know_how_fast_things_come_nearer(time: float) -> None:
     limits, state = with_jerk(problem.limits), np.stack((problem.reduced.start_positions, *np.zeros((2, 7))))
 
     def rows(scene: to.Scene) -> tuple[Floats, Floats]:
-        around = Surrounding(replace(problem, scene=scene).reduced, Braking(limits, PERIOD), 0.0)
+        around = Surroundings(replace(problem, scene=scene).reduced, Braking(limits, PERIOD), 0.0)
         found = around.approach(state, time)
         return found.jacobian, found.lower
 
@@ -206,7 +206,7 @@ def test_silence_stops_it_within_the_limits(name: str) -> None:
         assert (np.abs(accelerations) <= problem.limits.acceleration * (1.0 + EXCESS)).all()
     assert not arm.state().velocities.any()
     assert 0.1 < arm.now() - said < 1.0
-    assert kinds(servo) == [Kind.STOPPING]
+    assert kinds(servo) == [EventKind.STOPPING]
     assert "no command" in servo.events[0].words
 
 
@@ -259,7 +259,7 @@ def test_random_twists_among_obstacles_break_no_limit(name: str, seed: int) -> N
         assert judge.examine(positions).clear
         gone += float(np.abs(velocities).max()) * PERIOD
     assert gone > 0.3
-    assert Kind.UNPROVEN_STOP not in kinds(servo) and Kind.REJECTED not in kinds(servo)
+    assert EventKind.UNPROVEN_STOP not in kinds(servo) and EventKind.REJECTED not in kinds(servo)
 
 
 def test_commands_are_shaped_before_they_are_followed() -> None:
@@ -292,8 +292,8 @@ def test_what_appears_in_the_way_is_stopped_for() -> None:
     for _ in range(20):
         lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.05)
         assert judge.examine(arm.state().positions).clear
-    assert kinds(servo)[0] is Kind.WORLD_CHANGED
-    assert Kind.UNPROVEN_STOP not in kinds(servo)
+    assert kinds(servo)[0] is EventKind.WORLD_CHANGED
+    assert EventKind.UNPROVEN_STOP not in kinds(servo)
 
 
 def test_it_gives_way_to_what_comes_on_a_known_track() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.driving.test_servo import PERIOD, asked, kinds, lead, led, tool
-from trajopt.driving import Axis, JointVelocities, Kind, Pose, ServoOptions, Twist
+from trajopt.driving import Axis, EventKind, JointVelocities, Pose, ServoOptions, Twist
 from trajopt.driving.servo_task import values_of
 from trajopt.values.errors import ProblemError
 
@@ -93,7 +93,7 @@ def test_a_command_that_comes_late_is_as_old_as_its_stamp() -> None:
     arm.advance(1.0)
     servo.command(Twist((0.0, 0.2, 0.0)), stamp=arm.now() - 0.2)
     servo.tick()
-    assert kinds(servo) == [Kind.STOPPING] and not servo.moving
+    assert kinds(servo) == [EventKind.STOPPING] and not servo.moving
 
 
 @pytest.mark.parametrize(

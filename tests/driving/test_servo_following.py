@@ -6,7 +6,8 @@ import pytest
 import trajopt as to
 from tests.driving.test_servo import PERIOD, SPEED, TABLE, asked, kinds, lead, led, tool
 from trajopt.driving import JointVelocities, Pose, Twist
-from trajopt.driving.guard import Guard, Seen
+from trajopt.driving.motion_guard import MotionGuard
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.stopping import with_jerk
 from trajopt.verify import Judge
 
@@ -81,13 +82,13 @@ def test_a_pose_is_reached_without_overshoot(name: str) -> None:
 
 def test_what_is_rehearsed_moves_nothing_and_proves_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     proven: list[bool] = []
-    whole = Guard.proven
+    whole = MotionGuard.proven
 
-    def counted(guard: Guard, motion: to.Trajectory, world: Seen, begin: float) -> bool:
+    def counted(guard: MotionGuard, motion: to.Trajectory, world: WorldSnapshot, begin: float) -> bool:
         proven.append(whole(guard, motion, world, begin))
         return proven[-1]
 
-    monkeypatch.setattr(Guard, "proven", counted)
+    monkeypatch.setattr(MotionGuard, "proven", counted)
     arm, servo = led(asked("panda"))
     assert proven == [True], "so a first tick takes no longer than the others"
     assert not servo.moving and not servo.events and not arm.state().velocities.any()

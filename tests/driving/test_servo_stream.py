@@ -8,19 +8,19 @@ import pytest
 import trajopt as to
 from tests.driving.test_servo import PERIOD, asked, lead, led
 from trajopt.driving import (
+    EventKind,
     IdealExecutor,
     JointVelocities,
-    Kind,
     Order,
-    Played,
+    Player,
     Pose,
     Recorder,
-    Said,
     Servo,
     ServoInput,
     ServoOptions,
     SimulatedExecutor,
     Stream,
+    TimedOrder,
     Twist,
     guide,
     read_stream,
@@ -93,12 +93,12 @@ def test_what_was_recorded_is_played_with_the_same_result(tmp_path: Path, physic
     before = driven(recorder, first, servo)
     assert not servo.moving and np.abs(before[:, 1]).max() > 0.05
     said = [(event.time, event.kind, event.words) for event in servo.events]
-    assert [kind for _, kind, _ in said] == [Kind.STOPPING, Kind.STOPPING]
+    assert [kind for _, kind, _ in said] == [EventKind.STOPPING, EventKind.STOPPING]
     recorder.stream.write(tmp_path / "said.json")
     assert len(recorder.stream.said) < 40
     for stream in (recorder.stream, read_stream(tmp_path / "said.json")):
         arm, again = fresh()
-        after = driven(Played(stream), arm, again)
+        after = driven(Player(stream), arm, again)
         assert np.array_equal(after, before)
         assert [(event.time, event.kind, event.words) for event in again.events] == said
 
@@ -119,7 +119,7 @@ def test_a_file_says_what_to_do(tmp_path: Path) -> None:
     again = read_stream(tmp_path / "again.json")
     assert [(each.at, each.until) for each in again.said] == [(each.at, each.until) for each in stream.said]
     arm, servo = led(asked("panda"))
-    rows = driven(Played(stream), arm, servo)
+    rows = driven(Player(stream), arm, servo)
     assert rows[40, 1, 0] == pytest.approx(0.1, abs=0.05), "at half speed"
     assert servo.events[-1].words == "the button was let go"
 
@@ -184,7 +184,7 @@ def test_letting_go_stops_without_waiting_for_the_time_out() -> None:
             servo.tick()
             arm.advance(PERIOD)
         rest.append(arm.now() - began)
-        assert [event.kind for event in servo.events] == [Kind.STOPPING]
+        assert [event.kind for event in servo.events] == [EventKind.STOPPING]
     assert rest[0] < rest[1] - 0.05
 
 
@@ -210,10 +210,10 @@ def test_a_fault_ends_the_guiding() -> None:
             arm.displace(np.full(7, 0.1))
 
     guide(servo, Spoken(1.0), arm.advance, each=off)
-    assert servo.events[-1].kind is Kind.OFF_TRACK and arm.now() < 0.3
+    assert servo.events[-1].kind is EventKind.OFF_TRACK and arm.now() < 0.3
 
 
 def test_a_stream_out_of_order_is_refused() -> None:
-    said = [Said(Order(speed=1.0), at, at) for at in (0.2, 0.1)]
+    said = [TimedOrder(Order(speed=1.0), at, at) for at in (0.2, 0.1)]
     with pytest.raises(ProblemError, match="in the order of time"):
         Stream(said)

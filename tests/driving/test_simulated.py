@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving import Fault, FaultKind, Kind, Sensors, SimulatedExecutor, Supervisor
+from trajopt.driving import EventKind, Fault, FaultKind, Sensors, SimulatedExecutor, Supervisor
 from trajopt.values.errors import JointNotFound
 
 CYCLE = 0.02
@@ -36,14 +36,14 @@ def run(arm: SimulatedExecutor, supervisor: Supervisor, until: float) -> None:
         arm.advance(CYCLE)
 
 
-def kinds(supervisor: Supervisor) -> list[Kind]:
+def kinds(supervisor: Supervisor) -> list[EventKind]:
     return [event.kind for event in supervisor.events]
 
 
 def test_reaches_the_goal_without_touching_anything(problem: to.Problem) -> None:
     arm, supervisor = driven(problem)
     run(arm, supervisor, 5.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
     assert arm.contacts == ()
 
 
@@ -71,7 +71,7 @@ def test_follows_a_fast_motion_to_a_millionth(problem: to.Problem) -> None:
 def test_what_is_not_followed_ends_at_rest_and_is_told(problem: to.Problem, fault: Fault) -> None:
     arm, supervisor = driven(problem, fault)
     run(arm, supervisor, 3.0)
-    assert Kind.OFF_TRACK in kinds(supervisor)
+    assert EventKind.OFF_TRACK in kinds(supervisor)
     arm.advance(2.0)
     assert np.abs(arm.state().velocities).max() < 1e-2
     assert arm.fault()
@@ -86,7 +86,7 @@ def test_what_appears_unannounced_is_not_touched_by_a_moving_robot(problem: to.P
     run(arm, supervisor, when)
     supervisor.see(problem.scene.add("surprise", to.Box(0.1, 0.1, 0.1), place))
     run(arm, supervisor, 8.0)
-    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert kinds(supervisor)[-1] is EventKind.REACHED
     assert arm.contacts_at_fault == ()
 
 
@@ -100,7 +100,7 @@ def test_a_world_that_moves_is_passed(problem: to.Problem) -> None:
     supervisor.see(world, 0.0)
     supervisor.go(problem)
     run(arm, supervisor, 8.0)
-    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert kinds(supervisor)[-1] is EventKind.REACHED
     assert arm.contacts_at_fault == ()
 
 
@@ -117,7 +117,7 @@ def test_worlds_that_were_seen_and_left_behind_are_let_go(problem: to.Problem) -
         run(arm, supervisor, arm.now() + 2.0 * CYCLE)
     supervisor.see(problem.scene)
     run(arm, supervisor, arm.now() + 4.0)
-    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert kinds(supervisor)[-1] is EventKind.REACHED
     gc.collect()
     assert [each() for each in seen[:3]] == [None] * 3  # judges of the last two worlds are kept
 
@@ -173,4 +173,4 @@ def test_states_that_are_known_late_are_compared_with_the_motion_of_their_time(p
     supervisor = Supervisor(arm, problem)
     supervisor.go(problem)
     run(arm, supervisor, 5.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]

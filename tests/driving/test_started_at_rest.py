@@ -7,7 +7,7 @@ import numpy as np
 
 import trajopt as to
 from tests.driving.test_supervisor import CYCLE, kinds, problem
-from trajopt.driving import IdealExecutor, Kind, Supervisor, SupervisorOptions
+from trajopt.driving import EventKind, IdealExecutor, Supervisor, SupervisorOptions
 
 __all__ = ["problem"]  # a fixture
 
@@ -48,13 +48,13 @@ def slowly_planned(
 def test_plan_that_takes_long_is_driven_from_rest(problem: to.Problem) -> None:
     _, supervisor, run = slowly_planned(problem, 0.3)
     run(10.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
 
 
 def test_reason_is_reported_first_with_the_share_of_the_tolerance(problem: to.Problem) -> None:
     _, supervisor, run = slowly_planned(problem, 0.3, tolerance=0.02)
     run(3.0)
-    assert kinds(supervisor) == [Kind.NO_PLAN]
+    assert kinds(supervisor) == [EventKind.NO_PLAN]
     words = supervisor.events[0].words
     assert words.startswith("CLEARANCE_IMPOSSIBLE")
     assert "116.8 mm of each required distance is room for the driver's tolerance" in words
@@ -67,7 +67,7 @@ def test_tolerance_is_not_named_where_distances_do_not_matter(problem: to.Proble
     )
     _, supervisor, run = slowly_planned(beyond, 0.0, tolerance=2e-3)
     run(1.0)
-    assert kinds(supervisor) == [Kind.NO_PLAN] and "tolerance" not in supervisor.events[0].words
+    assert kinds(supervisor) == [EventKind.NO_PLAN] and "tolerance" not in supervisor.events[0].words
 
 
 def test_slow_plan_from_rest_among_moving_objects_is_proven_when_it_begins(problem: to.Problem) -> None:
@@ -80,6 +80,6 @@ def test_slow_plan_from_rest_among_moving_objects_is_proven_when_it_begins(probl
     arm, supervisor, run = slowly_planned(problem, 0.3)
     supervisor.see(crossing, 0.0)
     run(10.0)
-    assert kinds(supervisor)[-1] is Kind.REACHED
-    assert not {Kind.MISSED_DEADLINE, Kind.UNPROVEN_STOP, Kind.NO_PLAN} & {*kinds(supervisor)}
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+    assert not {EventKind.MISSED_DEADLINE, EventKind.UNPROVEN_STOP, EventKind.NO_PLAN} & {*kinds(supervisor)}
     assert not np.abs(arm.state().velocities).any()

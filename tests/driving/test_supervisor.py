@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.driving import IdealExecutor, Kind, Supervisor
-from trajopt.driving.guard import Guard, Seen, guard_of
+from trajopt.driving import EventKind, IdealExecutor, Supervisor
+from trajopt.driving.motion_guard import MotionGuard, guard_of
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.stopping import stopping_motion
 from trajopt.planning import on_the_way
 from trajopt.verify import examine
@@ -62,9 +63,9 @@ def test_a_stop_that_comes_late_is_looked_for_again(problem: to.Problem, late: t
     arm, supervisor = slowly_supervised(problem)
     arm.late = late
     taken = supervisor.stop()
-    assert taken.proven and Kind.UNPROVEN_STOP not in kinds(supervisor)
-    assert kinds(supervisor).count(Kind.REJECTED) == len(late)
-    assert kinds(supervisor).count(Kind.STOPPING) == 1
+    assert taken.proven and EventKind.UNPROVEN_STOP not in kinds(supervisor)
+    assert kinds(supervisor).count(EventKind.REJECTED) == len(late)
+    assert kinds(supervisor).count(EventKind.STOPPING) == 1
     arm.advance(taken.duration + 0.1)
     assert not arm.state().velocities.any() and not arm.fault()
 
@@ -74,11 +75,11 @@ def test_motors_brake_where_no_stop_comes_in_time(problem: to.Problem) -> None:
     arm.late = (0.006, 0.02, 0.05)
     taken = supervisor.stop()
     assert not taken.proven
-    assert kinds(supervisor)[-2:] == [Kind.STOPPING, Kind.UNPROVEN_STOP]
+    assert kinds(supervisor)[-2:] == [EventKind.STOPPING, EventKind.UNPROVEN_STOP]
     assert arm.fault() and not arm.state().velocities.any()
 
 
-def kinds(supervisor: Supervisor) -> list[Kind]:
+def kinds(supervisor: Supervisor) -> list[EventKind]:
     return [event.kind for event in supervisor.events]
 
 
@@ -90,7 +91,7 @@ def in_the_way(problem: to.Problem) -> to.Scene:
 def test_reaches_the_goal_in_the_time_of_the_plan(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 10.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
     goal = to.judge(replace(problem, start=arm.state().positions), standing(problem, arm))
     assert goal.verified
 
@@ -137,7 +138,12 @@ def test_a_world_that_changes_elsewhere_slows_nothing(problem: to.Problem) -> No
     run(arm, supervisor, 0.2)
     supervisor.see(problem.scene.add("far", to.Box(0.1, 0.1, 0.1), to.placement((0.0, -0.8, 0.3))))
     run(arm, supervisor, 10.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.WORLD_CHANGED, Kind.STILL_CLEAR, Kind.REACHED]
+    assert kinds(supervisor) == [
+        EventKind.STARTED,
+        EventKind.WORLD_CHANGED,
+        EventKind.STILL_CLEAR,
+        EventKind.REACHED,
+    ]
 
 
 def test_what_appears_in_the_way_is_stopped_for_or_planned_around(problem: to.Problem) -> None:
@@ -151,8 +157,8 @@ def test_what_appears_in_the_way_is_stopped_for_or_planned_around(problem: to.Pr
         for _ in range(4):
             arm.advance(CYCLE / 4)
             driven.append(arm.state().positions)
-    assert kinds(supervisor)[-1] is Kind.REACHED
-    assert Kind.UNPROVEN_STOP not in kinds(supervisor)
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+    assert EventKind.UNPROVEN_STOP not in kinds(supervisor)
     clear = replace(problem, scene=world).reduced
     columns = problem.scene.robot.index(problem.reduced.joint_names)
     for positions in driven:
@@ -176,7 +182,12 @@ def test_a_new_goal_in_motion_is_reached_without_a_stop(problem: to.Problem) -> 
     back = dict(zip(problem.reduced.joint_names, problem.reduced.start_positions.tolist(), strict=True))
     supervisor.go(replace(problem, goal=to.joint_positions(back)))
     run(arm, supervisor, 10.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.GOAL_CHANGED, Kind.REPLANNED, Kind.REACHED]
+    assert kinds(supervisor) == [
+        EventKind.STARTED,
+        EventKind.GOAL_CHANGED,
+        EventKind.REPLANNED,
+        EventKind.REACHED,
+    ]
 
 
 def test_a_goal_that_cannot_be_reached_leaves_the_robot_stopped(problem: to.Problem) -> None:
@@ -184,9 +195,9 @@ def test_a_goal_that_cannot_be_reached_leaves_the_robot_stopped(problem: to.Prob
     run(arm, supervisor, 0.1)
     supervisor.see(problem.scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement((0.44, 0.29, 0.25))))
     run(arm, supervisor, 3.0)
-    assert Kind.NO_PLAN in kinds(supervisor)
+    assert EventKind.NO_PLAN in kinds(supervisor)
     assert not arm.state().velocities.any()
-    assert Kind.UNPROVEN_STOP not in kinds(supervisor)
+    assert EventKind.UNPROVEN_STOP not in kinds(supervisor)
 
 
 def test_a_robot_off_its_track_is_stopped_and_says_by_how_much(problem: to.Problem) -> None:
@@ -194,7 +205,7 @@ def test_a_robot_off_its_track_is_stopped_and_says_by_how_much(problem: to.Probl
     run(arm, supervisor, 0.2)
     arm.displace(np.full(len(arm.joint_names), 0.01))
     supervisor.cycle()
-    assert kinds(supervisor)[-1] is Kind.OFF_TRACK
+    assert kinds(supervisor)[-1] is EventKind.OFF_TRACK
     assert "has to be at" in supervisor.events[-1].words
     assert arm.fault()
 
@@ -213,11 +224,11 @@ def test_what_is_known_for_a_short_time_only_brings_the_robot_to_rest_and_is_nam
     )
     run(arm, supervisor, 3.0)
     assert not arm.state().velocities.any()
-    stale = [event for event in supervisor.events if event.kind is Kind.STALE]
+    stale = [event for event in supervisor.events if event.kind is EventKind.STALE]
     assert len(stale) == 1 and "where cart is, was known until 0.350 s" in stale[0].words
     supervisor.see(problem.scene)
     run(arm, supervisor, 9.0)
-    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert kinds(supervisor)[-1] is EventKind.REACHED
 
 
 def test_what_is_planned_is_proven_of_a_robot_that_is_a_little_off() -> None:
@@ -228,7 +239,7 @@ def test_what_is_planned_is_proven_of_a_robot_that_is_a_little_off() -> None:
     supervisor = Supervisor(arm, narrow)
     supervisor.go(narrow)
     run(arm, supervisor, 5.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
 
 
 def test_what_can_never_be_proven_is_not_planned_again_and_again() -> None:
@@ -239,7 +250,7 @@ def test_what_can_never_be_proven_is_not_planned_again_and_again() -> None:
     supervisor = Supervisor(arm, touching)
     supervisor.go(touching)
     run(arm, supervisor, 1.0)
-    assert kinds(supervisor) == [Kind.STARTED, Kind.NO_PLAN]
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.NO_PLAN]
     assert "what was planned is not proven: table - block" in supervisor.events[-1].words
     assert supervisor.blocked and not supervisor.moving
 
@@ -272,13 +283,13 @@ def walled(problem: to.Problem, arm: IdealExecutor, supervisor: Supervisor) -> t
     ahead = supervisor.committed.ahead(begin, names)
     assert ahead is not None and plan is not None
     off = stopping_motion(on_the_way(problem, ahead, 0.0))
-    guard, seen = guard_of(problem, arm), Seen(problem.scene, 0.0)
+    guard, seen = guard_of(problem, arm), WorldSnapshot(problem.scene, 0.0)
     if guard.proven(off, seen, begin):
         return None
     on_path = [ahead, plan.stops.earliest(begin - plan.begin).trajectory]
 
     def clear(stop: to.Trajectory, scene: to.Scene) -> bool:
-        return guard.proven(stop, Seen(scene, 0.0), begin, requirements=False)
+        return guard.proven(stop, WorldSnapshot(scene, 0.0), begin, requirements=False)
 
     begins, ends = cup_at(problem, off(0.0)), cup_at(problem, off(off.duration))
     towards = np.append((ends - begins)[:2], 0.0)
@@ -305,13 +316,13 @@ def test_from_a_stop_off_the_path_the_robot_comes_back_to_where_all_holds_and_go
     for _ in range(4):  # seen again and again it is no other stop
         supervisor.see(scene)
         run(arm, supervisor, arm.now() + CYCLE)
-    assert kinds(supervisor).count(Kind.STOPPING) == 1
+    assert kinds(supervisor).count(EventKind.STOPPING) == 1
     run(arm, supervisor, arm.now() + 0.4)
     supervisor.see(problem.scene)
     run(arm, supervisor, arm.now() + 5.0)
-    assert kinds(supervisor)[-1] is Kind.REACHED and Kind.UNPROVEN_STOP not in kinds(supervisor)
-    back = kinds(supervisor).index(Kind.RECOVERING)
-    assert Kind.STARTED in kinds(supervisor)[back:] and "cup" in supervisor.events[back].words
+    assert kinds(supervisor)[-1] is EventKind.REACHED and EventKind.UNPROVEN_STOP not in kinds(supervisor)
+    back = kinds(supervisor).index(EventKind.RECOVERING)
+    assert EventKind.STARTED in kinds(supervisor)[back:] and "cup" in supervisor.events[back].words
 
 
 def test_stop_before_a_new_motion_begins_may_be_along_the_one_that_is_driven(
@@ -328,11 +339,13 @@ def test_stop_before_a_new_motion_begins_may_be_along_the_one_that_is_driven(
     assert ahead is not None
     path = ahead(np.linspace(0.0, ahead.duration, 4000))
 
-    def only_soon_and_on_the_path(_: Guard, motion: to.Trajectory, *others: object, **more: object) -> bool:
+    def only_soon_and_on_the_path(
+        _: MotionGuard, motion: to.Trajectory, *others: object, **more: object
+    ) -> bool:
         looks = motion(np.linspace(0.0, motion.duration, 50))
         away = np.abs(looks[:, None] - path).max(axis=2).min(axis=1)
         return bool(away.max() < 2e-4) and motion.duration < 0.8 * ahead.duration
 
-    monkeypatch.setattr(Guard, "proven", only_soon_and_on_the_path)
+    monkeypatch.setattr(MotionGuard, "proven", only_soon_and_on_the_path)
     taken = supervisor.stop()
     assert taken.proven and taken.along and taken.duration < 0.8 * ahead.duration

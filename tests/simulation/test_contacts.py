@@ -3,7 +3,7 @@
 import pytest
 
 from trajopt.scene.clearances import ContactAllowance
-from trajopt.simulation.contacts import ContactLog
+from trajopt.simulation.rollout import ContactLog
 
 PAIR = ("cup", "table")
 

@@ -18,15 +18,15 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.simulation import CameraView, Layout, render, simulate
 from trajopt.simulation.camera import visible_points
 from trajopt.simulation.halo import halo
-from trajopt.simulation.motion import motion_of
-from trajopt.simulation.posed import PosedModel
-from trajopt.simulation.stage import (
+from trajopt.simulation.picture_model import (
     HALO_GROUP,
     OBJECT_GROUP,
     ROBOT_GROUP,
     UNSEEN_GROUP,
+    PosedModel,
     object_colours,
 )
+from trajopt.simulation.sampled_motion import motion_of
 from trajopt.simulation.viewpoint import in_view
 from trajopt.values.shapes.shapes import Shape, convex
 

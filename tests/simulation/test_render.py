@@ -16,11 +16,19 @@ from tests.simulation.conftest import panda, reduced_all, smooth
 from trajopt.robot.robot import FrameAttachment, Robot
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.scene.scene import Scene
-from trajopt.simulation import CameraView, Layout, RenderingUnavailable, film, offscreen, render, simulate
+from trajopt.simulation import (
+    CameraView,
+    Layout,
+    RenderingUnavailable,
+    offscreen,
+    picture_files,
+    render,
+    simulate,
+)
 from trajopt.simulation.camera import FIELD_OF_VIEW, frame_points, visible_points
-from trajopt.simulation.motion import frame_times, motion_of
-from trajopt.simulation.stage import ATTACHED, WOOD, object_colours
-from trajopt.simulation.thumbnail import HEIGHT, WIDTH, thumbnail
+from trajopt.simulation.picture_model import ATTACHED, WOOD, object_colours
+from trajopt.simulation.rendering import HEIGHT, WIDTH, thumbnail
+from trajopt.simulation.sampled_motion import frame_times, motion_of
 from trajopt.values.errors import FileFormatError, MissingExtra, ModelError, ShapeError
 from trajopt.values.placement import placement
 from trajopt.values.shapes.shapes import Box, Cone, Plane, Sphere
@@ -72,7 +80,7 @@ def test_strip_superposed_and_film(motion: tuple[ReducedModel, Trajectory], tmp_
     reduced, planned = motion
     rollout = simulate(reduced, planned)
     strip = pixels(render(reduced, rollout, str(tmp_path / "strip.png"), **SIZE))
-    assert strip.shape == (2 * 120 + film.GAP, 2 * 160 + film.GAP, 3)
+    assert strip.shape == (2 * 120 + picture_files.GAP, 2 * 160 + picture_files.GAP, 3)
     first, last = strip[:120, :160], strip[-120:, -160:]
     assert np.abs(first - last).max() > 60, "the robot has moved"
     one = render(reduced, rollout, tmp_path / "one.png", **SIZE, layout=Layout.SUPERPOSED)
@@ -108,7 +116,7 @@ def test_film_in_mp4(motion: tuple[ReducedModel, Trajectory], tmp_path: Path) ->
 def test_a_film_without_its_encoder_is_refused_before_anything_is_drawn(
     motion: tuple[ReducedModel, Trajectory], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("trajopt.simulation.film.find_spec", lambda _: None)
+    monkeypatch.setattr("trajopt.simulation.picture_files.find_spec", lambda _: None)
     with pytest.raises(MissingExtra, match=r"av is not installed.*\[film\]"):
         render(*motion, tmp_path / "a.mp4", **SIZE)
 

@@ -15,8 +15,8 @@ from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frames
 from trajopt.scene.scene import Scene
 from trajopt.simulation import CameraView, RenderingUnavailable, offscreen, render, viewpoint
 from trajopt.simulation.camera import FIELD_OF_VIEW, picture_coordinates
-from trajopt.simulation.motion import Motion, motion_of
-from trajopt.simulation.posed import tool_paths
+from trajopt.simulation.picture_model import tool_paths
+from trajopt.simulation.sampled_motion import SampledMotion, motion_of
 from trajopt.simulation.viewpoint import look_at
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import placement
@@ -32,7 +32,7 @@ def arm(tmp_path: Path) -> Robot:
     return odd_arm(tmp_path)
 
 
-def swing(scene: Scene) -> tuple[ReducedModel, Motion]:
+def swing(scene: Scene) -> tuple[ReducedModel, SampledMotion]:
     """The arm turns by a radian about the vertical, far out on the side of +x."""
     reduced = reduced_all(scene)
     start, end = np.array((-0.5, 0.1, -0.2, 0.0)), np.array((0.5, 0.1, 0.2, 0.0))
@@ -55,7 +55,7 @@ def test_the_camera_stands_where_no_wall_is(arm: Robot, side: float) -> None:
     assert viewpoint.seen_from(posed(reduced, motion), behind).hiding == {"wall"}
 
 
-def posed(reduced: ReducedModel, motion: Motion) -> viewpoint.PosedModel:
+def posed(reduced: ReducedModel, motion: SampledMotion) -> viewpoint.PosedModel:
     return viewpoint.PosedModel(reduced, motion, viewpoint.in_view(reduced, motion))
 
 
@@ -146,12 +146,14 @@ def test_each_arm_draws_its_own_path() -> None:
     reduced = reduce_model(Scene(robot), both, robot.positions())
     frames = tool_frames(reduced)
     assert len(frames) == 2 and len({reduced.attachment(name)[0] for name in frames}) == 2
-    motion = Motion(np.array((0.0, 1.0)), np.stack((reduced.start_positions, reduced.start_positions + 0.2)))
+    motion = SampledMotion(
+        np.array((0.0, 1.0)), np.stack((reduced.start_positions, reduced.start_positions + 0.2))
+    )
     paths = tool_paths(reduced, motion)
     assert len(paths) == 2 and np.linalg.norm(paths[0] - paths[1], axis=1).min() > 0.1
 
 
 def test_a_robot_that_stands_still_is_shown_too(arm: Robot) -> None:
     reduced = reduced_all(Scene(arm))
-    still = Motion(np.array((0.0, 1e-3)), np.repeat(reduced.start_positions[None], 2, axis=0))
+    still = SampledMotion(np.array((0.0, 1e-3)), np.repeat(reduced.start_positions[None], 2, axis=0))
     assert look_at(reduced, still, ASPECT).camera.distance > 0.1

@@ -9,8 +9,8 @@ import pytest
 import trajopt as to
 from tests.viewer.test_page import CHROMIUM, FLAGS, PATIENCE, canvas, changed, until
 from trajopt.driving import (
+    EventKind,
     IdealExecutor,
-    Kind,
     Logbook,
     Recording,
     Supervisor,
@@ -60,7 +60,7 @@ def driven(problem: to.Problem, look: object, cycles: int = 400) -> Supervisor:
 @pytest.fixture(scope="module")
 def recording(problem: to.Problem) -> Recording:
     logbook = Logbook()
-    assert driven(problem, logbook.look).events[-1].kind is Kind.REACHED
+    assert driven(problem, logbook.look).events[-1].kind is EventKind.REACHED
     return logbook.recording
 
 

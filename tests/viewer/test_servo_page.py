@@ -17,7 +17,7 @@ from trajopt.driving import (
     IdealExecutor,
     JointVelocities,
     Order,
-    Played,
+    Player,
     Pose,
     Recorder,
     Servo,
@@ -165,7 +165,7 @@ def test_a_mouse_leads_the_robot_and_what_it_said_leads_it_again(
     again: list[np.ndarray] = []
     guide(
         Servo(fresh, problem, options),
-        Played(recorder.stream),
+        Player(recorder.stream),
         fresh.advance,
         each=lambda _: again.append(fresh.committed(fresh.now())),
     )

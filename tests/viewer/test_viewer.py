@@ -10,7 +10,7 @@ import pytest
 from trajopt.robot.loading.pinocchio_model import link_placement
 from trajopt.scene.reduced import reduce_model
 from trajopt.simulation.camera import FIELD_OF_VIEW
-from trajopt.simulation.motion import motion_of
+from trajopt.simulation.sampled_motion import motion_of
 from trajopt.simulation.viewpoint import look_at
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MissingExtra, ShapeError

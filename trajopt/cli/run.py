@@ -22,15 +22,14 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption, watched
-from trajopt.driving.random_surprise import random_surprise, undisturbed
 from trajopt.driving.recording_file import write_recording
-from trajopt.driving.run import Run
-from trajopt.driving.run import run as drive
+from trajopt.driving.rehearsal import RunReport
+from trajopt.driving.rehearsal import run as drive
 from trajopt.driving.simulated import TOLERANCE
-from trajopt.driving.surprises import NONE, Surprises, read_surprises
+from trajopt.driving.surprises import NONE, Surprises, random_surprise, read_surprises, undisturbed
 from trajopt.problem.problem import Problem
 from trajopt.simulation import render
-from trajopt.simulation.film import check_path
+from trajopt.simulation.picture_files import check_path
 from trajopt.values.documents.json_files import write_json
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.printed import in_length
@@ -133,7 +132,7 @@ def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
     return random_surprise(problem, undisturbed(problem, tolerance=tolerance), int(seed))
 
 
-def _report(driven: Run) -> str:
+def _report(driven: RunReport) -> str:
     lines = [str(event) for event in driven.events]
     lines.append("reached the goal" if driven.reached else "did not reach the goal")
     proven = driven.clearance_proven

@@ -24,8 +24,7 @@ from trajopt.cli.watched import HostOption, PortOption, say_where, watched
 from trajopt.driving.gamepad import Gamepad
 from trajopt.driving.servo import Servo
 from trajopt.driving.servo_command import REDUCED_SPEED, ServoOptions
-from trajopt.driving.servo_order import ServoInput, guide
-from trajopt.driving.servo_stream import Played, Recorder, read_stream
+from trajopt.driving.servo_input import Player, Recorder, ServoInput, guide, read_stream
 from trajopt.driving.simulated import SimulatedExecutor
 from trajopt.files.moveit import read_motions, read_scene
 from trajopt.problem.problem import Problem
@@ -140,7 +139,7 @@ def _input(source: str, problem: Problem, frame: str, axes: str, port: int, host
         return servo_page(problem, frame=frame, axes=axes, port=port, host=host)
     if not Path(source).is_file():
         raise ProblemError(f"--input is {GAMEPAD}, {BROWSER} or a file, is {shown(source)}")
-    return Played(read_stream(source))
+    return Player(read_stream(source))
 
 
 def _passing(arm: SimulatedExecutor, by_hand: bool) -> Callable[[float], None]:

@@ -5,7 +5,7 @@ from typing import Annotated, Generic, TypeVar
 import typer
 
 from trajopt.planning.result import Result
-from trajopt.simulation.thumbnail import thumbnail
+from trajopt.simulation.rendering import thumbnail
 from trajopt.values.errors import RenderingUnavailable
 
 Key = TypeVar("Key")

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from trajopt.driving.logbook import Logbook, Watched
-from trajopt.driving.recording import Recording
+from trajopt.driving.recording import Logbook, Recording, Watched
 from trajopt.problem.problem import Problem
 from trajopt.viewer.mirror import Publisher
 from trajopt.viewer.run_viewer import RunViewer, watch_run

@@ -1,28 +1,28 @@
-"""Execution: a robot driven along proven motions, watched, and always able to stop."""
+"""Driving: a robot moved along proven motions, watched in every cycle, and able to stop at all times.
+
+The names of the simulated robot are imported when they are first used, as they load `trajopt.simulation`.
+"""
+
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from trajopt.driving.committed_motion import CommittedMotion as CommittedMotion
 from trajopt.driving.conformance import Rule as Rule
 from trajopt.driving.conformance import conformance as conformance
 from trajopt.driving.events import Event as Event
-from trajopt.driving.events import Kind as Kind
+from trajopt.driving.events import EventKind as EventKind
 from trajopt.driving.executor import Executor as Executor
+from trajopt.driving.executor import IdealExecutor as IdealExecutor
 from trajopt.driving.executor import RobotState as RobotState
-from trajopt.driving.faults import Fault as Fault
-from trajopt.driving.faults import FaultKind as FaultKind
 from trajopt.driving.gamepad import Gamepad as Gamepad
-from trajopt.driving.ideal import IdealExecutor as IdealExecutor
-from trajopt.driving.logbook import Logbook as Logbook
 from trajopt.driving.options import SupervisorOptions as SupervisorOptions
-from trajopt.driving.random_surprise import random_surprise as random_surprise
-from trajopt.driving.random_surprise import undisturbed as undisturbed
-from trajopt.driving.recording import Moment as Moment
+from trajopt.driving.recording import Logbook as Logbook
+from trajopt.driving.recording import RecordedMoment as RecordedMoment
+from trajopt.driving.recording import RecordedMotion as RecordedMotion
 from trajopt.driving.recording import Recording as Recording
 from trajopt.driving.recording import Sighting as Sighting
-from trajopt.driving.recording import TimedMotion as TimedMotion
 from trajopt.driving.recording_file import read_recording as read_recording
 from trajopt.driving.recording_file import write_recording as write_recording
-from trajopt.driving.run import Run as Run
-from trajopt.driving.run import run as run
 from trajopt.driving.servo import Servo as Servo
 from trajopt.driving.servo_command import Axis as Axis
 from trajopt.driving.servo_command import Command as Command
@@ -30,18 +30,50 @@ from trajopt.driving.servo_command import JointVelocities as JointVelocities
 from trajopt.driving.servo_command import Pose as Pose
 from trajopt.driving.servo_command import ServoOptions as ServoOptions
 from trajopt.driving.servo_command import Twist as Twist
-from trajopt.driving.servo_order import Order as Order
-from trajopt.driving.servo_order import ServoInput as ServoInput
-from trajopt.driving.servo_order import guide as guide
-from trajopt.driving.servo_stream import Played as Played
-from trajopt.driving.servo_stream import Recorder as Recorder
-from trajopt.driving.servo_stream import Said as Said
-from trajopt.driving.servo_stream import Stream as Stream
-from trajopt.driving.servo_stream import read_stream as read_stream
-from trajopt.driving.simulated import Sensors as Sensors
-from trajopt.driving.simulated import SimulatedExecutor as SimulatedExecutor
+from trajopt.driving.servo_input import Order as Order
+from trajopt.driving.servo_input import Player as Player
+from trajopt.driving.servo_input import Recorder as Recorder
+from trajopt.driving.servo_input import ServoInput as ServoInput
+from trajopt.driving.servo_input import Stream as Stream
+from trajopt.driving.servo_input import TimedOrder as TimedOrder
+from trajopt.driving.servo_input import guide as guide
+from trajopt.driving.servo_input import read_stream as read_stream
 from trajopt.driving.soonest_stop import StopTaken as StopTaken
 from trajopt.driving.supervisor import Supervisor as Supervisor
-from trajopt.driving.surprises import Surprise as Surprise
-from trajopt.driving.surprises import Surprises as Surprises
-from trajopt.driving.surprises import read_surprises as read_surprises
+
+if _TYPE_CHECKING:
+    from trajopt.driving.rehearsal import RunReport as RunReport
+    from trajopt.driving.rehearsal import run as run
+    from trajopt.driving.simulated import Fault as Fault
+    from trajopt.driving.simulated import FaultKind as FaultKind
+    from trajopt.driving.simulated import Sensors as Sensors
+    from trajopt.driving.simulated import SimulatedExecutor as SimulatedExecutor
+    from trajopt.driving.surprises import Surprise as Surprise
+    from trajopt.driving.surprises import Surprises as Surprises
+    from trajopt.driving.surprises import random_surprise as random_surprise
+    from trajopt.driving.surprises import read_surprises as read_surprises
+    from trajopt.driving.surprises import undisturbed as undisturbed
+
+_SIMULATED = {
+    "rehearsal": "RunReport run",
+    "simulated": "Fault FaultKind Sensors SimulatedExecutor",
+    "surprises": "Surprise Surprises random_surprise read_surprises undisturbed",
+}
+"""Module -> the names that it defines."""
+_HOME = {name: module for module, names in _SIMULATED.items() for name in names.split()}
+
+
+def _imported(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'trajopt.driving' has no attribute {name!r}")
+    found: object = getattr(_import_module(f"trajopt.driving.{_HOME[name]}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})
+
+
+if not _TYPE_CHECKING:  # type checkers know the names from the imports above
+    __getattr__ = _imported

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.driving.servo_command import Twist
-from trajopt.driving.servo_order import Order
+from trajopt.driving.servo_input import Order
 from trajopt.values.errors import MissingExtra, ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD

@@ -1,14 +1,19 @@
-"""Recording: what a robot did, was committed to, meant to do and knew of the world, all through a run."""
+"""Recording of a run, and the logbook that makes one while a robot is driven."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from threading import Lock
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from trajopt.driving.committed_motion import CommittedMotion
+from trajopt.driving.committed_motion import CommittedMotion, of_joints
 from trajopt.driving.events import Event
-from trajopt.driving.guard import Seen
+from trajopt.driving.executor import Executor
+from trajopt.driving.intended_motion import IntendedMotion
+from trajopt.driving.world_snapshot import WorldSnapshot
+from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.values.arrays import Floats, Value, floats, several
@@ -19,7 +24,7 @@ from trajopt.values.trajectory import Trajectory
 
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
-class TimedMotion(Value):
+class RecordedMotion(Value):
     """A motion on the clock of the recording.
 
     Attributes:
@@ -44,12 +49,12 @@ class Sighting(Value):
     """
 
     since: float
-    seen: Seen
+    seen: WorldSnapshot
 
 
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Moment(Value):
+class RecordedMoment(Value):
     """A moment of a run.
 
     Attributes:
@@ -91,8 +96,8 @@ class Recording(Value):
     joint_names: tuple[str, ...]
     times: Floats
     positions: Floats
-    committed: Sequence[TimedMotion]
-    intended: Sequence[TimedMotion]
+    committed: Sequence[RecordedMotion]
+    intended: Sequence[RecordedMotion]
     sightings: Sequence[Sighting]
     events: Sequence[Event]
 
@@ -110,9 +115,13 @@ class Recording(Value):
         object.__setattr__(self, "positions", floats("positions", self.positions, shape))
         if not len(times) or (np.diff(times) <= 0.0).any():
             raise ShapeError("times", "must increase, and be one at least")
-        for name, kind in (
-            ("committed", TimedMotion), ("intended", TimedMotion), ("sightings", Sighting), ("events", Event)
-        ):  # fmt: skip
+        kinds = {
+            "committed": RecordedMotion,
+            "intended": RecordedMotion,
+            "sightings": Sighting,
+            "events": Event,
+        }
+        for name, kind in kinds.items():
             object.__setattr__(self, name, several(name, getattr(self, name), kind))
         for name in ("committed", "intended", "sightings"):
             if (np.diff([each.since for each in getattr(self, name)]) < 0.0).any():
@@ -141,7 +150,7 @@ class Recording(Value):
         return reduce_model(sighting.seen.scene, self.group, self.start)
 
     @checked
-    def at(self, time: float) -> Moment:
+    def at(self, time: float) -> RecordedMoment:
         """Return a moment; between two looks the robot is drawn through.
 
         Args:
@@ -149,7 +158,7 @@ class Recording(Value):
         """
         now = min(max(time, self.begin), float(self.times[-1]))
         sighted = bisect_right(self.sightings, now, key=lambda each: each.since)
-        return Moment(
+        return RecordedMoment(
             time=now,
             positions=self._positions_at(now),
             stop=self._stop(now),
@@ -186,3 +195,153 @@ class Recording(Value):
         if each is None or each.trajectory is None or now >= each.begin + each.trajectory.duration:
             return None
         return each.trajectory.between(max(now - each.begin, 0.0), each.trajectory.duration)
+
+
+LATEST = 64
+"""The last moment is made of so many entries of each kind: more than a robot is ever committed to at once."""
+
+
+@runtime_checkable
+class Watched(Protocol):
+    """Whoever drives a robot: a `Supervisor` or a `Servo`."""
+
+    @property
+    def executor(self) -> Executor:
+        """What drives the robot."""
+        ...
+
+    @property
+    def problem(self) -> Problem:
+        """What is asked of it."""
+        ...
+
+    @property
+    def events(self) -> Sequence[Event]:
+        """What happened, in order."""
+        ...
+
+    @property
+    def seen(self) -> WorldSnapshot:
+        """The world as it was last told."""
+        ...
+
+    @property
+    def committed(self) -> CommittedMotion:
+        """What the robot will do whatever comes."""
+        ...
+
+    @property
+    def intended(self) -> IntendedMotion | None:
+        """The motion to the goal that it is on."""
+        ...
+
+
+class Logbook:
+    """What happened so far; `look` is called after each cycle of who is watched.
+
+    It may be read in other threads.
+    """
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self._watched: Watched | None = None
+        self._times: list[float] = []
+        self._positions: list[Floats] = []
+        self._committed: list[RecordedMotion] = []
+        self._intended: list[RecordedMotion] = []
+        self._sightings: list[Sighting] = []
+        self._kept: tuple[Trajectory, ...] = ()
+        self._start: Floats = np.zeros(0)
+        self._columns: list[int] = []
+        self._lock = Lock()
+
+    @checked
+    def look(self, watched: Watched) -> None:
+        """Write down what is new.
+
+        Raises:
+            ProblemError: If it is another one than before.
+        """
+        with self._lock:
+            if self._watched is None:
+                self._begin(watched)
+            elif watched is not self._watched:
+                raise ProblemError("a logbook is of one robot: begin another one")
+            self._look(watched)
+
+    def _look(self, watched: Watched) -> None:
+        executor, now = watched.executor, watched.executor.now()
+        if not self._times or now > self._times[-1]:
+            self._times.append(now)
+            self._positions.append(executor.state().positions[self._columns])
+        if not self._sightings or watched.seen is not self._sightings[-1].seen:
+            self._sightings.append(Sighting(since=now if self._sightings else -np.inf, seen=watched.seen))
+        self._note_motions(watched, now)
+
+    @property
+    def looks(self) -> int:
+        """How many times were written down."""
+        return len(self._times)
+
+    @property
+    def duration(self) -> float:
+        """From the first look to the last [s]; 0 before."""
+        return self._times[-1] - self._times[0] if self._times else 0.0
+
+    @property
+    def recording(self) -> Recording:
+        """Everything so far.
+
+        Raises:
+            ProblemError: If nothing was looked at.
+        """
+        return self._recording(0)
+
+    @property
+    def moment(self) -> RecordedMoment:
+        """The last moment that was looked at.
+
+        Raises:
+            ProblemError: If none was.
+        """
+        return self._recording(LATEST).at(np.inf)
+
+    def _begin(self, watched: Watched) -> None:
+        self._watched, problem, driven = watched, watched.problem, watched.executor.joint_names
+        self._columns = [driven.index(name) for name in problem.reduced.joint_names]
+        robot, start = problem.scene.robot, np.array(problem.start_positions)
+        start[robot.index(driven)] = watched.executor.state().commanded
+        self._start = robot.followed(start)
+
+    def _note_motions(self, watched: Watched, now: float) -> None:
+        """Write down what was spliced in since the last look, and a new way to the goal."""
+        names, pieces = watched.problem.reduced.joint_names, watched.committed.pieces
+        for begin, motion in pieces:
+            if not any(motion is known for known in self._kept):
+                self._committed.append(
+                    RecordedMotion(since=now, begin=begin, trajectory=of_joints(motion, names))
+                )
+        self._kept = tuple(motion for _, motion in pieces)
+        intended, last = watched.intended, self._intended[-1] if self._intended else None
+        motion = None if intended is None else intended.trajectory
+        if motion is not (None if last is None else last.trajectory):
+            begin = now if intended is None else intended.begin
+            self._intended.append(RecordedMotion(since=now, begin=begin, trajectory=motion))
+
+    def _recording(self, latest: int) -> Recording:
+        """Return the last entries of each kind, all where it is 0; of what was seen and happened, all."""
+        with self._lock:
+            watched = self._watched
+            if watched is None:
+                raise ProblemError("nothing was looked at yet")
+            return Recording(
+                group=watched.problem.group,
+                start=self._start,
+                joint_names=watched.problem.reduced.joint_names,
+                times=np.array(self._times[-latest:]),
+                positions=np.array(self._positions[-latest:]),
+                committed=self._committed[-latest:],
+                intended=self._intended[-latest:],
+                sightings=self._sightings,
+                events=tuple(watched.events),
+            )

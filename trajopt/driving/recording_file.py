@@ -21,9 +21,9 @@ from functools import cache
 from pathlib import Path
 from typing import cast
 
-from trajopt.driving.events import Event, Kind
-from trajopt.driving.guard import Seen
-from trajopt.driving.recording import Recording, Sighting, TimedMotion
+from trajopt.driving.events import Event, EventKind
+from trajopt.driving.recording import RecordedMotion, Recording, Sighting
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.kinds import model_kinds
 from trajopt.problem.read_checks import check_fields, check_value
 from trajopt.robot.robot import Robot
@@ -44,8 +44,9 @@ WORLD = tuple(name for name in (item.name for item in fields(Scene)) if name != 
 
 @cache
 def recording_kinds() -> Kinds:
-    """Return the classes of what a file may hold, by name."""
-    return {**model_kinds(), **{kind.__name__: kind for kind in (TimedMotion, Event, Kind)}}
+    """Return the classes of what a file may hold, by name; files before 0.2 have two other names."""
+    own = {kind.__name__: kind for kind in (RecordedMotion, Event, EventKind)}
+    return {**model_kinds(), **own, "TimedMotion": RecordedMotion, "Kind": EventKind}
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +163,7 @@ def _sighting(reader: Reader, node: Node, robot: Robot) -> Sighting:
     node.only(("since", "stamp", "scene"))
     parts = {name: reader.value(node["scene"].only(WORLD)[name]) for name in WORLD}
     try:
-        seen = Seen(Scene(robot=robot, **parts), node["stamp"].number())
+        seen = WorldSnapshot(Scene(robot=robot, **parts), node["stamp"].number())
         return Sighting(since=reader.value(node["since"]), seen=seen)
     except (TrajoptError, TypeError) as error:
         raise node.error(str(error)) from error

@@ -5,16 +5,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from trajopt.driving.commit_loop import off_track, outside_limits
 from trajopt.driving.committed_motion import REST, CommittedMotion
-from trajopt.driving.events import Event, Kind
+from trajopt.driving.events import Event, EventKind
 from trajopt.driving.executor import Executor
-from trajopt.driving.guard import Guard, Seen, guard_of, start_from
+from trajopt.driving.motion_guard import MotionGuard, guard_of, start_from
+from trajopt.driving.options import on_clock
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
-from trajopt.driving.servo_program import Approach, Braking, Surrounding, settle
+from trajopt.driving.servo_program import ApproachLimits, Braking, Surroundings, settle
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.driving.soonest_stop import soonest_stop, why_unproven
-from trajopt.driving.stamps import on_clock
-from trajopt.driving.tracking import off_track, outside_limits
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.stopping import with_jerk
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import reduce_model, tool_frame
@@ -59,10 +60,10 @@ class Servo(Printed):
     frame: str = ""
     events: list[Event] = field(default_factory=list[Event])
     seconds: list[float] = field(default_factory=list[float])
-    _seen: Seen = field(init=False)
-    _guard: Guard = field(init=False)
+    _seen: WorldSnapshot = field(init=False)
+    _guard: MotionGuard = field(init=False)
     _braking: Braking = field(init=False)
-    _around: Surrounding = field(init=False)
+    _around: Surroundings = field(init=False)
     _committed: CommittedMotion = field(init=False)
     _command: tuple[Command, float] | None = field(default=None, init=False)
     _filtered: Floats = field(default_factory=lambda: np.zeros(0), init=False)
@@ -83,12 +84,12 @@ class Servo(Printed):
             raise ProblemError("the robot moves: a servo takes it over where it stands")
         self._guard = guard_of(self.problem, self.executor)
         if outside := outside_limits(self._guard.problem, self.executor):
-            self._note(Kind.OUTSIDE_LIMITS, outside)
+            self._note(EventKind.OUTSIDE_LIMITS, outside)
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
         self._braking = Braking(with_jerk(self.problem.limits), self.options.period)
-        self._look(Seen(self.problem.scene, self.executor.now()))
+        self._look(WorldSnapshot(self.problem.scene, self.executor.now()))
         self._rehearse()
 
     @property
@@ -97,7 +98,7 @@ class Servo(Printed):
         return self._seen.scene
 
     @property
-    def seen(self) -> Seen:
+    def seen(self) -> WorldSnapshot:
         """The world as it was last told, and when."""
         return self._seen
 
@@ -147,7 +148,7 @@ class Servo(Printed):
         """
         if self._command is not None:
             self._command = None
-            self._note(Kind.STOPPING, why)
+            self._note(EventKind.STOPPING, why)
 
     @checked
     def slow_to(self, factor: float) -> None:
@@ -178,7 +179,7 @@ class Servo(Printed):
         stated = on_clock(stamp, self.executor.now(), self.options.clock_tolerance)
         self._look(self._seen.followed_by(scene, stated))
         self._revise = True
-        self._note(Kind.WORLD_CHANGED)
+        self._note(EventKind.WORLD_CHANGED)
 
     def tick(self) -> None:
         """Watch the robot, and prove and commit what follows the command for the next tick."""
@@ -210,7 +211,7 @@ class Servo(Printed):
         command, said = self._command
         if now - said > self.options.timeout:
             self._command = None
-            self._note(Kind.STOPPING, f"no command for {now - said:.3f} s")
+            self._note(EventKind.STOPPING, f"no command for {now - said:.3f} s")
             return
         soonest = now + self.executor.latency
         if self._next > soonest + 2.0 * period - ROUNDING:
@@ -220,14 +221,14 @@ class Servo(Printed):
         at = max(at, soonest)
         stale = self._seen.stale(at)
         if stale:
-            self._once(Kind.STALE, stale)
+            self._once(EventKind.STALE, stale)
             return
         state = self._committed(at)[:, self._columns]
         motion = self._motion(command, state, at)
         if motion is None:
             return
         if not self._guard.proven(motion, self._seen, at):
-            self._once(Kind.STOPPING, "what follows the command is not proven to keep clear")
+            self._once(EventKind.STOPPING, "what follows the command is not proven to keep clear")
         elif self._splice(motion, at):
             self._next = at + period
 
@@ -245,7 +246,7 @@ class Servo(Printed):
             twist = self._twist(command, tool)
             task = tool.task(twist)
             singular = tool.approach(twist, braking, state[1]).that_can_break(lower, upper)
-            near = Approach(
+            near = ApproachLimits(
                 np.concatenate((near.jacobian, singular.jacobian)),
                 np.concatenate((near.lower, singular.lower)),
             )
@@ -278,13 +279,13 @@ class Servo(Printed):
         self._filtered = self._filtered + self.options.taken * (values - self._filtered)
         return self._filtered
 
-    def _look(self, seen: Seen) -> None:
+    def _look(self, seen: WorldSnapshot) -> None:
         """Take the world as it is seen."""
         self._seen = seen
         problem = self.problem
         kept = self.options.clearance + self._guard.options.distance_error
         reduced = reduce_model(seen.scene, problem.group, problem.start_positions)
-        self._around = Surrounding(reduced, self._braking, kept)
+        self._around = Surroundings(reduced, self._braking, kept)
 
     def _look_again(self) -> None:
         """Judge what is committed in the world as it is known now, and stop where it does not hold."""
@@ -299,9 +300,11 @@ class Servo(Printed):
         motion, taken = soonest_stop(self._guard, self._seen, at, standing, ahead, None)
         if motion is not ahead:
             self._splice(motion, at)
-        self._note(Kind.STOPPING, f"what it was to do is not clear; at rest in {1e3 * taken.duration:.0f} ms")
+        self._note(
+            EventKind.STOPPING, f"what it was to do is not clear; at rest in {1e3 * taken.duration:.0f} ms"
+        )
         if not taken.proven:
-            self._note(Kind.UNPROVEN_STOP, why_unproven(self._guard, self._seen, at, motion))
+            self._note(EventKind.UNPROVEN_STOP, why_unproven(self._guard, self._seen, at, motion))
 
     def _proven(self, motion: Trajectory, at: float) -> bool:
         return not self._seen.stale(at) and self._guard.proven(motion, self._seen, at)
@@ -310,12 +313,12 @@ class Servo(Printed):
         """Whether the robot does not follow; nothing is commanded then."""
         fault = self.executor.fault()
         if fault:
-            self._once(Kind.FAULT, fault)
+            self._once(EventKind.FAULT, fault)
         else:
             off = off_track(self.executor, self._committed, self.scene.robot)
             if not off:
                 return False
-            self._note(Kind.OFF_TRACK, off)
+            self._note(EventKind.OFF_TRACK, off)
             self.executor.stop()
         self._command = None
         return True
@@ -328,17 +331,17 @@ class Servo(Printed):
     def _splice(self, motion: Trajectory, at: float) -> bool:
         refused = self.executor.splice(motion, at)
         if refused:
-            self._once(Kind.REJECTED, refused)
+            self._once(EventKind.REJECTED, refused)
             return False
         self._committed.splice(motion, at, now=self.executor.now())
         return True
 
-    def _once(self, kind: Kind, words: str) -> None:
+    def _once(self, kind: EventKind, words: str) -> None:
         """Note what may last for many ticks only when it begins."""
         if not self.events or self.events[-1].kind is not kind:
             self._note(kind, words)
 
-    def _note(self, kind: Kind, words: str = "") -> None:
+    def _note(self, kind: EventKind, words: str = "") -> None:
         self.events.append(Event(self.executor.now(), kind, words))
 
 

@@ -7,7 +7,7 @@ from math import exp
 
 import numpy as np
 
-from trajopt.driving.stamps import CLOCK_TOLERANCE
+from trajopt.driving.options import CLOCK_TOLERANCE
 from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.values.arrays import (
     Floats,

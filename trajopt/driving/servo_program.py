@@ -17,15 +17,59 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.driving.body_speeds import BodySpeeds
-from trajopt.geometry import Query
+from trajopt.geometry import Kinematics, Query
+from trajopt.geometry.geometry import BoundingBoxes
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers.banded import BandedSteps
 from trajopt.robot.limits import EXCESS, JointLimits
+from trajopt.scene.deviation import pair_levers
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.timed import ChangingPairs, timed_model
 from trajopt.timing.joint_stops import TICK
 from trajopt.values.arrays import Floats, Loss, Rows, Value
+
+
+class BodySpeeds:
+    """How fast pairs of bodies can come nearer, in a configuration and for velocities within bounds."""
+
+    def __init__(self, reduced: ReducedModel) -> None:
+        """Lay out the bodies.
+
+        Args:
+            reduced: Robot and scene.
+        """
+        model, boxes = reduced.model, BoundingBoxes.of(reduced)
+        self._mimic, self._pairs, self._levers = reduced.mimic_matrix, reduced.pairs, pair_levers(reduced)
+        self._joint, self._centre, self._radius = boxes.joint, boxes.centre[:, :, None], boxes.radius
+        self._carried = np.zeros((model.nv, model.njoints))
+        for joint in range(1, model.njoints):
+            for carrier in list(model.supports[joint])[1:]:
+                self._carried[int(model.joints[carrier].idx_v), joint] = 1.0
+
+    def nearer(self, placed: Kinematics, lower: Floats, upper: Floats) -> Floats:
+        """Bound how fast the bodies of each pair can come nearer, shape (p,) [m/s].
+
+        At the middle of the bounds no point of a body is faster than its centre, and its turning times its
+        radius, make it; the rest is bounded by levers, which hold everywhere.
+
+        Args:
+            placed: Where the joints are, in one configuration.
+            lower: Least velocities of the joints, shape (n,) [rad/s | m/s].
+            upper: Largest, likewise.
+        """
+        rates = self._mimic @ ((lower + upper) / 2.0)
+        twist = (placed.jacobian[0] * rates) @ self._carried
+        linear, angular = twist[:3, self._joint].T, twist[3:, self._joint].T
+        turned = (placed.rotation[0, self._joint] @ self._centre)[:, :, 0]
+        centre = turned + placed.translation[0, self._joint]
+        ahead, behind = (1, 2, 0), (2, 0, 1)
+        moved = linear + angular[:, ahead] * centre[:, behind] - angular[:, behind] * centre[:, ahead]
+        sizes = np.sqrt(np.stack((moved, angular)) ** 2 @ np.ones(3))
+        speed = sizes[0] + sizes[1] * self._radius
+        middle = speed[self._pairs.first] + speed[self._pairs.second]
+        by_levers = self._levers @ np.stack((np.maximum(-lower, upper), (upper - lower) / 2.0), axis=1)
+        return np.minimum(by_levers[:, 0], middle + by_levers[:, 1])
+
 
 PENALTY = 1e4
 """Of coming nearer than is allowed: far more than following a command can ever be worth, whose cost is 1 when
@@ -42,7 +86,7 @@ STEP = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Task(Value):
+class VelocityTask(Value):
     """What a command asks of the joints' velocities w: matrix @ w near to the target.
 
     Attributes:
@@ -55,7 +99,7 @@ class Task(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Approach(Value):
+class ApproachLimits(Value):
     """What must not come nearer than room allows: jacobian @ w >= lower.
 
     Attributes:
@@ -66,11 +110,11 @@ class Approach(Value):
     jacobian: Floats
     lower: Floats
 
-    def that_can_break(self, lower: Floats, upper: Floats) -> "Approach":
+    def that_can_break(self, lower: Floats, upper: Floats) -> "ApproachLimits":
         """Return the rows that velocities between bounds, shape (n,) each, can break."""
         least = np.minimum(self.jacobian * lower, self.jacobian * upper).sum(axis=1)
         rows = least < self.lower
-        return Approach(self.jacobian[rows], self.lower[rows])
+        return ApproachLimits(self.jacobian[rows], self.lower[rows])
 
 
 class Braking:
@@ -131,7 +175,7 @@ class Braking:
         return np.sqrt(delayed**2 + 2.0 * most * room) - delayed
 
 
-class Surrounding:
+class Surroundings:
     """What a robot keeps apart from, and how fast it may come nearer."""
 
     def __init__(self, reduced: ReducedModel, braking: Braking, kept: float) -> None:
@@ -157,7 +201,9 @@ class Surrounding:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
 
-    def approach(self, state: Floats, time: float, bounds: tuple[Floats, Floats] | None = None) -> Approach:
+    def approach(
+        self, state: Floats, time: float, bounds: tuple[Floats, Floats] | None = None
+    ) -> ApproachLimits:
         """Measure what is near, and return how fast it may come nearer.
 
         Only what can be too fast is measured: all else has room for any velocities within the bounds.
@@ -196,12 +242,12 @@ class Surrounding:
         brake = np.abs(jacobian) @ limits.acceleration
         nearer = np.minimum(room / late, np.sqrt(2.0 * brake * room))
         by_itself = near.jacobian[:, joints:] @ rates[joints:] - grows[near.pair]
-        found = Approach(jacobian, -nearer - by_itself)
+        found = ApproachLimits(jacobian, -nearer - by_itself)
         return found if bounds is None else found.that_can_break(*bounds)
 
 
 def settle(
-    task: Task, approach: Approach, lower: Floats, upper: Floats, limits: JointLimits
+    task: VelocityTask, approach: ApproachLimits, lower: Floats, upper: Floats, limits: JointLimits
 ) -> Floats | None:
     """Return the velocities between bounds that follow a task best, or None where there is no answer.
 

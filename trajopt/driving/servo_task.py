@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
-from trajopt.driving.servo_program import Approach, Braking, Task
+from trajopt.driving.servo_program import ApproachLimits, Braking, VelocityTask
 from trajopt.geometry import Kinematics, Query
 from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.scene.reduced import ReducedModel
@@ -74,13 +74,13 @@ class Tool(Value):
         """Velocity and turning by the group's joints, a radian counting as `LENGTH`, shape (6, n)."""
         return np.concatenate((self.linear, LENGTH * self.angular), axis=1).T @ self.mimic
 
-    def task(self, twist: Floats) -> Task:
+    def task(self, twist: Floats) -> VelocityTask:
         """Return the task of a twist in the world, (velocity, rate of turning), shape (6,)."""
         asked = _as_lengths(twist)
         scale = max(float(np.linalg.norm(asked)), SLOWEST)
-        return Task(self.jacobian / scale, asked / scale)
+        return VelocityTask(self.jacobian / scale, asked / scale)
 
-    def approach(self, twist: Floats, braking: Braking, velocities: Floats) -> Approach:
+    def approach(self, twist: Floats, braking: Braking, velocities: Floats) -> ApproachLimits:
         """Return how fast the tool may come nearer to singularities on a twist.
 
         What the twist has along the k-th left singular vector, c, asks for joint velocities of c / s along
@@ -96,7 +96,7 @@ class Tool(Value):
         size = np.where(ends, np.abs(left.T @ asked), np.sqrt(asked @ asked))
         smallest = size * (np.abs(right) / braking.limits.velocity).max(axis=1)
         room = np.maximum(values - smallest, 0.0)
-        return Approach(slopes, -room / braking.time(velocities))
+        return ApproachLimits(slopes, -room / braking.time(velocities))
 
     def singular_values(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return the singular values of the Jacobian, the largest first, and their slopes.
@@ -161,10 +161,10 @@ def values_of(command: Command, reduced: ReducedModel, options: ServoOptions) ->
     return _shaped(np.array(asked, dtype=np.float64), options)
 
 
-def joint_task(velocities: Floats, braking: Braking) -> Task:
+def joint_task(velocities: Floats, braking: Braking) -> VelocityTask:
     """Return the task of joint velocities, each counting by its limit."""
     most = braking.limits.velocity
-    return Task(np.diag(1.0 / most), velocities / most)
+    return VelocityTask(np.diag(1.0 / most), velocities / most)
 
 
 def twist_to(target: Placement, here: Placement, options: ServoOptions, delay: float) -> Floats:

@@ -1,26 +1,77 @@
-"""Simulated executor: a robot in MuJoCo that is driven step by step, with sensors and faults as asked."""
+"""Executor of a robot that MuJoCo simulates step by step, with delayed and noisy sensors and with faults."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from math import inf
 
 import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.executor import RobotState
-from trajopt.driving.faults import Fault, FaultKind
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.scene import Scene
+from trajopt.scene.whole_robot import driven_joints, whole_robot
 from trajopt.simulation import Contact, SimulationOptions
-from trajopt.simulation.contacts import ContactLog
-from trajopt.simulation.controller import ComputedTorque
-from trajopt.simulation.execution import BLOWN_UP
-from trajopt.simulation.whole import driven_joints, whole_robot
-from trajopt.values.arrays import Floats, Value, floats
+from trajopt.simulation.execution import BLOWN_UP, ComputedTorque
+from trajopt.simulation.rollout import ContactLog
+from trajopt.values.arrays import Floats, Value, floats, number
 from trajopt.values.errors import JointNotFound, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
+
+
+class FaultKind(Enum):
+    """Kinds of faults."""
+
+    DRIFT = "drift"
+    """A joint is driven to a place that is off by so much [rad | m]."""
+    STUCK = "stuck"
+    """A joint does not move any more."""
+    LOST_COMMANDS = "lost commands"
+    """What is spliced in is acknowledged, but never driven."""
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class Fault(Value):
+    """Something that goes wrong for a while.
+
+    Attributes:
+        kind: What.
+        begin: From when on [s].
+        end: Until when [s].
+        joint: Which joint; of lost commands, none.
+        size: By how much it drifts [rad | m].
+    """
+
+    kind: FaultKind
+    begin: float
+    end: float
+    joint: str = ""
+    size: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check that it lasts, and whether it names a joint.
+
+        Raises:
+            ProblemError: If it does not last, or names no joint, or one that it has no use for.
+        """
+        if not number("begin", self.begin) < number("end", self.end):
+            raise ProblemError(f"a fault ends after it begins: {self.begin:g} s, {self.end:g} s")
+        if bool(self.joint) == (self.kind is FaultKind.LOST_COMMANDS):
+            raise ProblemError(
+                "lost commands are of all joints"
+                if self.joint
+                else f"{self.kind.value} is of a joint: name it"
+            )
+
+    @checked
+    def at(self, time: float) -> bool:
+        """Say whether it is there at a time [s]."""
+        return self.begin <= time < self.end
+
 
 BRAKE = 0.9
 """What a stop at once takes off the velocity to follow, each time step: the motors do what they can."""

@@ -1,16 +1,97 @@
-"""The soonest stop of what is being driven, on its path or off it."""
+"""The soonest proven stop: along the path, with all joints braking, or turning away first."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.driving.evasion import clear_at, evading_stops
-from trajopt.driving.guard import Guard, Seen
+from trajopt.driving.motion_guard import MotionGuard
+from trajopt.driving.servo_program import Braking, Surroundings
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.stopping import stop_from, stopping_motion, with_jerk
 from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
-from trajopt.values.arrays import Value
+from trajopt.robot.limits import JointLimits
+from trajopt.scene.reduced import reduce_model
+from trajopt.timing.joint_stops import stop_after
+from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
+
+MEASURED_AT = (0.5, 1.0)
+"""Where the nearest obstacles are measured, as parts of the stop that comes too near."""
+PUSHES = (0.06, 0.1)
+"""How long joints are pushed away before they brake [s]. Of the stops that a search over 800 others found
+among hostile worlds, where no other was proven, one of these is in every case."""
+SAMPLE_TIME = 0.01
+"""Time step for which distances are measured [s]."""
+MOMENT = 1e-3
+"""A robot that stands for this long tells whether it is clear where it is [s]."""
+
+
+def evading_stops(
+    guard: MotionGuard, world: WorldSnapshot, begin: float, here: Problem, ahead: Trajectory, stop: Trajectory
+) -> Iterator[Trajectory]:
+    """Yield stops that turn away from obstacles; none if the robot is too near to one when they begin.
+
+    Args:
+        guard: Proves.
+        world: What is known of the world.
+        begin: When the stop begins, on the executor's clock [s].
+        here: What is required, with the robot where it will be then.
+        ahead: What is committed from then on.
+        stop: A stop that comes too near to something.
+    """
+    if not clear_at(guard, world, begin, ahead):
+        return
+    state = np.stack([ahead(0.0, order) for order in range(3)])
+    limits = with_jerk(here.limits)
+    reduced = reduce_model(world.scene, guard.problem.group, guard.problem.start_positions)
+    around = Surroundings(reduced, Braking(limits, SAMPLE_TIME), guard.options.distance_error)
+    for look in MEASURED_AT:
+        there = np.stack((stop(look * stop.duration), state[1], np.zeros(len(state[1]))))
+        near = around.approach(there, world.clock(begin + look * stop.duration))
+        if not len(near.jacobian):
+            continue
+        gains = near.jacobian * limits.acceleration
+        gains = gains / np.maximum(np.abs(gains).max(axis=1, keepdims=True), np.finfo(np.float64).tiny)
+        for away in (gains[int(near.lower.argmax())], gains.sum(axis=0)):
+            largest = float(np.abs(away).max())
+            for shares in (np.sign(away), away / largest) if largest > 0.0 else ():
+                for push in PUSHES:
+                    motion = _pushed(state, shares * limits.acceleration, push, limits)
+                    if motion is not None:
+                        yield motion
+
+
+def _pushed(state: Floats, wanted: Floats, push: float, limits: JointLimits) -> Trajectory | None:
+    """Return a motion that goes over to accelerations within a time, then stops; None if it gets too fast."""
+    q, v, a = state
+    jerk = np.clip((wanted - a) / push, -limits.jerk, limits.jerk)
+    end = np.stack(
+        (
+            q + push * (v + push * (a / 2.0 + push * jerk / 6.0)),
+            v + push * (a + push * jerk / 2.0),
+            a + push * jerk,
+        )
+    )
+    if (np.abs(end[1]) > limits.velocity).any():
+        return None
+    return stop_after(state, end, push, limits)
+
+
+def clear_at(guard: MotionGuard, world: WorldSnapshot, begin: float, ahead: Trajectory) -> bool:
+    """Say whether the robot is clear where a stop begins: if it is not, no stop is proven.
+
+    Args:
+        guard: Proves.
+        world: What is known of the world.
+        begin: When the stop begins, on the executor's clock [s].
+        ahead: What is committed from then on.
+    """
+    here = ahead(0.0)
+    still = np.zeros((2, len(here)))
+    standing = Trajectory(ahead.joint_names, np.array((0.0, MOMENT)), np.stack((here, here)), still, still)
+    return guard.proven(standing, world, begin, requirements=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +128,7 @@ def _gentle(here: Problem, ahead: Trajectory) -> list[Trajectory]:
 
 
 def _proven(
-    guard: Guard, world: Seen, begin: float, stops: list[Trajectory]
+    guard: MotionGuard, world: WorldSnapshot, begin: float, stops: list[Trajectory]
 ) -> tuple[Trajectory | None, bool]:
     """Return the first of some stops that is proven, or else that keeps clear; and whether all holds."""
     return next(
@@ -62,7 +143,12 @@ def _proven(
 
 
 def soonest_stop(
-    guard: Guard, world: Seen, begin: float, here: Problem, ahead: Trajectory, along: Trajectory | None
+    guard: MotionGuard,
+    world: WorldSnapshot,
+    begin: float,
+    here: Problem,
+    ahead: Trajectory,
+    along: Trajectory | None,
 ) -> tuple[Trajectory, StopTaken]:
     """Return the soonest way to rest that is proven; if none is, the soonest that keeps clear, or of all.
 
@@ -97,7 +183,7 @@ def soonest_stop(
     return motion, StopTaken(motion.duration, along_path, found is not None, held)
 
 
-def why_unproven(guard: Guard, world: Seen, begin: float, stop: Trajectory) -> str:
+def why_unproven(guard: MotionGuard, world: WorldSnapshot, begin: float, stop: Trajectory) -> str:
     """Say why no stop is proven: which pair comes how near, and whether any stop could do better.
 
     Args:

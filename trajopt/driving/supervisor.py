@@ -4,21 +4,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trajopt.driving.agenda import Agenda
-from trajopt.driving.commitment import Commitment
+from trajopt.driving.active_motion import ActiveMotion
+from trajopt.driving.commit_loop import Commitment, off_track, outside_limits
 from trajopt.driving.committed_motion import REST, CommittedMotion
-from trajopt.driving.events import Event, Kind
+from trajopt.driving.events import Event, EventKind, Journal
 from trajopt.driving.executor import Executor
-from trajopt.driving.following import Following, GoalNow
-from trajopt.driving.guard import Seen, guard_of
-from trajopt.driving.intention import Goal, Intention
-from trajopt.driving.journal import Journal
-from trajopt.driving.options import SupervisorOptions
-from trajopt.driving.recovery import recovery
-from trajopt.driving.running import Running
+from trajopt.driving.goal_queue import FollowedGoal, GoalNow, GoalQueue
+from trajopt.driving.intended_motion import GuardedGoal, IntendedMotion
+from trajopt.driving.motion_guard import guard_of
+from trajopt.driving.options import SupervisorOptions, on_clock
+from trajopt.driving.replanning import recovery
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.driving.stamps import on_clock
-from trajopt.driving.tracking import off_track, outside_limits
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning.moving.meeting import goals_that_move
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import GoalLike
@@ -60,8 +57,8 @@ class Supervisor(Printed):
     seconds: dict[str, list[float]] = field(init=False)
     _journal: Journal = field(init=False)
     _commitment: Commitment = field(init=False)
-    _running: Running = field(init=False)
-    _agenda: Agenda = field(init=False)
+    _running: ActiveMotion = field(init=False)
+    _agenda: GoalQueue = field(init=False)
     _revise: bool = field(default=False, init=False)
     _measured: dict[str, float] = field(default_factory=dict[str, float], init=False)
 
@@ -74,16 +71,16 @@ class Supervisor(Printed):
         self.events, self.seconds = self._journal.events, self._journal.seconds
         guard = guard_of(self.problem, executor)
         if outside := outside_limits(guard.problem, executor):
-            self._journal.note(Kind.OUTSIDE_LIMITS, outside)
+            self._journal.note(EventKind.OUTSIDE_LIMITS, outside)
         self._commitment = Commitment(
             executor,
             self._journal,
             guard,
-            Seen(self.problem.scene, now),
+            WorldSnapshot(self.problem.scene, now),
             CommittedMotion(executor.joint_names, state.commanded),
         )
-        self._running = Running(self._commitment, self.options, None, now)
-        self._agenda = Agenda(self._commitment, self._running, self.options)
+        self._running = ActiveMotion(self._commitment, self.options, None, now)
+        self._agenda = GoalQueue(self._commitment, self._running, self.options)
 
     @property
     def scene(self) -> Scene:
@@ -91,7 +88,7 @@ class Supervisor(Printed):
         return self._commitment.world.scene
 
     @property
-    def seen(self) -> Seen:
+    def seen(self) -> WorldSnapshot:
         """The world as it was last told, and when."""
         return self._commitment.world
 
@@ -101,7 +98,7 @@ class Supervisor(Printed):
         return self._commitment.motion
 
     @property
-    def intended(self) -> Intention | None:
+    def intended(self) -> IntendedMotion | None:
         """The motion to the goal that it is on; None while there is none."""
         return self._running.intended
 
@@ -134,7 +131,7 @@ class Supervisor(Printed):
         """
         goal = self._goal(problem, blend_radius)
         if self._running.intended is not None:
-            self._journal.note(Kind.GOAL_CHANGED)
+            self._journal.note(EventKind.GOAL_CHANGED)
         self.problem = problem
         self._agenda.go(goal)
 
@@ -197,7 +194,7 @@ class Supervisor(Printed):
         else:
             function("goal", goal)
         followed = self._goal(self.problem, 0.0)
-        self._agenda.follow(Following(followed, goal, where, tool, tolerance, hold))
+        self._agenda.follow(FollowedGoal(followed, goal, where, tool, tolerance, hold))
 
     @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
@@ -214,7 +211,7 @@ class Supervisor(Printed):
         commitment = self._commitment
         commitment.world = commitment.world.followed_by(scene, self._on_clock(stamp))
         self._revise = True
-        self._journal.note(Kind.WORLD_CHANGED)
+        self._journal.note(EventKind.WORLD_CHANGED)
 
     @checked
     def see_cloud(self, name: str, cloud: Points | Voxels | None, stamp: float | None = None) -> bool:
@@ -296,10 +293,10 @@ class Supervisor(Printed):
         here = commitment.still_at(self.problem, at, commitment.world.at(at))
         found = recovery(here, here.scene, here.start_positions, goal, scaling=scaling)
         if found.trajectory is None:
-            self._journal.note(Kind.NO_PLAN, found.words)
+            self._journal.note(EventKind.NO_PLAN, found.words)
             return False
         commitment.held = False  # constraints do not count
-        self._journal.note(Kind.RECOVERING, found.words)
+        self._journal.note(EventKind.RECOVERING, found.words)
         return commitment.splice(found.trajectory, max(at, commitment.soonest))
 
     def _on_clock(self, stamp: float | None) -> float:
@@ -321,17 +318,17 @@ class Supervisor(Printed):
         fault, agenda = self.executor.fault(), self._agenda
         if fault:
             if agenda.open:
-                self._journal.note(Kind.FAULT, fault)
+                self._journal.note(EventKind.FAULT, fault)
         else:
             words = off_track(self.executor, self._commitment.motion, self.problem.scene.robot)
             if not words:
                 return False
-            self._journal.note(Kind.OFF_TRACK, words)
+            self._journal.note(EventKind.OFF_TRACK, words)
             self.executor.stop()
         agenda.abandon()
         return True
 
-    def _goal(self, problem: Problem, blend_radius: float) -> Goal:
+    def _goal(self, problem: Problem, blend_radius: float) -> GuardedGoal:
         """Return a goal of the same group of the same robot.
 
         Raises:
@@ -347,4 +344,4 @@ class Supervisor(Printed):
             raise ProblemError(f"blend_radius must not be negative, is {blend_radius:g} m")
         if moving := goals_that_move(problem):
             raise ProblemError(f"the goal moves with {', '.join(sorted(moving))}: use follow_goal")
-        return Goal(problem, guard_of(problem, self.executor), blend_radius)
+        return GuardedGoal(problem, guard_of(problem, self.executor), blend_radius)

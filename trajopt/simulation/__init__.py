@@ -4,7 +4,6 @@ Importing this package does not import MuJoCo; calling one of its functions does
 """
 
 from trajopt.simulation.camera import CameraView as CameraView
-from trajopt.simulation.contacts import Contact as Contact
 from trajopt.simulation.depth_camera import DepthCamera as DepthCamera
 from trajopt.simulation.depth_camera import Flaws as Flaws
 from trajopt.simulation.execution import build_spec as build_spec
@@ -14,6 +13,7 @@ from trajopt.simulation.options import SimulationOptions as SimulationOptions
 from trajopt.simulation.phases import simulate_phases as simulate_phases
 from trajopt.simulation.rendering import Layout as Layout
 from trajopt.simulation.rendering import render as render
+from trajopt.simulation.rollout import Contact as Contact
 from trajopt.simulation.rollout import Phase as Phase
 from trajopt.simulation.rollout import PoseError as PoseError
 from trajopt.simulation.rollout import Rollout as Rollout

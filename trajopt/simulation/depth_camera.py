@@ -14,7 +14,7 @@ from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 
 if TYPE_CHECKING:
-    from trajopt.simulation.drawn_depth import DrawnDepth
+    from trajopt.simulation.studio import DrawnDepth
 
 
 @checked
@@ -96,7 +96,7 @@ class DepthCamera:
         """
         at = floats("positions", positions, (len(self._scene.robot.joint_names),))
         reduced = reduce_model(self._scene, self._group, at)
-        from trajopt.simulation.drawn_depth import DrawnDepth  # MuJoCo takes a second to import
+        from trajopt.simulation.studio import DrawnDepth
 
         if self._drawn is None or not np.array_equal(self._fixed(reduced), self._drawn.fixed):
             self.__exit__()

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.robot.loading.mujoco_library import mujoco
+from trajopt.simulation.picture_files import Image
 from trajopt.values.errors import RenderingUnavailable
 
-Image = NDArray[np.uint8]
 Depths = NDArray[np.float32]
 
 

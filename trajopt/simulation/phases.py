@@ -9,12 +9,10 @@ import numpy as np
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
-from trajopt.simulation.contacts import ContactLog
-from trajopt.simulation.controller import ComputedTorque, Reference, in_group_order, reference
-from trajopt.simulation.execution import BLOWN_UP
+from trajopt.scene.whole_robot import whole_robot
+from trajopt.simulation.execution import BLOWN_UP, ComputedTorque, Reference, in_group_order, reference
 from trajopt.simulation.options import Friction, SimulationOptions
-from trajopt.simulation.rollout import Phase, SequenceLog
-from trajopt.simulation.whole import whole_robot
+from trajopt.simulation.rollout import ContactLog, Phase, SequenceLog
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
@@ -61,9 +59,8 @@ def simulate_phases(
     Raises:
         ModelError: If the object has no mass, or the robot none.
     """
-    from trajopt.simulation.loose import add_loose
     from trajopt.simulation.plant import Plant
-    from trajopt.simulation.spec import couple, describe
+    from trajopt.simulation.spec import add_loose, couple, describe
 
     joints = tuple(dict.fromkeys(name for phase in phases for name in phase.reduced.joint_names))
     whole = whole_robot(scene.remove(loose), joints, start)

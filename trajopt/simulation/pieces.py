@@ -26,7 +26,7 @@ HALF_SPACE_EDGE = 40.0
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class MujocoGeom:
     """One MuJoCo geometry.
 
     Attributes:
@@ -44,7 +44,7 @@ class Piece:
     faces: Ints
 
 
-def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
+def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
     """Return the MuJoCo geometries that stand for a shape, and a sentence on what was lost.
 
     Args:
@@ -78,12 +78,12 @@ def scalar_first(placement: Placement) -> Floats:
     return np.array((w, x, y, z))
 
 
-def surface(vertices: Floats, faces: NDArray[np.integer]) -> Piece:
+def surface(vertices: Floats, faces: NDArray[np.integer]) -> MujocoGeom:
     """Return a mesh. It is drawn as it is; contacts use its convex hull."""
-    return Piece(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces.astype(np.int64))
+    return MujocoGeom(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces.astype(np.int64))
 
 
-def _primitive(shape: Box | Sphere | Cylinder | Capsule) -> Piece:
+def _primitive(shape: Box | Sphere | Cylinder | Capsule) -> MujocoGeom:
     kinds = mujoco.mjtGeom
     match shape:
         case Box():
@@ -96,13 +96,13 @@ def _primitive(shape: Box | Sphere | Cylinder | Capsule) -> Piece:
             return _native(kinds.mjGEOM_CAPSULE, shape.radius, shape.length / 2)
 
 
-def _native(kind: mujoco.mjtGeom, *size: float) -> Piece:
+def _native(kind: mujoco.mjtGeom, *size: float) -> MujocoGeom:
     padded = np.zeros(3)
     padded[: len(size)] = size
-    return Piece(kind, readonly(padded), Placement(), np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
+    return MujocoGeom(kind, readonly(padded), Placement(), np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
 
 
-def _cloud(cloud: Points | Voxels) -> tuple[tuple[Piece, ...], str]:
+def _cloud(cloud: Points | Voxels) -> tuple[tuple[MujocoGeom, ...], str]:
     """Return a ball or cube for each of a cloud; of a large one fewer, which contain them."""
     shown = fewer(cloud, MOST_OF_CLOUD)
     one = _primitive(Sphere(shown.radius) if isinstance(shown, Points) else Box(*(shown.size,) * 3))
@@ -114,17 +114,17 @@ def _cloud(cloud: Points | Voxels) -> tuple[tuple[Piece, ...], str]:
     return each, f"{cloud} is simulated as {shown}, which contains it"
 
 
-def _half_space(*, moving: bool) -> tuple[tuple[Piece, ...], str]:
+def _half_space(*, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
     if not moving:
         return (_native(mujoco.mjtGeom.mjGEOM_PLANE, 0.0, 0.0, 1.0),), ""
     half = HALF_SPACE_EDGE / 2
     box = _native(mujoco.mjtGeom.mjGEOM_BOX, half, half, half)
     below = Placement(translation=readonly(np.array((0.0, 0.0, -half))))
-    moved = Piece(box.kind, box.size, below, box.vertices, box.faces)
+    moved = MujocoGeom(box.kind, box.size, below, box.vertices, box.faces)
     return (moved,), f"the moving half-space is a box with edges of {HALF_SPACE_EDGE:g} m"
 
 
-def _pyramid(shape: Cone) -> tuple[tuple[Piece, ...], str]:
+def _pyramid(shape: Cone) -> tuple[tuple[MujocoGeom, ...], str]:
     """Circumscribe a regular pyramid: it contains the cone."""
     wanted = np.pi * np.sqrt(shape.radius / (2.0 * CONE_TOLERANCE))
     sides = int(np.clip(np.ceil(wanted), 16, MOST_CONE_SIDES))

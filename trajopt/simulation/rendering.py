@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from trajopt.scene.planned_robot import HasReduced, Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
@@ -16,7 +19,7 @@ from trajopt.values.errors import FileFormatError, ProblemError, ShapeError, sho
 from trajopt.values.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from trajopt.simulation.motion import Motion
+    from trajopt.simulation.sampled_motion import SampledMotion
 
 
 class Layout(Enum):
@@ -70,8 +73,8 @@ def render(
         ShapeError: If a size, `fps` or `moments` cannot be used.
         ModelError: If the motion is not of this group's joints.
     """
-    from trajopt.simulation.film import WRITERS, check_path, write_strip  # MuJoCo takes a second to import
-    from trajopt.simulation.motion import frame_times, moments_of
+    from trajopt.simulation.picture_files import WRITERS, check_path, write_strip
+    from trajopt.simulation.sampled_motion import frame_times, moments_of
     from trajopt.simulation.studio import Canvas, Studio
 
     reduced, drawn, file = _drawn(subject, motion, path)
@@ -99,9 +102,11 @@ def render(
     return file
 
 
-def _known(reduced: ReducedModel, drawn: Rollout | Trajectory | SequenceLog | None, file: Path) -> Motion:
+def _known(
+    reduced: ReducedModel, drawn: Rollout | Trajectory | SequenceLog | None, file: Path
+) -> SampledMotion:
     """Return positions over time: of a motion, or of the start, which is drawn as a PNG alone."""
-    from trajopt.simulation.motion import held_start, motion_of
+    from trajopt.simulation.sampled_motion import held_start, motion_of
 
     if drawn is not None:
         return motion_of(reduced, drawn)
@@ -144,3 +149,43 @@ def _drawn(
 
 def _silent(_: float) -> None:
     pass
+
+
+WIDTH, HEIGHT = 320, 240
+"""Of a thumbnail [pixels]."""
+SHADOW = 1024
+"""Edge of the square that its shadows are computed on [pixels]."""
+JPEG_QUALITY = 80
+"""Of its JPEG: artefacts are not seen, and a hundred of them make a page of one or two megabytes."""
+TYPE = "image/jpeg"
+"""Its media type."""
+
+
+def thumbnail(reduced: ReducedModel, trajectory: Trajectory | None) -> bytes:
+    """Draw a motion, its end solid and the way there translucent; or where it would start.
+
+    Args:
+        reduced: Robot and scene.
+        trajectory: The motion; None for the start alone.
+
+    Returns:
+        A JPEG.
+
+    Raises:
+        RenderingUnavailable: If no OpenGL works here; says what to install.
+    """
+    from PIL import Image
+
+    from trajopt.simulation.sampled_motion import held_start, moments_of, motion_of
+    from trajopt.simulation.studio import Canvas, Studio
+
+    if trajectory is None:
+        motion, moments = held_start(reduced), np.zeros(1)
+    else:
+        motion = motion_of(reduced, trajectory)
+        moments = moments_of(motion, None)
+    with Studio(reduced, motion, Canvas(WIDTH, HEIGHT, SHADOW), pictures=len(moments), camera=None) as studio:
+        picture = studio.superposed(moments)
+    written = BytesIO()
+    Image.fromarray(picture).save(written, "JPEG", quality=JPEG_QUALITY, optimize=True)
+    return written.getvalue()

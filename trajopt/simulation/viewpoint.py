@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.reduced import ReducedModel
 from trajopt.simulation.camera import CameraView, frame_points, outermost, picture_coordinates, visible_points
-from trajopt.simulation.motion import Motion
-from trajopt.simulation.posed import PATH_POINTS, PosedModel, tool_paths
-from trajopt.simulation.stage import OBJECT_GROUP, ROBOT_GROUP
+from trajopt.simulation.picture_model import OBJECT_GROUP, PATH_POINTS, ROBOT_GROUP, PosedModel, tool_paths
+from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.values.arrays import Bools, Floats
 
 AZIMUTHS = np.deg2rad(np.arange(0.0, 360.0, 15.0) + 140.0)
@@ -90,7 +89,7 @@ class _Curves:
         return np.arange(len(self.pieces)) < self.tools
 
 
-def look_at(reduced: ReducedModel, motion: Motion, aspect: float) -> Viewpoint:
+def look_at(reduced: ReducedModel, motion: SampledMotion, aspect: float) -> Viewpoint:
     """Choose from where to look at a motion that is drawn by other means.
 
     Args:
@@ -102,7 +101,7 @@ def look_at(reduced: ReducedModel, motion: Motion, aspect: float) -> Viewpoint:
     return best_viewpoint(PosedModel(reduced, motion, shown), shown, aspect)
 
 
-def in_view(reduced: ReducedModel, motion: Motion, highlight: Collection[str] = ()) -> Floats:
+def in_view(reduced: ReducedModel, motion: SampledMotion, highlight: Collection[str] = ()) -> Floats:
     """Return points around what must be in view: robot, tools' paths and what is highlighted, (k, 3) [m]."""
     times = np.linspace(0.0, motion.duration, MOMENTS)
     along = np.array([motion(t) for t in times])

@@ -12,6 +12,8 @@ MOVED: Mapping[str, str] = {
     "cartesian": "tasks.cartesian",
     "client": "server.client",
     "commander": "ros.commander",
+    "driving.random_surprise": "driving.surprises",
+    "driving.servo_stream": "driving.servo_input",
     "errors": "values.errors",
     "execution": "driving",
     "experience": "planning.experience",

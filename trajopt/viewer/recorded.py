@@ -151,13 +151,13 @@ class _Recording:
     def _look(self, reduced: ReducedModel) -> None:
         """Look from where least is hidden, and through what still is in the way."""
         from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
-        from trajopt.simulation.motion import Motion, motion_of
-        from trajopt.simulation.posed import tool_paths
+        from trajopt.simulation.picture_model import tool_paths
+        from trajopt.simulation.sampled_motion import SampledMotion, motion_of
         from trajopt.simulation.viewpoint import look_at
 
         if self._trajectory is None:
             stood = np.stack([self._start, *(each.positions for each in self._beside), self._start])
-            motion = Motion(np.arange(len(stood), dtype=np.float64), stood)
+            motion = SampledMotion(np.arange(len(stood), dtype=np.float64), stood)
         else:
             motion = motion_of(reduced, self._trajectory)
             self._drawing.draw_tool_paths(tool_paths(reduced, motion))

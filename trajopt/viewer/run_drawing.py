@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.driving.recording import Moment, Sighting
+from trajopt.driving.recording import RecordedMoment, Sighting
 from trajopt.geometry import Query
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.values.arrays import Floats
@@ -53,7 +53,7 @@ class RunDrawing:
         self._around: list[tuple[Sighting, Around]] = []
         self._shown: Around | None = None
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: RecordedMoment) -> None:
         """Show a moment."""
         around = self._known(moment.sighting)
         with self.server.atomic():
@@ -100,7 +100,7 @@ class Around:
         if self._clearance.timed is not None:
             self.drawing.draw_halos(self._clearance.timed)
 
-    def show(self, moment: Moment) -> Nearest | None:
+    def show(self, moment: RecordedMoment) -> Nearest | None:
         """Show it in a moment; return what is nearest."""
         seen, time = self._clearance, max(moment.time - self._stamp, 0.0)
         at = seen.positions(np.array((time,)), moment.positions[None])

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.driving.guard import Seen
-from trajopt.driving.logbook import Logbook, Watched
-from trajopt.driving.recording import Moment, Recording, Sighting
+from trajopt.driving.recording import Logbook, RecordedMoment, Recording, Sighting, Watched
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.errors import ProblemError
@@ -68,7 +67,7 @@ def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") ->
         MissingExtra: If viser is not installed.
         ProblemError: If nothing can be served on this host or port.
     """
-    first = Sighting(since=-np.inf, seen=Seen(problem.scene, 0.0))
+    first = Sighting(since=-np.inf, seen=WorldSnapshot(problem.scene, 0.0))
     drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)
     return RunViewer(drawing, Logbook(), None)
 
@@ -85,7 +84,7 @@ class RunViewer(Served):
         server = drawing.server
         super().__init__(server)
         self._drawing, self._source = drawing, source
-        self._moment: Moment | None = None
+        self._moment: RecordedMoment | None = None
         self._shown = 0
         self._kept: tuple[int, Recording] | None = None
         look_from_the_best_side(server, drawing.reduced, motion)
@@ -113,7 +112,7 @@ class RunViewer(Served):
         return self._playback.time
 
     @property
-    def moment(self) -> Moment | None:
+    def moment(self) -> RecordedMoment | None:
         """The moment that is shown; None before the first look."""
         return self._moment
 
@@ -216,7 +215,7 @@ def look_from_the_best_side(
         aside: By how much of the picture's height what is looked at is to the left of its middle.
     """
     from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
-    from trajopt.simulation.motion import motion_of
+    from trajopt.simulation.sampled_motion import motion_of
     from trajopt.simulation.viewpoint import look_at
 
     standing = np.tile(reduced.start_positions, (2, 1))

@@ -11,11 +11,10 @@ from enum import Enum
 
 import numpy as np
 
-from trajopt.driving.guard import Seen
-from trajopt.driving.logbook import Logbook, Watched
-from trajopt.driving.recording import Sighting
+from trajopt.driving.recording import Logbook, Sighting, Watched
 from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
-from trajopt.driving.servo_order import Order
+from trajopt.driving.servo_input import Order
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import tool_frame
 from trajopt.values.errors.arguments import checked
@@ -64,7 +63,7 @@ def servo_page(
         ProblemError: If nothing can be served on this host or port.
         FrameNotFound: If there is no such tool.
     """
-    first = Sighting(since=-np.inf, seen=Seen(problem.scene, 0.0))
+    first = Sighting(since=-np.inf, seen=WorldSnapshot(problem.scene, 0.0))
     tool = frame or tool_frame(problem.reduced)
     problem.reduced.attachment(tool)
     drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)

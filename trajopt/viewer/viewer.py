@@ -130,8 +130,8 @@ class Viewer(Served):
     def _look(self, reduced: ReducedModel, trajectory: Trajectory) -> None:
         """Draw the tools' paths, look from where least is hidden, and through what still is in the way."""
         from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
-        from trajopt.simulation.motion import motion_of
-        from trajopt.simulation.posed import tool_paths
+        from trajopt.simulation.picture_model import tool_paths
+        from trajopt.simulation.sampled_motion import motion_of
         from trajopt.simulation.viewpoint import look_at
 
         motion = motion_of(reduced, trajectory)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from html import escape
 
 from trajopt.planning.status import Status
-from trajopt.simulation.thumbnail import HEIGHT, TYPE, WIDTH
+from trajopt.simulation.rendering import HEIGHT, TYPE, WIDTH
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8884; --good: #1a7f37; --bad: #cf222e; --soft: #8881; }
@@ -64,7 +64,7 @@ def image(picture: bytes | None, words: str = "") -> str:
     """Return a thumbnail that is in the page itself; nothing where there is none.
 
     Args:
-        picture: What `trajopt.simulation.thumbnail` returned.
+        picture: A JPEG by `trajopt.simulation.rendering.thumbnail`.
         words: What it shows, for whoever does not see it.
     """
     if picture is None:

@@ -9,8 +9,9 @@ import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.executor import Executor
-from trajopt.driving.guard import Seen, guard_of, start_from
+from trajopt.driving.motion_guard import guard_of, start_from
 from trajopt.driving.soonest_stop import StopTaken, soonest_stop
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import joint_positions
 from trajopt.robot.limits import JointLimits
@@ -179,7 +180,7 @@ class Drive:
             start=self._all(self._committed(begin)[0]),
             goal=joint_positions(end),
         )
-        guard, world = guard_of(problem, self.executor), Seen(reduced.scene, motion.begin)
+        guard, world = guard_of(problem, self.executor), WorldSnapshot(reduced.scene, motion.begin)
         here = start_from(problem, problem.start_positions, reduced.scene)
         try:
             return soonest_stop(guard, world, begin, here, ahead, along)

@@ -9,7 +9,7 @@ import numpy as np
 from trajopt.geometry import Kinematics
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.scene.scene import Scene
-from trajopt.simulation.whole import whole_robot
+from trajopt.scene.whole_robot import whole_robot
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import TrajoptError
 from trajopt.values.errors.arguments import checked

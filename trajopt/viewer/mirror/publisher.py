@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.driving.logbook import Logbook, Watched
-from trajopt.driving.recording import Moment
+from trajopt.driving.recording import Logbook, RecordedMoment, Watched
 from trajopt.files.bundle.message import message_of
 from trajopt.problem.problem import Problem
 from trajopt.scene.scene import Scene
@@ -111,7 +110,7 @@ class Publisher:
             events=moment.events[-EVENTS:],
         )
 
-    def _moment(self) -> Moment | None:
+    def _moment(self) -> RecordedMoment | None:
         return self._logbook.moment if self._logbook.looks else None
 
     def _scene(self) -> Scene:
@@ -121,7 +120,7 @@ class Publisher:
         seen = moment.sighting.seen
         return seen.scene.still_at(moment.time - seen.stamp)
 
-    def _revised(self, moment: Moment) -> int:
+    def _revised(self, moment: RecordedMoment) -> int:
         """Return the number of what is around the robot: another one where it is another."""
         scene = moment.sighting.seen.scene
         now = (moment.sighting, moment.time if scene.changing else 0.0)

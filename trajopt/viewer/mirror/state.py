@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, cast
 
-from trajopt.driving import Event, Kind
+from trajopt.driving import Event, EventKind
 from trajopt.files.bundle.message import value_of_message
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
@@ -67,9 +67,9 @@ def state_of(node: Node, joints: int) -> State:
 
 def _event(node: Node) -> Event:
     name = node["kind"].text()
-    if name not in {each.value for each in Kind}:
+    if name not in {each.value for each in EventKind}:
         raise node["kind"].error(f"{name!r} is no kind of event")
-    return Event(node["time"].number(), Kind(name), node["words"].text(""))
+    return Event(node["time"].number(), EventKind(name), node["words"].text(""))
 
 
 PATIENCE = 5.0

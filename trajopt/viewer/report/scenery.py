@@ -94,7 +94,7 @@ def stills(subject: Subject, shown: Scenery) -> tuple[Still, ...]:
     Raises:
         RenderingUnavailable: If no OpenGL works here.
     """
-    from trajopt.simulation.motion import Motion, moments_of, motion_of  # MuJoCo takes a second to import
+    from trajopt.simulation.sampled_motion import SampledMotion, moments_of, motion_of
     from trajopt.simulation.studio import Canvas, Studio
 
     reduced, canvas = subject.problem.reduced, Canvas(WIDTH, HEIGHT, SHADOW)
@@ -108,7 +108,7 @@ def stills(subject: Subject, shown: Scenery) -> tuple[Still, ...]:
     places = [each.positions for each in shown.ghosts] or [reduced.start_positions]
     solid = places[0]
     knots = np.stack((*places[1:], solid)) if len(places) > 1 else np.stack((solid, solid))
-    motion = Motion(MOMENT * np.arange(len(knots), dtype=np.float64), knots)
+    motion = SampledMotion(MOMENT * np.arange(len(knots), dtype=np.float64), knots)
     moments = motion.times if len(places) > 1 else motion.times[:1]
     lit = _highlighted(subject)
     with Studio(reduced, motion, canvas, pictures=len(moments), camera=None, highlight=lit) as studio:

@@ -12,7 +12,7 @@ from PIL import Image
 
 from tests.lab.suite.suite.outcomes import ALL, GOOD, REFUSED
 from trajopt.lab.suite.suite_page import page as page_of
-from trajopt.simulation.thumbnail import HEIGHT, WIDTH
+from trajopt.simulation.rendering import HEIGHT, WIDTH
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -1,4 +1,4 @@
-"""Joints of several groups as one: what is simulated together."""
+"""The reduced model of any joints of a robot, whatever its groups."""
 
 from dataclasses import replace
 

@@ -8,13 +8,14 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
-from trajopt.driving.events import Event, Kind
+from trajopt.driving.events import Event, EventKind
 from trajopt.driving.executor import Executor
-from trajopt.driving.guard import Guard, Seen, guard_within
+from trajopt.driving.motion_guard import MotionGuard, guard_within
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.simulated import TOLERANCE, SimulatedExecutor
 from trajopt.driving.supervisor import Supervisor
 from trajopt.driving.surprises import NONE, Surprises
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.scene.scene import Scene
 from trajopt.simulation import Contact
@@ -67,7 +68,7 @@ class Pilot(Protocol):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Run(Value):
+class RunReport(Value):
     """What happened in a run.
 
     Attributes:
@@ -95,7 +96,7 @@ class Run(Value):
     seconds: Mapping[str, tuple[float, ...]]
     measured: Trajectory
 
-    def count(self, *kinds: Kind) -> int:
+    def count(self, *kinds: EventKind) -> int:
         """Return how many events there are of some kinds."""
         return sum(event.kind in kinds for event in self.events)
 
@@ -108,13 +109,13 @@ class Run(Value):
             "contacts_at_fault": [str(contact) for contact in self.contacts_at_fault],
             "clearance_measured": _finite(self.clearance_measured),
             "clearance_proven": None if self.clearance_proven is None else _finite(self.clearance_proven),
-            "stops": self.count(Kind.STOPPING),
-            "replans": self.count(Kind.REPLANNED),
+            "stops": self.count(EventKind.STOPPING),
+            "replans": self.count(EventKind.REPLANNED),
             "latencies": {
                 stage: {name: float(np.percentile(times, share)) for name, share in PERCENTILES}
                 for stage, times in self.seconds.items()
             },
-            "missed_deadlines": self.count(Kind.MISSED_DEADLINE),
+            "missed_deadlines": self.count(EventKind.MISSED_DEADLINE),
             "events": [
                 {"time": event.time, "kind": event.kind.value, "words": event.words} for event in self.events
             ],
@@ -146,7 +147,7 @@ def run(
     longest: float = LONGEST,
     tolerance: float | Floats = TOLERANCE,
     watch: Callable[[Supervisor], object] | None = None,
-) -> Run:
+) -> RunReport:
     """Plan a problem and drive it in the simulated world, as fast as the machine goes.
 
     What happens is the same every time, but for the CPU time that it takes.
@@ -179,7 +180,7 @@ def driven_by(
     longest: float = LONGEST,
     tolerance: float | Floats = TOLERANCE,
     watch: Callable[[P], object] | None = None,
-) -> Run:
+) -> RunReport:
     """Let anything drive a problem in the simulated world, and measure it as `run` does.
 
     Args:
@@ -226,12 +227,12 @@ def driven_by(
     given = None if arm.given is None or arm.fault() else arm.given.ahead(0.0, names)
     # What moves goes on after the robot has come to rest, of which nothing was proven.
     driven = measured if given is None else measured.between(0.0, min(given.duration, measured.duration))
-    return Run(
-        reached=bool(driver.events) and driver.events[-1].kind is Kind.REACHED,
+    return RunReport(
+        reached=bool(driver.events) and driver.events[-1].kind is EventKind.REACHED,
         duration=duration,
         contacts=tuple(contact for contact in arm.contacts if contact.allowance is None),
         contacts_at_fault=tuple(contact for contact in arm.contacts_at_fault if contact.allowance is None),
-        clearance_measured=_clearance(Guard(problem, 0.0), world, driven),
+        clearance_measured=_clearance(MotionGuard(problem, 0.0), world, driven),
         clearance_proven=None if given is None else _clearance(guard, world, given),
         events=tuple(driver.events),
         seconds={stage: tuple(times) for stage, times in driver.seconds.items()},
@@ -239,8 +240,8 @@ def driven_by(
     )
 
 
-def _clearance(guard: Guard, world: Scene, motion: Trajectory) -> float:
-    return guard.certificate(motion, Seen(world, 0.0), 0.0).clearance
+def _clearance(guard: MotionGuard, world: Scene, motion: Trajectory) -> float:
+    return guard.certificate(motion, WorldSnapshot(world, 0.0), 0.0).clearance
 
 
 def _trajectory(names: tuple[str, ...], samples: list[tuple[float, Floats, Floats]]) -> Trajectory:

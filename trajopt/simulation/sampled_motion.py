@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.scene.reduced import ReducedModel
-from trajopt.simulation.controller import in_group_order
+from trajopt.simulation.execution import in_group_order
 from trajopt.simulation.rollout import Rollout, SequenceLog
 from trajopt.values.arrays import Floats, floats
 from trajopt.values.errors import ShapeError
@@ -20,7 +20,7 @@ MOST_PICTURES = 100_000
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SampledMotion:
     """Positions of a group over time, wherever they come from; linear between samples.
 
     Attributes:
@@ -54,12 +54,12 @@ class Motion:
         )
 
 
-def held_start(reduced: ReducedModel) -> Motion:
+def held_start(reduced: ReducedModel) -> SampledMotion:
     """Return a motion that stays at the start."""
-    return Motion(np.array((0.0, 1.0)), np.stack((reduced.start_positions, reduced.start_positions)))
+    return SampledMotion(np.array((0.0, 1.0)), np.stack((reduced.start_positions, reduced.start_positions)))
 
 
-def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> Motion:
+def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> SampledMotion:
     """Return a planned or simulated motion as positions over time.
 
     Raises:
@@ -67,21 +67,21 @@ def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog)
     """
     if isinstance(motion, SequenceLog):
         columns = reduced.scene.robot.index(reduced.joint_names)
-        return Motion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)
+        return SampledMotion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)
     if isinstance(motion, Rollout):
         if motion.joint_names != reduced.joint_names:
             in_group_order(reduced, motion.trajectory)  # raises
         if len(motion.times) == 1:  # it blew up at once
-            return Motion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
-        return Motion(motion.times, motion.positions)
+            return SampledMotion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
+        return SampledMotion(motion.times, motion.positions)
     trajectory = in_group_order(reduced, motion)
     step = max(0.01, trajectory.duration / MOST_SAMPLES)
     between = step * np.arange(int(trajectory.duration / step) + 1)
     times = np.array(sorted({*between.tolist(), *trajectory.times.tolist()}))
-    return Motion(times, trajectory(times))
+    return SampledMotion(times, trajectory(times))
 
 
-def moments_of(motion: Motion, moments: Sequence[float] | None) -> Floats:
+def moments_of(motion: SampledMotion, moments: Sequence[float] | None) -> Floats:
     """Return the times to show [s]: those stated, or start, end and two between.
 
     Raises:
@@ -100,7 +100,7 @@ def moments_of(motion: Motion, moments: Sequence[float] | None) -> Floats:
     return times
 
 
-def frame_times(motion: Motion, fps: float) -> Floats:
+def frame_times(motion: SampledMotion, fps: float) -> Floats:
     """Return the time of every frame of a film [s].
 
     Raises:

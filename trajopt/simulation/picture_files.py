@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
-from trajopt.simulation.offscreen import Image
 from trajopt.values.errors import FileFormatError, MissingExtra
 
+Image = NDArray[np.uint8]
+"""A picture, shape (height, width, 3), first row on top."""
 SUFFIXES = (".png", ".gif", ".mp4")
 """Suffixes of files that can be written."""
 ENCODER = "av"

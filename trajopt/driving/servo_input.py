@@ -21,20 +21,127 @@ will do for `orientation`. A servo stops when its last command is older than its
 to last needs `until`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from trajopt.driving.servo import Servo
 from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
-from trajopt.driving.servo_order import ROUNDING, Order, ServoInput
 from trajopt.values.arrays import Value, number, several
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.documents.json_files import write_json
 from trajopt.values.errors import ModelError, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, placement
+
+ROUNDING = 1e-9
+"""Times nearer than this are one [s]."""
+
+
+@checked
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Order(Value):
+    """What is said to a servo in one tick.
+
+    Attributes:
+        command: What the robot is to do; None says nothing about it.
+        speed: The part of its speed at which commands are followed from now on, from 0 to 1; None leaves it.
+        released: Why nobody leads the robot any more, in words; empty if somebody does.
+    """
+
+    command: Command | None = None
+    speed: float | None = None
+    released: str = ""
+
+    def __post_init__(self) -> None:
+        """Check that it is not said to go and to stop at once.
+
+        Raises:
+            ProblemError: If it is, or the speed is not from 0 to 1.
+        """
+        if self.speed is not None and not 0.0 <= number("speed", self.speed) <= 1.0:
+            raise ProblemError(f"speed is from 0 to 1, is {self.speed:g}")
+        if self.released and self.command is not None:
+            raise ProblemError("an order has a command, or releases the robot; this one does both")
+
+    @checked
+    def give(self, servo: Servo) -> None:
+        """Pass it on.
+
+        Raises:
+            JointNotFound: If a joint of the command is not the group's.
+            FrameNotFound: If there is no such frame.
+        """
+        if self.speed is not None:
+            servo.slow_to(self.speed)
+        if self.released:
+            servo.release(self.released)
+        if self.command is not None:
+            servo.command(self.command)
+
+
+@runtime_checkable
+class ServoInput(Protocol):
+    """Something by which a robot is led: a gamepad, a page in the browser, what was recorded."""
+
+    def read(self, since: float) -> Order | None:
+        """Return what is said in this tick; None if nothing is.
+
+        Args:
+            since: Time since the first tick [s].
+        """
+        ...
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing more will be said."""
+        ...
+
+    def close(self) -> None:
+        """Let go of what it reads."""
+        ...
+
+
+@checked
+def guide(
+    servo: Servo,
+    source: ServoInput,
+    wait: Callable[[float], object],
+    *,
+    longest: float = inf,
+    each: Callable[[Servo], object] | None = None,
+) -> None:
+    """Tick a servo and pass on what an input says, until nothing more is said and the robot stands.
+
+    It ends too where the robot does not follow: the last of the servo's events says why.
+
+    Args:
+        servo: The servo.
+        source: What it is led by. It is not closed. `Recorder` remembers what one says.
+        wait: Lets so much time pass [s]: `time.sleep` with a real arm, `arm.advance` with a simulated one.
+        longest: Most time [s].
+        each: Called after each tick: for a view.
+    """
+    executor, period = servo.executor, servo.options.period
+    begun = executor.now()
+    due = 0.0
+    while (since := executor.now() - begun) < longest - ROUNDING and not (source.done and not servo.moving):
+        order = source.read(since)
+        if order is not None:
+            order.give(servo)
+        servo.tick()
+        if each is not None:
+            each(servo)
+        if executor.fault():
+            return
+        # Ticks that came too late are left out: several at once would say the same.
+        due = max(due + period, executor.now() - begun)
+        wait(max(begun + due - executor.now(), 0.0))
+
 
 FORMAT, VERSION = "trajopt servo stream", 1
 COMMANDS = ("twist", "joints", "pose", "released")
@@ -43,7 +150,7 @@ STILL = (0.0, 0.0, 0.0)
 
 @checked
 @dataclass(frozen=True, eq=False)
-class Said(Value):
+class TimedOrder(Value):
     """An order, and when it was said.
 
     Attributes:
@@ -78,7 +185,7 @@ class Stream(Value):
         said: In the order of time.
     """
 
-    said: Sequence[Said]
+    said: Sequence[TimedOrder]
 
     def __post_init__(self) -> None:
         """Check the order.
@@ -86,7 +193,7 @@ class Stream(Value):
         Raises:
             ProblemError: If one was said before the one before it in the list.
         """
-        object.__setattr__(self, "said", several("said", self.said, Said))
+        object.__setattr__(self, "said", several("said", self.said, TimedOrder))
         for one, other in zip(self.said, self.said[1:], strict=False):
             if other.at < one.at:
                 raise ProblemError(f"orders are in the order of time; {other.at:g} s is after {one.at:g} s")
@@ -110,7 +217,7 @@ class Stream(Value):
         write_json(path, {"format": FORMAT, "version": VERSION, "orders": orders})
 
 
-class Played:
+class Player:
     """A stream as an input: it says again what was said, in the same ticks."""
 
     @checked
@@ -153,7 +260,7 @@ class Recorder:
     def __init__(self, source: ServoInput) -> None:
         """Listen."""
         self.source = source
-        self._said: list[Said] = []
+        self._said: list[TimedOrder] = []
         self._last: dict[str, object] | None = None
 
     @checked
@@ -162,9 +269,9 @@ class Recorder:
         order = self.source.read(since)
         told = None if order is None else _told(order)
         if order is not None and told == self._last:
-            self._said[-1] = Said(order, self._said[-1].at, since)
+            self._said[-1] = TimedOrder(order, self._said[-1].at, since)
         elif order is not None:
-            self._said.append(Said(order, since, since))
+            self._said.append(TimedOrder(order, since, since))
         self._last = told
         return order
 
@@ -195,11 +302,11 @@ def read_stream(path: Path | str) -> Stream:
         raise document["format"].error(f"is {shown(document['format'].text())}, must be {FORMAT!r}")
     if document["version"].number() != VERSION:
         raise document["version"].error(f"is {document['version'].number():g}; this reads version {VERSION}")
-    said: list[Said] = []
+    said: list[TimedOrder] = []
     for entry in document["orders"].elements():
         entry.only(("at", "until", "speed", *COMMANDS))
         try:
-            said.append(Said(_order(entry), at := entry["at"].number(), entry["until"].number(at)))
+            said.append(TimedOrder(_order(entry), at := entry["at"].number(), entry["until"].number(at)))
         except (ModelError, ProblemError) as error:
             raise entry.error(str(error)) from error
     try:

@@ -7,15 +7,17 @@ import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.executor import Executor
+from trajopt.driving.world_snapshot import WorldSnapshot
+from trajopt.planning.result import Result
+from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.scene.deviation import largest_deviation
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.scene.track import Prediction
-from trajopt.simulation.whole import whole_robot
+from trajopt.scene.whole_robot import whole_robot
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.cached import LruCache
-from trajopt.values.errors import JointNotFound, ProblemError, shown
+from trajopt.values.errors import JointNotFound
 from trajopt.values.trajectory import Trajectory, state_of
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
@@ -25,83 +27,7 @@ which the judge cuts into sixteen."""
 
 
 @dataclass(frozen=True, eq=False)
-class Seen(Value):
-    """The world as it was seen last.
-
-    Attributes:
-        scene: Its clock shows 0 at the time of the stamp.
-        stamp: On the executor's clock [s].
-    """
-
-    scene: Scene
-    stamp: float
-
-    def followed_by(self, scene: Scene, stamp: float) -> "Seen":
-        """Return the world as it is seen next.
-
-        Args:
-            scene: Its clock shows 0 at the time of the stamp.
-            stamp: On the executor's clock [s].
-
-        Raises:
-            ProblemError: If it is a scene of another robot.
-        """
-        own, other = self.scene.robot, scene.robot
-        # Whoever watches may do so in another process: its robot is a copy.
-        if other is not own and (other.name != own.name or other.model != own.model):
-            unlike = " with other joints" if other.name == own.name else ""
-            raise ProblemError(
-                f"the scene is of the robot {shown(other.name)}{unlike}; driven is {shown(own.name)}: "
-                "tell of the world by a scene made from the problem's"
-            )
-        return Seen(scene, stamp)
-
-    def stale(self, time: float) -> str:
-        """Say whose motion is not known any more at a time on the executor's clock [s]; empty if all are."""
-        objects = self.scene.objects
-        for name in self._changing:
-            motion, since = objects[name].timing.motion, time - self.stamp
-            if motion is not None and motion.until < min(since, objects[name].timing.expires):
-                return f"where {name} is, was known until {self.stamp + motion.until:.3f} s"
-        return ""
-
-    def as_well_known(self, time: float) -> "Seen | None":
-        """Return the world as if all were still known as well as when it was seen; None if that is no more.
-
-        Args:
-            time: What moves has gone on along its track until then, on the executor's clock [s].
-        """
-        if not self._changing:
-            return self
-        if self.stale(time):
-            return None
-        scene, objects = self.at(time), self.scene.objects
-        for name in scene.changing:
-            timing, seen = scene.objects[name].timing, objects[name].timing.motion
-            if timing.motion is not None and seen is not None:
-                known = Prediction(timing.motion.track, (seen.error[0], 0.0, 0.0))
-                scene = scene.with_motion(name, known, appears=timing.appears, expires=timing.expires)
-        return Seen(scene, time)
-
-    def at(self, time: float) -> Scene:
-        """Return the scene for a motion that begins at a time on the executor's clock [s].
-
-        Raises:
-            ShapeError: If nothing is known of an object's motion any more then.
-        """
-        return self.scene.at(self.clock(time)) if self._changing else self.scene
-
-    def clock(self, time: float) -> float:
-        """Return what the scene's clock shows at a time on the executor's clock, not before 0 [s]."""
-        return max(time - self.stamp, 0.0) if self._changing else 0.0
-
-    @cached_property
-    def _changing(self) -> tuple[str, ...]:
-        return self.scene.changing
-
-
-@dataclass(frozen=True, eq=False)
-class Guard(Value):
+class MotionGuard(Value):
     """Proves motions that end at rest somewhere on the way; one for each thread, as judges are.
 
     What a problem requires all the way must hold for them as well, and the limits; its goal need not. Every
@@ -116,7 +42,9 @@ class Guard(Value):
     problem: Problem
     deviation: float
 
-    def proven(self, motion: Trajectory, world: Seen, begin: float, *, requirements: bool = True) -> bool:
+    def proven(
+        self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
+    ) -> bool:
         """Say whether a motion that begins at a time is proven.
 
         Args:
@@ -128,11 +56,11 @@ class Guard(Value):
         asked = self._specification(motion, requirements=requirements, clock=world.clock(begin))
         return self._judge(world.scene).decide(motion, asked).verified
 
-    def prepare(self, world: Seen) -> None:
+    def prepare(self, world: WorldSnapshot) -> None:
         """Make the judge of a world, so that the first motion in it is judged as fast as the others."""
         self._judge(world.scene)
 
-    def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
+    def certificate(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> Certificate:
         """Measure by how much a motion is proven, or is not; arguments as of `proven`.
 
         Raises:
@@ -141,7 +69,7 @@ class Guard(Value):
         reduced = self._reduced(motion, world.at(begin))
         return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
-    def why_not(self, motion: Trajectory, world: Seen, begin: float) -> str:
+    def why_not(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> str:
         """Say which check fails, or of what nothing is known any more; arguments as of `proven`."""
         if stale := world.stale(begin):
             return stale
@@ -213,7 +141,7 @@ def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: S
     return start_from(problem, scene.robot.followed(positions), scene)
 
 
-def guard_of(problem: Problem, executor: Executor) -> Guard:
+def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
     """Return the guard of a problem whose robot an executor drives, within its tolerance.
 
     Joints that it drives and the group does not move stand where the executor has them, whatever the problem
@@ -236,7 +164,7 @@ def guard_of(problem: Problem, executor: Executor) -> Guard:
     return guard_within(here, driven, executor.tolerance)
 
 
-def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floats) -> Guard:
+def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floats) -> MotionGuard:
     """Return the guard of a problem whose robot follows within a tolerance.
 
     Joints outside the group count as well: a finger that is off by a millimetre moves its tip by as much.
@@ -247,4 +175,51 @@ def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floa
         tolerance: How far each of them can be off where it has to be, shape (n,) [rad | m].
     """
     whole = whole_robot(problem.scene, joint_names, problem.start_positions)
-    return Guard(problem, largest_deviation(whole, tolerance))
+    return MotionGuard(problem, largest_deviation(whole, tolerance))
+
+
+OF_DISTANCES = {
+    Status.START_IN_COLLISION,
+    Status.CLEARANCE_IMPOSSIBLE,
+    Status.GOAL_IN_COLLISION,
+    Status.NO_WAYPOINT,
+    Status.STUCK,
+    Status.PROVEN_INFEASIBLE,
+    Status.BLOCKED_IN_TIME,
+    Status.INEVITABLE,
+    Status.FIXED_LINK_MET,
+    Status.GOAL_OCCUPIED,
+}
+"""Reasons for which there may be no plan because larger distances are required."""
+SMALLEST_SHARE = 1e-4
+"""Room that is smaller is not named as a reason [m]."""
+
+
+def with_tracking_margin(scene: Scene, off: float) -> Scene:
+    """Return a scene whose clearances are larger by how far a robot can be off where it has to be.
+
+    Args:
+        scene: What is around the robot.
+        off: How far any point of it can be off [m].
+    """
+    stated = scene.clearances
+    wider = replace(
+        stated,
+        everywhere=stated.everywhere + off,
+        pairs={pair: value + off for pair, value in stated.pairs.items()},
+        links={link: value + off for link, value in stated.links.items()},
+        kinds={kind: value + off for kind, value in stated.kinds.items()},
+    )
+    return replace(scene, clearances=wider)
+
+
+def with_margin_share(result: Result, off: float) -> str:
+    """Return why there is no plan, and how much of the required distances the robot's tolerance takes.
+
+    Args:
+        result: Of a problem in a scene that `with_room` made.
+        off: How far any point of the robot can be off [m].
+    """
+    if result.status not in OF_DISTANCES or off < SMALLEST_SHARE:
+        return result.reason
+    return f"{result.reason}; {1e3 * off:.4g} mm of each required distance is room for the driver's tolerance"

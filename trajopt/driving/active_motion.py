@@ -1,4 +1,4 @@
-"""Running: the motion that a robot is on, committed piece by piece, each with a stop after it."""
+"""The motion that a robot is on, committed piece by piece, each with a stop after it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,12 +8,11 @@ from math import inf
 
 import numpy as np
 
-from trajopt.driving.commitment import Commitment
-from trajopt.driving.events import Kind
-from trajopt.driving.intention import Intention
+from trajopt.driving.commit_loop import Commitment
+from trajopt.driving.events import EventKind
+from trajopt.driving.intended_motion import SPEED_SCALINGS, IntendedMotion
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.driving.speed_scaling import SPEED_SCALINGS
 from trajopt.problem.problem import Problem
 from trajopt.timing.standing import JOLT
 from trajopt.timing.stops import PathStop, StopsAlong
@@ -32,7 +31,7 @@ NEWTON_STEPS = 8
 """Steps that refine its time to rounding: each squares the error."""
 
 
-class Progress(Enum):
+class PieceStatus(Enum):
     """How a robot gets on with the motion that it is on."""
 
     ON = "on"
@@ -52,7 +51,7 @@ class Pause(Printed):
         stop: How it stops on the path of that.
     """
 
-    intended: Intention
+    intended: IntendedMotion
     stop: PathStop
 
     @cached_property
@@ -63,7 +62,7 @@ class Pause(Printed):
 
 
 @dataclass(eq=False)
-class Running(Printed):
+class ActiveMotion(Printed):
     """The motion that a robot is on, committed piece by piece, each with a stop after it.
 
     Where the next piece is not proven, and something moves, the path is gone on along slower: the slower, the
@@ -79,7 +78,7 @@ class Running(Printed):
 
     commitment: Commitment
     options: SupervisorOptions
-    intended: Intention | None
+    intended: IntendedMotion | None
     parting: float
     pause: Pause | None = None
     _committed: Pause | None = None
@@ -100,7 +99,7 @@ class Running(Printed):
         end, soon = self.intended.end, now + self.options.ahead
         return self.parting if self.parting < end else soon if soon < end - 2.0 * JOLT else None
 
-    def take(self, intended: Intention) -> None:
+    def take(self, intended: IntendedMotion) -> None:
         """Be on another motion from where it begins."""
         self.intended, self.parting, self.pause = intended, intended.begin, None
 
@@ -108,24 +107,24 @@ class Running(Printed):
         """Be on no motion any more."""
         self.intended = self.pause = None
 
-    def extend(self, now: float) -> Progress:
+    def extend(self, now: float) -> PieceStatus:
         """Commit the next piece of the motion, and a stop after it."""
         intended, begin = self.intended, self.parting
         if intended is None or begin >= intended.end:
-            return Progress.ON
+            return PieceStatus.ON
         if begin < now + self.commitment.executor.latency:
             self.intended, self.pause = None, self._committed
-            return Progress.BRAKING
+            return PieceStatus.BRAKING
         if self._after(now) <= begin and begin > intended.begin:
-            return Progress.ON
+            return PieceStatus.ON
         with self.commitment.journal.stage("prove"):
             for candidate, farther in self._candidates(intended, begin):
                 if self.commit(candidate, begin, now, farther=farther):
                     self._say(intended, candidate)
-                    return Progress.ON
-        return Progress.UNPROVEN
+                    return PieceStatus.ON
+        return PieceStatus.UNPROVEN
 
-    def commit(self, intended: Intention, begin: float, now: float, *, farther: float = 0.0) -> bool:
+    def commit(self, intended: IntendedMotion, begin: float, now: float, *, farther: float = 0.0) -> bool:
         """Prove the next piece of a motion and a stop after it, and have it driven; say whether it is.
 
         Args:
@@ -146,7 +145,7 @@ class Running(Printed):
         self.parting, self._committed = intended.begin + stop.leaves, Pause(intended, stop)
         return True
 
-    def why_not(self, intended: Intention, begin: float, now: float) -> str:
+    def why_not(self, intended: IntendedMotion, begin: float, now: float) -> str:
         """Say why the next piece of a motion is not proven; arguments as of `commit`."""
         stop = intended.stops.earliest(begin - intended.begin, after=self._after(now) - intended.begin)
         return intended.goal.guard.why_not(stop.trajectory, self.commitment.world, begin)
@@ -166,17 +165,17 @@ class Running(Printed):
             candidate = pause.intended.at_speed(speed, at, rests_at=pause.rests)
             if candidate is not None and self.commit(candidate, at, now):
                 words = f"the same path{_at(speed)}; {candidate.end - at:.3f} s to the goal"
-                self.commitment.journal.note(Kind.RESUMED, words)
+                self.commitment.journal.note(EventKind.RESUMED, words)
                 return True
         return False
 
-    def would_be_clear(self, left: Intention | Pause, time: float) -> bool:
+    def would_be_clear(self, left: IntendedMotion | Pause, time: float) -> bool:
         """Whether what is left of a motion is clear if all is still known as well as when it was seen."""
         commitment = self.commitment
         world = commitment.world.as_well_known(time)
         if world is None:
             return False
-        if isinstance(left, Intention):
+        if isinstance(left, IntendedMotion):
             return left.goal.guard.proven(left.left(time), world, time)
         intended = left.intended
         slowed = (intended.at_speed(speed, time, rests_at=left.rests) for speed in SPEED_SCALINGS)
@@ -210,7 +209,7 @@ class Running(Printed):
         return commitment.brake(why)
 
     def _earliest_stop(
-        self, intended: Intention | None, begin: float, problem: Problem
+        self, intended: IntendedMotion | None, begin: float, problem: Problem
     ) -> tuple[PathStop | None, bool]:
         """Return the earliest stop on the path from a time on, and whether that is the path of the motion.
 
@@ -225,7 +224,7 @@ class Running(Printed):
         """Return until when the robot goes on before it brakes [s]."""
         return now + self.options.ahead + self.options.cycle
 
-    def _candidates(self, intended: Intention, begin: float) -> Iterator[tuple[Intention, float]]:
+    def _candidates(self, intended: IntendedMotion, begin: float) -> Iterator[tuple[IntendedMotion, float]]:
         """Yield the motion at possible speeds, the best first, and how much farther it goes [s].
 
         Where something moves, a stop may be in its way that is clear farther on, and so may be one that is
@@ -239,11 +238,11 @@ class Running(Printed):
             elif (other > speed or changing) and (found := intended.at_speed(other, begin)) is not None:
                 yield found, 0.0
 
-    def _say(self, before: Intention, now: Intention) -> None:
+    def _say(self, before: IntendedMotion, now: IntendedMotion) -> None:
         """Note that the speed has changed."""
         old, speed = before.scaling.speed, now.scaling.speed
         if speed != old:
-            kind = Kind.SLOWING if speed < old else Kind.RESUMED
+            kind = EventKind.SLOWING if speed < old else EventKind.RESUMED
             self.commitment.journal.note(kind, f"the same path{_at(speed)}")
 
 

@@ -1,22 +1,24 @@
-"""The model that pictures are drawn of: the robot's visuals, the objects, a floor and light."""
+"""The MuJoCo model that pictures are drawn of, and its state at a time of a motion."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel, tool_frames, tool_point
 from trajopt.simulation.changing import Changing
-from trajopt.simulation.halo import Halo, halo, has_halo
-from trajopt.simulation.pieces import Piece, pieces, surface
+from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
+from trajopt.simulation.pieces import MujocoGeom, pieces, scalar_first, surface
+from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.simulation.spec import add_joints, add_piece
 from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import MeshFileError
-from trajopt.values.placement import WORLD, Placement
+from trajopt.values.placement import WORLD, Placement, from_quaternion
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import cloud_surface
 from trajopt.values.shapes.clouds.voxels import Voxels
@@ -151,7 +153,7 @@ def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
     return colours
 
 
-def _seen(shape: Shape) -> tuple[Piece, ...]:
+def _seen(shape: Shape) -> tuple[MujocoGeom, ...]:
     if isinstance(shape, Mesh):
         return (surface(shape.vertices, shape.faces),)
     if isinstance(shape, Points | Voxels):
@@ -161,7 +163,7 @@ def _seen(shape: Shape) -> tuple[Piece, ...]:
 
 def _robot_pieces(
     reduced: ReducedModel, highlight: frozenset[str]
-) -> Iterator[tuple[int, Placement, Piece, Colour]]:
+) -> Iterator[tuple[int, Placement, MujocoGeom, Colour]]:
     """Yield joint, placement in it, piece and colour of the robot's visuals."""
     robot = reduced.scene.robot
     drawn, failed = _visual_pieces(robot)
@@ -177,12 +179,12 @@ def _robot_pieces(
 
 
 @cached_per_value
-def _visual_pieces(robot: Robot) -> tuple[tuple[tuple[LinkGeometry, Piece], ...], frozenset[str]]:
+def _visual_pieces(robot: Robot) -> tuple[tuple[tuple[LinkGeometry, MujocoGeom], ...], frozenset[str]]:
     """Return what is drawn of a robot's visuals, and the links of which a mesh cannot be read.
 
     Kept with the robot: reading its meshes takes longer than all else that a picture needs.
     """
-    read: list[tuple[LinkGeometry, Piece]] = []
+    read: list[tuple[LinkGeometry, MujocoGeom]] = []
     failed: set[str] = set()
     for visual in robot.visuals:
         try:
@@ -271,3 +273,95 @@ def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> N
     key = model.light("key").id
     model.light_dir[key] = direction / np.linalg.norm(direction)
     model.light_pos[key] = model.stat.center - 2.5 * model.stat.extent * model.light_dir[key]
+
+
+T = TypeVar("T")
+PATH_POINTS = 61
+"""Points of the line that a tool draws."""
+
+
+class PosedModel:
+    """MuJoCo's model of robot and scene for pictures, at one moment of a motion.
+
+    Attributes:
+        model: The compiled model.
+        data: Where everything is at the moment.
+        owners: The object that a geometry belongs to, by the geometry's number; of those that the robot does
+            not move.
+        changing: What changes with time.
+        motion: The motion.
+        paths: Where each tool of the group goes, shape (tools, PATH_POINTS, 3) in the world [m].
+    """
+
+    def __init__(
+        self,
+        reduced: ReducedModel,
+        motion: SampledMotion,
+        shown: Floats,
+        highlight: Iterable[str] = (),
+    ) -> None:
+        """Compile the model.
+
+        Args:
+            reduced: Robot and scene.
+            motion: What will be shown.
+            shown: Points around everything that will be in view, shape (k, 3) in the world [m].
+            highlight: Links and objects that are drawn in a colour of their own.
+        """
+        self._reduced, self.motion = reduced, motion
+        picture = picture_spec(reduced, shown, loose=motion.loose, highlight=frozenset(highlight))
+        self.model = picture.spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self.owners = self._numbered(picture.owners)
+        self.changing = picture.changing
+        self._coming = self._numbered(picture.coming)
+        self._group = {geom: int(self.model.geom_group[geom]) for geom in self._coming}
+        self._halos = self._numbered(picture.halos)
+        names = tuple(reduced.model.names[1:])
+        self._address = [self.model.jnt_qposadr[self.model.joint(name).id] for name in names]
+        self._bodies = [int(self.model.jnt_bodyid[self.model.joint(name).id]) for name in names]
+        self.paths = tool_paths(reduced, motion)
+
+    def pose(self, t: float) -> None:
+        """Put everything where it is at a time [s]."""
+        reduced, changing, data = self._reduced, self.changing, self.data
+        if self.motion.loose:
+            where, place = self.motion.loose_at(t), int(self.model.body(self.motion.loose).mocapid[0])
+            data.mocap_pos[place], data.mocap_quat[place] = where.translation, scalar_first(where)
+        changing.put(self.model, data, t)
+        for geom, owner in self._coming.items():
+            self.model.geom_group[geom] = self._group[geom] if changing.there(owner, t) else UNSEEN_GROUP
+        for geom, (owner, _) in self._halos.items():
+            seen = changing.there(owner, t) and changing.error(owner, t) > THINNEST
+            self.model.geom_group[geom] = HALO_GROUP if seen else UNSEEN_GROUP
+        self.data.qpos[self._address] = reduced.mimic_matrix @ self.motion(t) + reduced.mimic_offset
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def grow_halos(self, t: float) -> tuple[int, ...]:
+        """Give halos their size at a time [s]; return the meshes that have changed, to be drawn anew."""
+        model = self.model
+        meshes: list[int] = []
+        for geom, (owner, grown) in self._halos.items():
+            mesh = int(model.geom_dataid[geom])
+            begin, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            w, x, y, z = model.mesh_quat[mesh].tolist()
+            own = Placement(from_quaternion(x, y, z, w), model.mesh_pos[mesh]).inverse()
+            model.mesh_vert[begin : begin + count] = own * grown.grown(self.changing.error(owner, t))
+            meshes.append(mesh)
+        return tuple(meshes)
+
+    def skeleton(self) -> Floats:
+        """Return the lines from joint to joint of what moves, at the moment, shape (k, 2, 3) [m]."""
+        parents = self.model.body_parentid[self._bodies]
+        inner = parents > 0
+        ends = self.data.xpos[np.array(self._bodies)[inner]]
+        return np.stack((self.data.xpos[parents[inner]], ends), axis=1)
+
+    def _numbered(self, named: Mapping[str, T]) -> dict[int, T]:
+        return {self.model.geom(name).id: value for name, value in named.items()}
+
+
+def tool_paths(reduced: ReducedModel, motion: SampledMotion) -> Floats:
+    """Return where each tool of the group goes, shape (tools, PATH_POINTS, 3) in the world [m]."""
+    along = [motion(t) for t in np.linspace(0.0, motion.duration, PATH_POINTS)]
+    return np.array([[tool_point(reduced, tool, at) for at in along] for tool in tool_frames(reduced)])
