@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from trajopt.robot.mesh_cover import MeshPolicy
 
 import trajopt as to
 from tests.driving.test_servo import PERIOD, asked, led
@@ -24,6 +23,7 @@ from trajopt.driving import (
     run,
     write_recording,
 )
+from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.scene.timing import Timing
 from trajopt.values.errors import FileFormatError, ProblemError, ShapeError
 from trajopt.values.shapes.mesh_file import Mesh
