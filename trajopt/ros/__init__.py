@@ -1,1 +1,1 @@
-"""Faces for users of ROS: rosbridge and MoveIt's commander."""
+"""Faces for users of ROS: rosbridge, MoveIt's commander, and drivers of robots."""

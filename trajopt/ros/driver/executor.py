@@ -1,0 +1,292 @@
+"""An executor for `FollowJointTrajectory`: joint trajectory controllers of ros2_control and ros_control."""
+
+import time
+import uuid
+from copy import copy
+from dataclasses import dataclass
+from itertools import count
+from math import inf
+from threading import Event, Lock
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.driving import CommittedMotion, RobotState
+from trajopt.files.messages import Generation, decode
+from trajopt.files.messages.builtin_interfaces import Time
+from trajopt.files.messages.control_msgs import FollowJointTrajectoryGoal
+from trajopt.files.messages.sensor_msgs import JointState
+from trajopt.files.moveit.planar_joints import planar_joints
+from trajopt.files.moveit.trajectory_message import trajectory_message
+from trajopt.ros.driver.actions import Ros1Action, Ros2Action, TrajectoryAction
+from trajopt.ros.driver.client import RosbridgeClient
+from trajopt.ros.rosbridge.wire import Incoming, plain
+from trajopt.values.arrays import Floats, floats, number
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ExecutionError, ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+
+DRIFT = 1e-4
+"""Two clocks go apart by no more than this share of the time: quartz keeps 1e-4."""
+SETTLING = 0.5
+"""Stamps are compared with this machine's clock for so long before the first motion [s]."""
+
+
+class RosClock:
+    """The clock of stamps, estimated from when they arrive; it starts at 0 with the first.
+
+    The shortest delay of all messages is taken for none, so the clock is behind by that delay, and never
+    behind a stamp (the minimum filter of NTP: RFC 5905, section 10). As delays shorter than those before
+    are rare and clocks drift, the estimate of the shortest delay grows by `DRIFT`.
+    """
+
+    def __init__(self, first: Time) -> None:
+        """Start with the first stamp, which has just arrived."""
+        self._origin, now = first.to_nsec(), time.monotonic()
+        self._estimate = now, now
+        """When it was made, and what the local clock showed at the origin then [s]."""
+
+    def __call__(self) -> float:
+        """Return the time [s]."""
+        made, begin = self._estimate
+        now = time.monotonic()
+        return now - begin - DRIFT * (now - made)
+
+    def heard(self, stamp: Time) -> float:
+        """Take note of a stamp that has just arrived; return it on this clock [s]."""
+        since = 1e-9 * (stamp.to_nsec() - self._origin)
+        made, begin = self._estimate
+        now = time.monotonic()
+        self._estimate = now, min(begin + DRIFT * (now - made), now - since)
+        return since
+
+    def stamp(self, moment: float) -> Time:
+        """Return the stamp of a moment on this clock [s]."""
+        return Time(0, self._origin + round(1e9 * moment))
+
+
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """A message of joint states: when it was measured [s], positions and velocities, shape (n,)."""
+
+    stamp: float
+    positions: Floats
+    velocities: Floats
+
+
+class FollowJointTrajectoryExecutor:
+    """Drives a robot through rosbridge, by the action `FollowJointTrajectory` and the topic of joint states.
+
+    Each motion that is spliced in becomes a goal: what is left of the motion under way, and then the new
+    one. It has the stamp of now and points with velocities and accelerations, so a joint trajectory
+    controller, for which a new goal replaces the one under way, drives the same polynomials as before up to
+    the splice, and then the new ones. Its clock is that of the stamps in ROS, which must run in real time.
+
+    Attributes:
+        joint_names: Joints that the controller drives.
+        period: Time from one command of the controller to the next [s].
+        latency: A motion given now can begin so much later [s].
+        tolerance: How far each joint may be from where it has to be, shape (n,) [rad | m].
+        committed: What the robot has to do.
+    """
+
+    @checked
+    def __init__(
+        self,
+        url: str,
+        joint_names: tuple[str, ...],
+        *,
+        tolerance: float | Floats,
+        action: str = "/joint_trajectory_controller/follow_joint_trajectory",
+        joint_states: str = "/joint_states",
+        generation: Generation = Generation.ROS2,
+        period: float = 0.01,
+        latency: float = 0.1,
+        silence: float = 0.5,
+        timeout: float = 5.0,
+    ) -> None:
+        """Connect, and wait for joint states; the robot must stand still.
+
+        Args:
+            url: Address of the rosbridge server, such as "ws://robot:9090".
+            joint_names: All joints of the controller.
+            tolerance: How far each joint may be from where it has to be, one number for all or shape (n,)
+                [rad | m]. `conformance` names one that is too small.
+            action: Name of the action.
+            joint_states: Name of the topic of `sensor_msgs/JointState`; messages of other joints are ignored.
+            generation: ROS 2 with actions, or ROS 1 with the topics of actionlib.
+            period: Time from one command of the controller to the next [s].
+            latency: Time from `splice` until the controller has the goal, at most [s].
+            silence: Joint states that are older than this are a fault [s].
+            timeout: Time in which the server and the first joint states must come [s].
+
+        Raises:
+            ExecutionError: If there is no server, or no joint states with stamps come.
+            ProblemError: If a number is not positive, or a joint belongs to a base that moves in the plane.
+        """
+        named = {"period": period, "latency": latency, "silence": silence, "timeout": timeout}
+        for name, value in named.items():
+            if not number(name, value) > 0.0:
+                raise ProblemError(f"{name} must be positive, is {value:g}")
+        if planar := list(planar_joints(joint_names)):
+            raise ProblemError(
+                f"joint_names: a joint trajectory controller does not drive a base ({planar[0]})"
+            )
+        size = len(joint_names)
+        allowed = np.full(size, tolerance) if isinstance(tolerance, float | int) else tolerance
+        self.joint_names, self.period, self.latency = joint_names, period, latency
+        self.tolerance: Floats = floats("tolerance", allowed, (size,))
+        self._silence, self._topic, self._generation = silence, joint_states, generation
+        kind = Ros2Action if generation is Generation.ROS2 else Ros1Action
+        self._action: TrajectoryAction = kind(action)
+        self._failure, self._goal = "", ""
+        self._numbers, self._name = count(1), uuid.uuid4().hex
+        self._lock, self._first = Lock(), Event()
+        self._clock: RosClock | None = None
+        self._measured: _Measured | None = None
+        self._client = RosbridgeClient(url, timeout=timeout, heard=self._heard)
+        self._action.begin(self._client)
+        self._client.send(op="subscribe", topic=joint_states, type="sensor_msgs/JointState", queue_length=1)
+        if not self._first.wait(timeout):
+            reason = self._client.failure or f"no message with all joints and a stamp came in {timeout:g} s"
+            self._client.close()
+            raise ExecutionError(f"{joint_states}: {reason}")
+        time.sleep(SETTLING)
+        self.committed = CommittedMotion(joint_names, self._last.positions)
+
+    def now(self) -> float:
+        """Return the time on its clock [s]."""
+        clock = self._clock
+        assert clock is not None  # the constructor waits for it
+        return clock()
+
+    def state(self) -> RobotState:
+        """Return the last measured state; accelerations are the commanded ones."""
+        last = self._last
+        commanded, _, accelerations = self.committed(last.stamp)
+        return RobotState(last.stamp, last.positions, last.velocities, accelerations, commanded)
+
+    @checked
+    def splice(self, trajectory: Trajectory, at: float) -> str:
+        """Drive a motion from a time on; return the reason if it is refused."""
+        with self._lock:
+            now, planned = self.now(), copy(self.committed)
+            refused = self.fault() or planned.refusal(trajectory, at, earliest=now + self.latency)
+            if refused:
+                return refused
+            planned.splice(trajectory, at, now=now)
+            refused = self._send(planned, now)
+            if not refused:
+                self.committed = planned
+            return refused
+
+    def stop(self) -> None:
+        """Cancel the goal: the controller brings the robot to rest in its own way."""
+        with self._lock:
+            self._failure = self._failure or "it was stopped"
+            if self._goal:
+                self._action.cancel(self._client, self._goal)
+
+    def fault(self) -> str:
+        """Return why the robot does not follow; empty if it does."""
+        age = self.now() - self._last.stamp
+        old = f"the last message of {self._topic} is {age:.2f} s old" if age > self._silence else ""
+        return self._failure or self._client.failure or old
+
+    def clear_fault(self) -> None:
+        """Go on where the robot stands now.
+
+        Raises:
+            ExecutionError: If the connection is lost, or joint states do not come.
+        """
+        with self._lock:
+            self._failure, self._goal = "", ""
+            if fault := self.fault():
+                raise ExecutionError(f"the fault stays: {fault}; make another executor")
+            self.committed = CommittedMotion(self.joint_names, self._last.positions)
+
+    def close(self) -> None:
+        """Cancel a goal that is under way, and close the connection."""
+        self.stop()
+        self._client.close()
+
+    def __enter__(self) -> "FollowJointTrajectoryExecutor":
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the connection."""
+        self.close()
+
+    @property
+    def _last(self) -> _Measured:
+        measured = self._measured
+        assert measured is not None  # the constructor waits for it
+        return measured
+
+    def _send(self, planned: CommittedMotion, now: float) -> str:
+        """Send what is to be driven from now on as a goal; return the reason if it cannot be sent."""
+        motion = planned.ahead(now, self.joint_names)
+        if motion is None:
+            return ""
+        message = trajectory_message(motion).joint_trajectory
+        assert self._clock is not None
+        message.header.stamp = self._clock.stamp(now)
+        goal_id = f"{self._name}-{next(self._numbers)}"
+        before, self._goal = self._goal, goal_id
+        refused = self._action.send(self._client, goal_id, FollowJointTrajectoryGoal(message))
+        if refused:
+            self._goal = before
+        return refused
+
+    def _heard(self, incoming: Incoming) -> None:
+        """Take in an operation of the server; the reading thread calls it."""
+        if incoming.op == "publish" and incoming.topic == self._topic:
+            self._measure(plain(incoming.msg))
+            return
+        ended = self._action.ended(incoming)
+        if incoming.op == "status" and incoming.level == "error":
+            ended = str(incoming.id), str(plain(incoming.msg))
+        if ended is not None and ended[0] == self._goal:  # nothing follows from the end of a replaced goal
+            self._goal = ""
+            if ended[1]:
+                self._failure = self._failure or f"the controller gave up: {ended[1]}"
+
+    def _measure(self, document: object) -> None:
+        """Take in a message of joint states, if it has all joints and a stamp."""
+        node = Node(document, self._topic)
+        stated = {key: node[key].value for key in ("header", "name")}
+        state = decode(JointState, stated, self._generation, name=self._topic)
+        stamp = state.header.stamp
+        if not stamp.to_nsec() or not set(self.joint_names) <= set(state.name):
+            return
+        columns = [state.name.index(name) for name in self.joint_names]
+        positions = _chosen("position", node["position"].value, columns)
+        if positions is None:
+            raise ExecutionError(f"{self._topic}: a position is missing, or is not a number")
+        if self._clock is None:
+            self._clock = RosClock(stamp)
+        moment, before = self._clock.heard(stamp), self._measured
+        if before is not None and moment <= before.stamp:
+            return
+        velocities = _chosen("velocity", node["velocity"].value, columns)
+        if velocities is None:
+            velocities = _rates(before, moment, positions)
+        self._measured = _Measured(moment, positions, velocities)
+        self._first.set()
+
+
+def _chosen(name: str, stated: object, columns: list[int]) -> Floats | None:
+    """Return the numbers of some joints; None if one of them is missing, or is not a number."""
+    if not isinstance(stated, list) or len(cast(list[object], stated)) <= max(columns):
+        return None
+    values = [cast(list[object], stated)[column] for column in columns]
+    return None if None in values else floats(name, cast(ArrayLike, values), (len(columns),))
+
+
+def _rates(before: _Measured | None, moment: float, positions: Floats) -> Floats:
+    """Return velocities by the difference to the message before."""
+    span = inf if before is None else moment - before.stamp
+    return (positions - (positions if before is None else before.positions)) / span
