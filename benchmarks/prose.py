@@ -27,7 +27,7 @@ PATTERNS = {
     "at once, anew, beside": r"\b(?:at once|anew|besides?)\b",
     "whoever, whatever, nobody": r"\b(?:whoever|whatever|nobody|whichever)\b",
     "any more": r"\b(?:any more|no more)\b(?! than)",
-    "stands, by then, thereof": r"\b(?:(?:stands?|standing) (?:in|where|there|as)|by then|there(?:by|in|of))\b",
+    "stands, by then, thereof": r"\b(?:stand(?:s|ing)? (?:in|where|there|as)|by then|there(?:by|in|of))\b",
 }
 """Phrase -> its pattern in lower case; docs/decisions/english.md has better words."""
 COMPILED = {name: re.compile(pattern) for name, pattern in PATTERNS.items()}
