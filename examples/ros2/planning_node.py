@@ -2,10 +2,10 @@
 
     python planning_node.py --ros-args -p robot:=my_arm.urdf -p group:=arm
 
-It subscribes to `/joint_states` and `/goal_pose` (`geometry_msgs/PoseStamped` of the group's tool, in a frame of
-the robot), and is a client of the controller's action `FollowJointTrajectory`. It needs ROS 2 and trajopt in one
-Python; the tests run it with stand-ins of ROS' modules. docs/execution.md has drivers of robots that are watched
-while they move.
+It subscribes to `/joint_states` and `/goal_pose` (`geometry_msgs/PoseStamped` of the group's tool, in a frame
+of the robot), and is a client of the controller's action `FollowJointTrajectory`. It needs ROS 2 and trajopt
+in one Python; the tests run it with stand-ins of ROS' modules. docs/execution.md has drivers that watch the
+robot.
 """
 
 import rclpy
