@@ -30,7 +30,7 @@ from trajopt.driving import IdealExecutor, Player, Servo, ServoOptions, Stream, 
 from trajopt.driving.servo_input import Order
 from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Query
-from trajopt.optimise.methods.stopping import with_jerk
+from trajopt.optimise.methods.timing import with_jerk
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.scene.reduced import tool_frame

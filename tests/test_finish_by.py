@@ -9,7 +9,7 @@ import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, problem, table
 from trajopt.planning import Certainty, on_the_way
 from trajopt.planning.infeasibility import too_late
-from trajopt.planning.infeasibility.too_late import least_time
+from trajopt.planning.infeasibility.joint_bounds import least_time
 from trajopt.timing import Retimed, retime
 from trajopt.timing.standing import begun_later
 from trajopt.values.errors import ProblemError

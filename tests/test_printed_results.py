@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from trajopt.optimise.methods import method_of
 from trajopt.planning.budget import BudgetTracker
-from trajopt.planning.workspace import Workspace
+from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.values.arrays import Value
 from trajopt.values.printed import in_joint_position, in_range, in_short, in_unit, in_unit_apart
 
@@ -48,7 +48,7 @@ def values(result: to.Result) -> dict[str, object]:
         "solve": result.solve,
         "linearisation": result.solve.at,
         "program": program,
-        "workspace": Workspace(problem, BudgetTracker(to.Budget())),
+        "workspace": PlanningWorkspace(problem, BudgetTracker(to.Budget())),
         "budget": to.Budget(seconds=2.0),
     }
 

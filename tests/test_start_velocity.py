@@ -9,10 +9,10 @@ import trajopt as to
 from tests.conftest import PLANAR_ARM
 from trajopt.optimise.methods import method_named
 from trajopt.optimise.methods.free_duration import FreeDuration
-from trajopt.optimise.methods.stopping import stopping_motion
+from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.optimise.terms import Cost, Velocity, Window
 from trajopt.planning import on_the_way
-from trajopt.planning.infeasibility.too_fast import least_travel
+from trajopt.planning.infeasibility.joint_bounds import least_travel
 from trajopt.planning.judgement import judge
 from trajopt.planning.status import Certainty
 from trajopt.values.errors import JointNotFound, ProblemError, ShapeError

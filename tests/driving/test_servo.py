@@ -20,9 +20,8 @@ from trajopt.driving import (
 from trajopt.driving.servo_program import Braking, Surroundings
 from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Query
-from trajopt.optimise.methods.stopping import with_jerk
-from trajopt.optimise.terms.frame_jacobian import frame_jacobian
-from trajopt.optimise.terms.singularity_distance import singular_values
+from trajopt.optimise.methods.timing import with_jerk
+from trajopt.optimise.terms.singularity_distance import frame_jacobian, singular_values
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.robot.limits import EXCESS

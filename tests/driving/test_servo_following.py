@@ -8,7 +8,7 @@ from tests.driving.test_servo import PERIOD, SPEED, TABLE, asked, kinds, lead, l
 from trajopt.driving import JointVelocities, Pose, Twist
 from trajopt.driving.motion_guard import MotionGuard
 from trajopt.driving.world_snapshot import WorldSnapshot
-from trajopt.optimise.methods.stopping import with_jerk
+from trajopt.optimise.methods.timing import with_jerk
 from trajopt.verify import Judge
 
 

@@ -9,7 +9,7 @@ import trajopt as to
 from trajopt.driving import EventKind, IdealExecutor, Supervisor
 from trajopt.driving.motion_guard import MotionGuard, guard_of
 from trajopt.driving.world_snapshot import WorldSnapshot
-from trajopt.optimise.methods.stopping import stopping_motion
+from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.planning import on_the_way
 from trajopt.verify import examine
 

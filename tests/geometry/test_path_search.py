@@ -13,7 +13,7 @@ from hypothesis import example, given
 import trajopt as to
 from tests.oracles.query import PlainQuery
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts, Query, SearchSpace, search_path
+from trajopt.geometry import Query, SearchSpace, WorkCounts, search_path
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.shapes.shapes import Box
@@ -38,7 +38,7 @@ def space(reduced: ReducedModel, reach: Floats) -> SearchSpace:
 
 def searched(
     reduced: ReducedModel, start: Floats, goals: Floats, seed: int, checked: int = 20_000
-) -> tuple[Floats | None, Counts]:
+) -> tuple[Floats | None, WorkCounts]:
     query = Query(reduced)
     found = search_path(
         query,

@@ -7,7 +7,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from trajopt.geometry import Contacts, Counts, Kinematics, Query
+from trajopt.geometry import Contacts, JointPlacements, Query, WorkCounts
 from trajopt.geometry.dynamics import DynamicsQuery, GravityTorques, TorqueSlopes
 from trajopt.geometry.geometry import PLANE_EXTENT, BoundingBoxes, closed_triangles, collision_geometry
 from trajopt.geometry.query import EPA_TOLERANCES, GJK_TOLERANCE
@@ -21,14 +21,14 @@ from trajopt.values.shapes.shapes import Shape
 class PlainQuery(Query):
     """Evaluates configuration by configuration and pair by pair."""
 
-    def __init__(self, reduced: ReducedModel, counts: Counts | None = None) -> None:
+    def __init__(self, reduced: ReducedModel, counts: WorkCounts | None = None) -> None:
         """Build Coal's geometries and the bounding volumes."""
         super().__init__(reduced, counts)
         self._data = reduced.model.createData()
         self._boxes = BoundingBoxes.of(reduced)
         self._distances = PairDistances(reduced, self._boxes)
 
-    def kinematics(self, positions: Floats) -> Kinematics:
+    def kinematics(self, positions: Floats) -> JointPlacements:
         """Place all joints at configurations of shape (S, n); see `Query.kinematics`."""
         model, data = self.reduced.model, self._data
         count, joints = len(positions), model.njoints
@@ -39,7 +39,7 @@ class PlainQuery(Query):
             placements[row] = [placement.np for placement in data.oMi.tolist()]
             jacobian[row] = data.J.reshape(6, -1)  # of one joint Pinocchio hands out a vector
         self.counts.forward_kinematics += count
-        return Kinematics(placements[:, :, :3, :3], placements[:, :, :3, 3], jacobian)
+        return JointPlacements(placements[:, :, :3, :3], placements[:, :, :3, 3], jacobian)
 
     def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
         """Measure every pair that is nearer than its reach; see `Query.close_pairs`."""
@@ -82,14 +82,14 @@ class PlainQuery(Query):
         turn = np.linalg.norm((other_rotation - rotation)[:, moving], axis=(2, 3)) / np.sqrt(2.0)
         return (shift + turn * boxes.radius[moving]).max(axis=1, initial=0.0)
 
-    def _frames(self, kinematics: Kinematics) -> tuple[Floats, Floats]:
+    def _frames(self, kinematics: JointPlacements) -> tuple[Floats, Floats]:
         """Return rotations (S, B, 3, 3) and bounding centres (S, B, 3) of all bodies."""
         boxes = self._boxes
         rotation = kinematics.rotation[:, boxes.joint]
         centre = (rotation @ boxes.centre[:, :, None])[..., 0] + kinematics.translation[:, boxes.joint]
         return rotation @ boxes.rotation, centre
 
-    def _lower_bounds(self, kinematics: Kinematics) -> Floats:
+    def _lower_bounds(self, kinematics: JointPlacements) -> Floats:
         """Bound all distances from below by sphere against oriented box, both ways, (S, p)."""
         rotation, centre = self._frames(kinematics)
         first, second = self.reduced.pairs.first, self.reduced.pairs.second
@@ -184,7 +184,7 @@ class PairDistances:
         self._contact_request.num_max_contacts = 64
         self._contact_request.enable_contact = True
 
-    def __call__(self, kinematics: Kinematics, sample: int, pair: int, reach: float) -> Measured | None:
+    def __call__(self, kinematics: JointPlacements, sample: int, pair: int, reach: float) -> Measured | None:
         """Measure a pair at one of the placed configurations; None when not nearer than the reach [m]."""
         first, second = int(self._first[pair]), int(self._second[pair])
         geometries = self._geometries[first], self._geometries[second]
@@ -210,7 +210,7 @@ class PairDistances:
         normal = (points[1] - points[0]) / distance if both else np.array(result.normal)
         return Measured(sign * distance, sign * normal, *points)
 
-    def _transform(self, kinematics: Kinematics, sample: int, body: int) -> coal.Transform3s:
+    def _transform(self, kinematics: JointPlacements, sample: int, body: int) -> coal.Transform3s:
         joint, boxes = int(self._boxes.joint[body]), self._boxes
         rotation = kinematics.rotation[sample, joint]
         return coal.Transform3s(

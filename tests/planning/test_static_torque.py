@@ -11,7 +11,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.methods import METHODS
 from trajopt.optimise.terms.gravity_torque import HoldingTorque
 from trajopt.optimise.transcription import transcribe
-from trajopt.planning.infeasibility.reasons import BlockKind
+from trajopt.planning.infeasibility.reasons import ObstructionKind
 from trajopt.problem.motion import Motion
 from trajopt.values.arrays import Floats
 from trajopt.why import Certainty
@@ -99,7 +99,7 @@ def test_an_end_that_cannot_be_held_is_refused_at_once(which: str, status: str) 
 def test_what_would_help_is_said_with_its_price() -> None:
     told = to.plan(moving(ABOVE, STRETCHED)).explain(plan_again=True)
     assert told.certainty is Certainty.PROVEN
-    assert [block.kind for block in told.blocks] == [BlockKind.EFFORT]
+    assert [block.kind for block in told.blocks] == [ObstructionKind.EFFORT]
     assert told.nearest_free is not None and "The nearest that can be held" in str(told)
     assert told.remedies is not None
     assert [remedy.what for remedy in told.remedies] == [
@@ -140,7 +140,7 @@ def test_a_pose_of_which_no_branch_can_be_held_is_refused_as_such() -> None:
     assert (found.status, found.certainty) == (to.Status.GOAL_CANNOT_BE_HELD, Certainty.EVIDENCE)
     assert "can be held; in the one that needs least, panda_joint2 needs" in found.message
     told = found.explain(plan_again=True)
-    assert any(block.kind is BlockKind.EFFORT for block in told.blocks)
+    assert any(block.kind is ObstructionKind.EFFORT for block in told.blocks)
     assert told.remedies
 
 
@@ -215,7 +215,7 @@ def test_a_way_that_no_path_can_hold_names_the_joint() -> None:
     assert found.status is to.Status.STUCK
     assert f"{wrist} needs" in found.message and "only to hold still, its effort limit is 12" in found.message
     told = found.explain()
-    assert told.blocks[0].kind is BlockKind.EFFORT and told.blocks[0].place is not None
+    assert told.blocks[0].kind is ObstructionKind.EFFORT and told.blocks[0].place is not None
     assert {"mass of load", f"effort limit of {wrist}"} <= {change.what for change in candidates(told)}
 
 

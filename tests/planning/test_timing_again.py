@@ -10,7 +10,7 @@ from tests.planning.walls import wall
 from tests.robots_for_tests import odd_arm
 from trajopt.optimise.methods import Decoded
 from trajopt.planning.budget import Budget, BudgetTracker
-from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.values.trajectory import Path
 
 
@@ -19,12 +19,12 @@ def problem(tmp_path: FilePath) -> to.Problem:
     return wall(odd_arm(tmp_path), inner_edge=1.5)
 
 
-def motions(problem: to.Problem, knots: list[list[float]], *, narrow: bool = False) -> list[TimedMotion]:
+def motions(problem: to.Problem, knots: list[list[float]], *, narrow: bool = False) -> list[MotionCandidate]:
     path = Path(problem.reduced.joint_names, np.array(knots))
-    work = Workspace(problem, BudgetTracker(Budget()))
+    work = PlanningWorkspace(problem, BudgetTracker(Budget()))
     made = list(work.timed((Decoded(path, narrow=narrow),)))
-    assert all(isinstance(motion, TimedMotion) for motion in made)
-    return [motion for motion in made if isinstance(motion, TimedMotion)]
+    assert all(isinstance(motion, MotionCandidate) for motion in made)
+    return [motion for motion in made if isinstance(motion, MotionCandidate)]
 
 
 def test_a_straight_motion_is_made_once(problem: to.Problem) -> None:

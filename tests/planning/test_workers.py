@@ -11,7 +11,7 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.methods import Decoded, Knots, Program
 from trajopt.optimise.solvers import Iteration, SolveResult
 from trajopt.planning.budget import Stop
@@ -82,7 +82,7 @@ class BrokenProgram:
         return self.inner.scale
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> WorkCounts:
         return self.inner.counts
 
     def solve(self, seed: np.ndarray, *, progress: Callable[[Iteration], None] | None = None) -> SolveResult:

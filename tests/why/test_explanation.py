@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from tests.why.conftest import GOAL, START, tip_at
-from trajopt.planning.infeasibility.reasons import BlockKind
+from trajopt.planning.infeasibility.reasons import ObstructionKind
 from trajopt.planning.result import Status
 from trajopt.verify import Moment
 from trajopt.why import Certainty, Explanation
@@ -30,7 +30,7 @@ def test_a_start_in_collision(pillar: to.Scene) -> None:
     start = {**START, "pan": 0.0}
     found = told(to.Problem(scene=pillar, start=start, goal=to.joint_positions(GOAL)))
     assert found.certainty is Certainty.PROVEN
-    assert found.blocks[0].kind is BlockKind.CONTACT and "pillar" in found.blocks[0].subjects
+    assert found.blocks[0].kind is ObstructionKind.CONTACT and "pillar" in found.blocks[0].subjects
     deepest = to.examine(found.problem.reduced, found.problem.reduced.start_positions).collisions[0]
     assert found.blocks[0].amount == pytest.approx(-deepest.distance)
     free = found.nearest_free
@@ -110,7 +110,7 @@ def test_a_joint_too_weak_for_the_goal_is_proven(arm: to.Robot) -> None:
     weak = replace(arm, limits=replace(arm.limits, effort=elbow * arm.limits.effort))
     found = told(to.Problem(scene=to.Scene(weak), start={"elbow": -1.6}, goal=to.joint_positions(GOAL)))
     assert found.status is Status.GOAL_CANNOT_BE_HELD and found.certainty is Certainty.PROVEN
-    assert found.blocks[0].kind is BlockKind.EFFORT
+    assert found.blocks[0].kind is ObstructionKind.EFFORT
 
 
 def test_a_success_is_proven_and_has_prices(pillar: to.Scene) -> None:

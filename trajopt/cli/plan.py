@@ -29,8 +29,8 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.cli.progress import progress_line
-from trajopt.planning.comparison import table
 from trajopt.planning.plan import plan as plan_problem
+from trajopt.planning.records import table
 from trajopt.planning.result import Result, improvement
 from trajopt.problem.problem import Problem
 from trajopt.robot.loading.pinocchio_model import joint_unit

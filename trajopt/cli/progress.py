@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from trajopt.optimise.solvers import Iteration
+from trajopt.planning.budget import DOING
 from trajopt.planning.result import Result
-from trajopt.planning.stages import DOING
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar

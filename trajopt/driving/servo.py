@@ -16,7 +16,7 @@ from trajopt.driving.servo_program import ApproachLimits, Braking, Surroundings,
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.driving.soonest_stop import soonest_stop, why_unproven
 from trajopt.driving.world_snapshot import WorldSnapshot
-from trajopt.optimise.methods.stopping import with_jerk
+from trajopt.optimise.methods.timing import with_jerk
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import reduce_model, tool_frame
 from trajopt.scene.scene import Scene

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Kinematics, Query
+from trajopt.geometry import JointPlacements, Query
 from trajopt.geometry.geometry import BoundingBoxes
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers.banded import BandedSteps
@@ -46,7 +46,7 @@ class BodySpeeds:
             for carrier in list(model.supports[joint])[1:]:
                 self._carried[int(model.joints[carrier].idx_v), joint] = 1.0
 
-    def nearer(self, placed: Kinematics, lower: Floats, upper: Floats) -> Floats:
+    def nearer(self, placed: JointPlacements, lower: Floats, upper: Floats) -> Floats:
         """Bound how fast the bodies of each pair can come nearer, shape (p,) [m/s].
 
         At the middle of the bounds no point of a body is faster than its centre, and its turning times its

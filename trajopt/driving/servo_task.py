@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import ApproachLimits, Braking, VelocityTask
-from trajopt.geometry import Kinematics, Query
+from trajopt.geometry import JointPlacements, Query
 from trajopt.problem.requirements.singularity_distance import LENGTH
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value
@@ -47,7 +47,7 @@ class Tool(Value):
     """
 
     reduced: ReducedModel
-    placed: Kinematics
+    placed: JointPlacements
     linear: Floats
     angular: Floats
     mimic: Floats

@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.driving.motion_guard import MotionGuard
 from trajopt.driving.servo_program import Braking, Surroundings
 from trajopt.driving.world_snapshot import WorldSnapshot
-from trajopt.optimise.methods.stopping import stop_from, stopping_motion, with_jerk
+from trajopt.optimise.methods.timing import stop_from, stopping_motion, with_jerk
 from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
 from trajopt.robot.limits import JointLimits

@@ -4,6 +4,6 @@ from trajopt.geometry.covered import covered_query as covered_query
 from trajopt.geometry.path_search import SearchSpace as SearchSpace
 from trajopt.geometry.path_search import search_path as search_path
 from trajopt.geometry.query import Contacts as Contacts
-from trajopt.geometry.query import Counts as Counts
-from trajopt.geometry.query import Kinematics as Kinematics
+from trajopt.geometry.query import JointPlacements as JointPlacements
 from trajopt.geometry.query import Query as Query
+from trajopt.geometry.query import WorkCounts as WorkCounts

@@ -11,7 +11,7 @@ import coal
 import numpy as np
 
 from trajopt.geometry.geometry import BoundingBoxes, collision_geometry
-from trajopt.geometry.query import BodyParts, Counts, Query, cell_of, solid_of
+from trajopt.geometry.query import BodyParts, Query, WorkCounts, cell_of, solid_of
 from trajopt.native import proximity
 from trajopt.robot.bodies import FixedBody
 from trajopt.scene.reduced import ReducedModel
@@ -34,7 +34,7 @@ MIDDLE, NO_POINTS, NO_TRIANGLES = np.zeros((1, 3)), np.empty((0, 3)), np.empty((
 
 
 @dataclass(frozen=True, eq=False)
-class Cover:
+class BoxCover:
     """The boxes that contain a cloud.
 
     Attributes:
@@ -54,28 +54,28 @@ class Cover:
     solids: list[proximity.Solid]
 
     @staticmethod
-    def of(cloud: Points | Voxels, core: proximity.CloudCover) -> "Cover":
+    def of(cloud: Points | Voxels, core: proximity.CloudCover) -> "BoxCover":
         """Make the boxes around the parts of a cloud."""
         axes, (low, high) = core.axes(), core.pieces()
         around = cloud.radius if isinstance(cloud, Points) else cloud.size / 2.0 * np.abs(axes).sum(axis=0)
         half = (high - low) / 2.0 + around
         geometries = [_box(2.0 * each) for each in half]
         solids = [proximity.Solid(MIDDLE, NO_TRIANGLES, each, NO_POINTS) for each in geometries]
-        return Cover(axes, (low + high) / 2.0 @ axes.T, half, core, geometries, solids)
+        return BoxCover(axes, (low + high) / 2.0 @ axes.T, half, core, geometries, solids)
 
-    def cut(self, cloud: Points | Voxels, boxes: Ints, parts: int) -> "Cover":
+    def cut(self, cloud: Points | Voxels, boxes: Ints, parts: int) -> "BoxCover":
         """Return the cover with some boxes cut in so many parts along their longest axes, or fewer."""
-        return Cover.of(cloud, self.core.cut(solid_of(cloud), boxes, CELL, parts))
+        return BoxCover.of(cloud, self.core.cut(solid_of(cloud), boxes, CELL, parts))
 
 
 @cached_per_value
-def cover_of(cloud: Points | Voxels) -> Cover | None:
+def cover_of(cloud: Points | Voxels) -> BoxCover | None:
     """Return the boxes around a cloud; None if it is small already, or so ragged that they would be many."""
     if len(cloud) < FEWEST:
         return None
     edge = 2.0 * cloud.radius if isinstance(cloud, Points) else cloud.size
     core = proximity.CloudCover(solid_of(cloud), max(CELL, edge), MOST)
-    return Cover.of(cloud, core) if len(core.pieces()[0]) else None
+    return BoxCover.of(cloud, core) if len(core.pieces()[0]) else None
 
 
 def _box(edges: Floats) -> coal.CollisionGeometry:
@@ -84,7 +84,7 @@ def _box(edges: Floats) -> coal.CollisionGeometry:
     return box
 
 
-def covered_query(reduced: ReducedModel, counts: Counts, ends: Floats) -> Query | None:
+def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Query | None:
     """Return a query in which boxes stand for clouds, as far as the robot's ends leave them room.
 
     Its pairs are those of the model, and no distance is larger than theirs.
@@ -132,7 +132,7 @@ class Covered:
         box: Which box of its cover it is, -1 for none, shape (b,).
     """
 
-    covers: Mapping[int, Cover]
+    covers: Mapping[int, BoxCover]
     cell: proximity.Cell
     stands_for: Ints
     first: Ints
@@ -141,7 +141,7 @@ class Covered:
     box: Ints
 
     @staticmethod
-    def of(reduced: ReducedModel, covers: Mapping[int, Cover], opened: Mapping[int, Ints]) -> "Covered":
+    def of(reduced: ReducedModel, covers: Mapping[int, BoxCover], opened: Mapping[int, Ints]) -> "Covered":
         """Put boxes in the place of clouds.
 
         Args:
@@ -211,7 +211,7 @@ class _Part:
         return _Part(taken, np.array(numbers, dtype=np.int64), np.full(len(numbers), -1))
 
     @staticmethod
-    def boxes(number: int, body: FixedBody, cover: Cover, chosen: Ints) -> "_Part":
+    def boxes(number: int, body: FixedBody, cover: BoxCover, chosen: Ints) -> "_Part":
         count = len(chosen)
         rotation = body.placement.rotation @ cover.axes
         centre = cover.centre[chosen] @ body.placement.rotation.T + body.placement.translation
@@ -227,7 +227,7 @@ class _Part:
         return _Part(taken, np.full(count, number), chosen)
 
     @staticmethod
-    def cloud(number: int, body: FixedBody, cover: Cover, chosen: Ints) -> "_Part":
+    def cloud(number: int, body: FixedBody, cover: BoxCover, chosen: Ints) -> "_Part":
         shape = body.shape
         assert isinstance(shape, Points | Voxels)
         centres = cover.core.points_within(solid_of(shape), chosen)

@@ -1,4 +1,4 @@
-"""How far two shapes are apart, and what stands inside the link that carries it."""
+"""Distances between shapes: of two, inside the link that carries one, and to what an object rests on."""
 
 from itertools import product
 
@@ -7,6 +7,7 @@ import numpy as np
 
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.printed import in_length
 from trajopt.values.shapes.shapes import Shape, bounding_sphere, solids_near
@@ -61,3 +62,22 @@ def _convex_gap(shape: Shape, first: Placement, other: Shape, second: Placement)
 
 def _transform(placement: Placement) -> coal.Transform3s:
     return coal.Transform3s(np.array(placement.rotation), np.array(placement.translation))
+
+
+def supports(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
+    """Return the objects, at rest or moved by themselves, that an object touches when the clock shows 0.
+
+    Args:
+        scene: The scene.
+        name: The object.
+        where: Its placement in the world.
+    """
+    own = [(where * placed, shape) for shape, placed in scene.object(name).parts]
+    found = (
+        body.owner
+        for body in scene.object_bodies()
+        if body.owner != name
+        and body.frame == WORLD
+        and any(abs(gap(placed, shape, body.placement, body.shape)) < TOUCHING for placed, shape in own)
+    )
+    return tuple(dict.fromkeys(found))

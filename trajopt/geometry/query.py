@@ -26,7 +26,7 @@ reports the largest float as depth."""
 
 
 @dataclass(eq=False)
-class Counts:
+class WorkCounts:
     """Exact numbers of the work done so far; the same on every machine.
 
     Attributes:
@@ -39,9 +39,9 @@ class Counts:
     bounds: int = 0
     distances: int = 0
 
-    def since(self, before: "Counts") -> "Counts":
+    def since(self, before: "WorkCounts") -> "WorkCounts":
         """Return the work done since an earlier count."""
-        return Counts(
+        return WorkCounts(
             self.forward_kinematics - before.forward_kinematics,
             self.bounds - before.bounds,
             self.distances - before.distances,
@@ -49,7 +49,7 @@ class Counts:
 
 
 @dataclass(frozen=True, eq=False)
-class Kinematics(Value):
+class JointPlacements(Value):
     """Joint placements and Jacobians at S configurations of a reduced model with J joints.
 
     Attributes:
@@ -63,9 +63,9 @@ class Kinematics(Value):
     translation: Floats
     jacobian: Floats
 
-    def take(self, index: Ints) -> "Kinematics":
+    def take(self, index: Ints) -> "JointPlacements":
         """Return the kinematics of some of the configurations."""
-        return Kinematics(self.rotation[index], self.translation[index], self.jacobian[index])
+        return JointPlacements(self.rotation[index], self.translation[index], self.jacobian[index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ class Query:
     """
 
     def __init__(
-        self, reduced: ReducedModel, counts: Counts | None = None, core: proximity.Query | None = None
+        self, reduced: ReducedModel, counts: WorkCounts | None = None, core: proximity.Query | None = None
     ) -> None:
         """Pass the model and the geometries to the core; once for each reduced model.
 
@@ -116,7 +116,7 @@ class Query:
             core: What measures, where other shapes stand for those of the model; one of these when None.
         """
         self.reduced = reduced
-        self.counts = Counts() if counts is None else counts
+        self.counts = WorkCounts() if counts is None else counts
         self._supports = reduced.derived_of_robot(_supports)
         self._core = proximity.Query(cell(reduced)) if core is None else core
 
@@ -130,14 +130,14 @@ class Query:
         """Inverse dynamics with what is carried."""
         return DynamicsQuery.loaded(self.reduced)
 
-    def kinematics(self, positions: Floats) -> Kinematics:
+    def kinematics(self, positions: Floats) -> JointPlacements:
         """Place all joints at configurations.
 
         Args:
             positions: The group's positions, shape (S, n) [rad | m].
         """
         self.counts.forward_kinematics += len(positions)
-        return Kinematics(*self._core.placements(np.ascontiguousarray(positions)))
+        return JointPlacements(*self._core.placements(np.ascontiguousarray(positions)))
 
     def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
         """Measure every pair that is nearer than its reach.
@@ -182,7 +182,7 @@ class Query:
         The velocity of a point p is v + w x p with (v, w) the spatial velocity at the origin.
 
         Args:
-            jacobian: Of `Kinematics`, one for each point, shape (m, 6, model joints).
+            jacobian: Of `JointPlacements`, one for each point, shape (m, 6, model joints).
             joints: The joint that carries each point, shape (m,).
             points: In the world, shape (m, 3) [m].
 

@@ -16,7 +16,7 @@ from trajopt.planning.budget import Budget, BudgetTracker, Stopped
 from trajopt.planning.infeasibility import reasons
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
-from trajopt.planning.workspace import Workspace
+from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.timing import RetimeFailure
 from trajopt.values.arrays import Floats, floats, several
@@ -31,7 +31,7 @@ def plan_once(
     method: Method | str | None = None,
     waypoint_knots: Sequence[int] = (),
     program: Program | None = None,
-    workspace: Workspace | None = None,
+    workspace: PlanningWorkspace | None = None,
     brief: bool = False,
     near: bool = False,
 ) -> Result:
@@ -59,7 +59,7 @@ def plan_once(
         Stopped: If the workspace's budget runs out first.
     """
     check_arguments(plan_once, locals())
-    work = workspace or Workspace(problem, BudgetTracker(Budget()))
+    work = workspace or PlanningWorkspace(problem, BudgetTracker(Budget()))
     if program is None:
         several("waypoint_knots", waypoint_knots, int)
         seed = floats("seed", seed, (problem.knots, len(problem.reduced.joint_names)))
@@ -91,7 +91,11 @@ def plan_once(
 
 
 def _improved(
-    result: Result, solved: SolveResult, motion: Trajectory, program: SupportsImprovement, work: Workspace
+    result: Result,
+    solved: SolveResult,
+    motion: Trajectory,
+    program: SupportsImprovement,
+    work: PlanningWorkspace,
 ) -> Result:
     """Return a shorter motion than a first one, if there is one; else the first, and how long it takes.
 

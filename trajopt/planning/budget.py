@@ -8,7 +8,7 @@ from enum import Enum
 from threading import Event
 from time import monotonic
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.solvers import Iteration
 from trajopt.values.arrays import function, number, one_of, unless_none
 from trajopt.values.errors import ProblemError, shown
@@ -144,7 +144,7 @@ class BudgetTracker:
         """Configurations evaluated so far."""
         return self._before + self.counts.get(WORK, 0)
 
-    def check(self, counts: Counts | None = None) -> None:
+    def check(self, counts: WorkCounts | None = None) -> None:
         """Raise `Stopped` if the budget is used up.
 
         Args:
@@ -186,7 +186,7 @@ class BudgetTracker:
         return replace(budget, seconds=seconds, work=work)
 
     @contextmanager
-    def optimising(self, counts: Counts) -> Generator["StepWatch"]:
+    def optimising(self, counts: WorkCounts) -> Generator["StepWatch"]:
         """Count and bound the work of a solver; yields what it is to call after every step.
 
         Args:
@@ -203,7 +203,7 @@ class BudgetTracker:
         """Add to the counts."""
         self.add(numbers, {})
 
-    def count_work(self, counts: Counts) -> None:
+    def count_work(self, counts: WorkCounts) -> None:
         """Add what a query has counted."""
         self.count(
             distance_calls=counts.distances,
@@ -268,8 +268,8 @@ class StepWatch:
     """
 
     tracker: BudgetTracker
-    counts: Counts
-    before: Counts
+    counts: WorkCounts
+    before: WorkCounts
 
     @property
     def patience(self) -> int | None:
@@ -287,3 +287,15 @@ class StepWatch:
         if self.tracker.progress is not None:
             self.tracker.progress("optimise", iteration)
         self.tracker.check(self.counts.since(self.before))
+
+
+DOING: Mapping[str, str] = {
+    "examine": "checking the start",
+    "seed": "searching goal configurations",
+    "optimise": "optimising",
+    "retime": "timing",
+    "verify": "judging",
+    "simulate": "simulating",
+    "render": "rendering",
+}
+"""The name of each stage while it runs."""

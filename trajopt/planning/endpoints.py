@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
-from trajopt.optimise.kinematics.missed import missed_at
+from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.terms import constrain
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box, without_followers
 from trajopt.optimise.transcription import fixed_goal, goal_centre
@@ -25,11 +25,11 @@ from trajopt.planning.infeasibility import (
     too_late,
 )
 from trajopt.planning.infeasibility.exclusion import conflicting
-from trajopt.planning.infeasibility.resting import resting_hint
+from trajopt.planning.infeasibility.reasons import resting_hint
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.workspace import Workspace
+from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import JointPositions, Requirement
 from trajopt.problem.residual import WHOLE
@@ -46,7 +46,7 @@ class EndpointChecks:
         workspace: Of the problem; makes the results that say why there can be no motion.
     """
 
-    workspace: Workspace
+    workspace: PlanningWorkspace
 
     def start(self) -> Result | None:
         """Refuse a start that no motion can leave."""
@@ -90,7 +90,7 @@ class EndpointChecks:
         if refusal is not None and (refusal.certainty is Certainty.PROVEN or not self._has_tolerance):
             return refusal
         first = () if middle is None or refusal is not None else (middle,)
-        counts = Counts()
+        counts = WorkCounts()
         try:
             found = self._candidates(rng, counts)
             if found.free or first:
@@ -108,7 +108,7 @@ class EndpointChecks:
         finally:
             work.tracker.count_work(counts)
 
-    def _candidates(self, rng: np.random.Generator, counts: Counts) -> GoalCandidates:
+    def _candidates(self, rng: np.random.Generator, counts: WorkCounts) -> GoalCandidates:
         """Search goal configurations; thoroughly before reporting without a proof that there is none."""
         work = self.workspace
 
@@ -127,7 +127,7 @@ class EndpointChecks:
         nothing = not found.free and not found.overloaded and found.blocking is None
         return search(MANY_STARTS) if nothing and not self._proofs else found
 
-    def _out_of_reach(self, rng: np.random.Generator, counts: Counts, found: GoalCandidates) -> Result:
+    def _out_of_reach(self, rng: np.random.Generator, counts: WorkCounts, found: GoalCandidates) -> Result:
         """Say that no configuration holds what is required at the end, or that none was found."""
         work = self.workspace
         if self._proofs:
@@ -199,7 +199,7 @@ class EndpointChecks:
 
     def waypoints(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
         """Return a configuration for each waypoint, or why one has none."""
-        work, problem, counts = self.workspace, self.workspace.problem, Counts()
+        work, problem, counts = self.workspace, self.workspace.problem, WorkCounts()
         if not problem.waypoint_names:
             return ()
         try:
@@ -252,7 +252,7 @@ class EndpointChecks:
         asked = {(item.first, item.second): item.required for item in seen.collisions if item.required > 0.0}
         if not asked:
             return None
-        counts = Counts()
+        counts = WorkCounts()
         found = never_apart(self.workspace.problem.reduced, asked, counts)
         self.workspace.tracker.count_work(counts)
         words = "; ".join(item.words("are required of") for item in found)

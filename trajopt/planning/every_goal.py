@@ -9,8 +9,8 @@ import numpy as np
 from trajopt.optimise.methods import Choice
 from trajopt.planning.budget import Budget, BudgetTracker, Stop, Stopped
 from trajopt.planning.result import Result
-from trajopt.planning.search import ENDED, Search, failure_of_all
-from trajopt.planning.workspace import Workspace
+from trajopt.planning.search import ENDED, PlanSearch, failure_of_all
+from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.values.errors import ProblemError
 
@@ -44,7 +44,7 @@ class EveryGoal:
         if not self.problem.alternatives:
             raise ProblemError("every_goal compares the goals of a set: make one with any_of({name: goal})")
 
-    def planned(self, run: Callable[[Search], Result]) -> Result:
+    def planned(self, run: Callable[[PlanSearch], Result]) -> Result:
         """Plan to each goal; return the shortest motion in time with the results of all.
 
         Seconds and work are shared out: each goal gets an equal part of what is left, and what it leaves goes
@@ -78,7 +78,7 @@ class EveryGoal:
             cpu_seconds=dict(self.tracker.seconds),
         )
 
-    def _of(self, name: str, alone: Problem, left: int, run: Callable[[Search], Result]) -> Result:
+    def _of(self, name: str, alone: Problem, left: int, run: Callable[[PlanSearch], Result]) -> Result:
         """Plan to one goal with its part of the budget.
 
         Raises:
@@ -88,12 +88,12 @@ class EveryGoal:
         part = BudgetTracker(
             shared(self.tracker.remaining(), left), self.tracker.cancel, self.tracker.progress
         )
-        result = run(Search(alone, self.choice, rng, part, self._better(name)))
+        result = run(PlanSearch(alone, self.choice, rng, part, self._better(name)))
         self.tracker.add(part.counts, part.seconds)
         return result
 
     def _unplanned(self, alone: Problem, stop: Stop) -> Result:
-        result = Workspace(alone, self.tracker).result(ENDED[stop], "nothing was attempted")
+        result = PlanningWorkspace(alone, self.tracker).result(ENDED[stop], "nothing was attempted")
         return replace(result, stopped=stop)
 
     def _better(self, name: str) -> Callable[[Result], None] | None:

@@ -1,43 +1,117 @@
-"""GoalSearch: planning to one goal: its branches, the candidates of each round, and what was learnt."""
+"""Planning to one goal: its branches, the candidates of each round, and what earlier attempts showed."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import chain, islice, zip_longest
 
 import numpy as np
 
-from trajopt.geometry import Counts
-from trajopt.optimise.methods import Choice
-from trajopt.optimise.terms import Clearance
+from trajopt.geometry import WorkCounts
+from trajopt.optimise.methods import Choice, Method, Program
+from trajopt.optimise.terms import Acceleration, Clearance, Jerk, Velocity
+from trajopt.optimise.transcription import fixed_goal
 from trajopt.planning.attempt import plan_once
-from trajopt.planning.branch import GoalBranch, branches
 from trajopt.planning.endpoints import EndpointChecks
 from trajopt.planning.result import Result
-from trajopt.planning.schedule import Round, Row
+from trajopt.planning.schedule import NEAREST, Round, Row
 from trajopt.planning.seeds import (
-    Around,
     Blocked,
     Bumps,
+    DetourLines,
     GivenPaths,
     GivenSeed,
     MakeSeed,
     NoSeed,
     SampledPaths,
+    SeedContext,
     SeedKind,
-    Source,
+    SeedSource,
     StraightLines,
+    WaypointLine,
+    line_through,
     with_knots,
 )
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.workspace import Workspace
-from trajopt.values.arrays import Floats
+from trajopt.planning.workspace import PlanningWorkspace
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import joint_positions
+from trajopt.values.arrays import Floats, Value
+
+
+@dataclass(eq=False)
+class GoalBranch(Value):
+    """One end that a motion may have.
+
+    Attributes:
+        kind: Kind of its straight line.
+        problem: The problem, with the goal that it is to end at.
+        line: Straight legs there.
+        method: Transcribes the problem.
+        blocked: Where its straight line ended against something.
+    """
+
+    kind: SeedKind
+    problem: Problem
+    line: WaypointLine
+    method: Method
+    blocked: tuple[Blocked, ...] = ()
+
+    @cached_property
+    def program(self) -> Program:
+        """The transcribed problem; owns a query, so one in each thread."""
+        return self.method.program(self.problem, self.line.knots, self.line.places)
+
+    @cached_property
+    def context(self) -> SeedContext:
+        """What sources of seeds need to know."""
+        return SeedContext(self.problem.reduced, self.line, self.program.scale, self.problem.requirements)
+
+
+def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method) -> Iterator[GoalBranch]:
+    """Yield the ends that a motion may have, nearest first.
+
+    Where goal configurations were searched for, the program first gets each of them as it is, and only then
+    the nearest with the freedom to choose another: that is harder to solve.
+
+    Args:
+        problem: The problem, with one goal.
+        stops: For each goal configuration, nearest first: those of the waypoints, and it.
+        method: Transcribes the problem.
+    """
+    reduced, pinned = problem.reduced, fixed_goal(problem)
+    chosen = pinned is None and _end_is_free(problem)
+    for number, way in enumerate(stops):
+        kind = SeedKind.BRANCH if number else SeedKind.STRAIGHT
+        line = line_through(reduced, (reduced.start_positions, *way), problem.knots)
+        there = pinned is None or np.array_equal(way[-1], pinned)
+        asked = problem if there and not chosen else _ending_at(problem, way[-1])
+        yield GoalBranch(kind, asked, line, method)
+        if chosen and number == min(NEAREST, len(stops)) - 1:
+            nearest = line_through(reduced, (reduced.start_positions, *stops[0]), problem.knots)
+            yield GoalBranch(SeedKind.FREE_END, problem, nearest, method)
+
+
+def _end_is_free(problem: Problem) -> bool:
+    """Whether any configuration that holds the goals will do, so that only the program can find more."""
+    known = (Velocity, Acceleration, Jerk)
+    return not problem.residual_constraints and all(
+        isinstance(cost.residual, known) for cost in problem.costs or ()
+    )
+
+
+def _ending_at(problem: Problem, positions: Floats) -> Problem:
+    """Return the problem with a configuration of the group as its goal."""
+    goal = joint_positions(dict(zip(problem.reduced.joint_names, positions.tolist(), strict=True)))
+    return replace(problem, goal=goal)
+
 
 BRANCHES = 12
 """Goal configurations that are planned to at most."""
 CLOSE_BEND = 0.15
 """Bends of lines around the best motion so far, in ordinary steps."""
-SOURCES: dict[SeedKind, Source] = {
-    SeedKind.AROUND: Around(),
+SOURCES: dict[SeedKind, SeedSource] = {
+    SeedKind.AROUND: DetourLines(),
     SeedKind.BUMP: Bumps(),
     SeedKind.SAMPLED: SampledPaths(),
 }
@@ -58,7 +132,7 @@ class Candidate:
         goal_name: Of a goal set: the goal that it leads to.
     """
 
-    workspace: Workspace
+    workspace: PlanningWorkspace
     branches: tuple[GoalBranch, ...]
     kind: SeedKind
     make_seed: MakeSeed
@@ -76,7 +150,7 @@ def attempt(candidate: Candidate) -> Result:
     Raises:
         Stopped: If the budget ends before.
     """
-    work, counts = candidate.workspace, Counts()
+    work, counts = candidate.workspace, WorkCounts()
     try:
         with work.tracker.stage("seed"):
             seed = candidate.make_seed(counts, lambda: work.tracker.check(counts))
@@ -107,7 +181,7 @@ class GoalSearch:
         nearest: The failure that came nearest, if any attempt has failed.
     """
 
-    workspace: Workspace
+    workspace: PlanningWorkspace
     choice: Choice
     rng: np.random.Generator
     goal_name: str = ""
@@ -204,13 +278,13 @@ class GoalSearch:
         seeds = Bumps(CLOSE_BEND).seeds(context, (), self.rng)
         return [self._candidate((branch,), SeedKind.BUMP, make) for make in islice(seeds, row.count)]
 
-    def _in_turn(self, source: Source, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
+    def _in_turn(self, source: SeedSource, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
         """Yield candidates of one source to several branches in turn, until none has more."""
         running = [self._from(source, branch) for branch in to]
         for one_of_each in zip_longest(*running):
             yield from (item for item in one_of_each if item is not None)
 
-    def _to_any(self, source: Source, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
+    def _to_any(self, source: SeedSource, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
         """Yield candidates of one source that lead to any of several branches."""
         first, *others = to
         ends = tuple(each.line.knots[-1] for each in others if each.kind is not SeedKind.FREE_END)
@@ -218,7 +292,7 @@ class GoalSearch:
         for make in source.seeds(context, first.blocked, self.rng):
             yield self._candidate(to, source.kind, make)
 
-    def _from(self, source: Source, branch: GoalBranch) -> Iterator[Candidate]:
+    def _from(self, source: SeedSource, branch: GoalBranch) -> Iterator[Candidate]:
         for make in source.seeds(branch.context, branch.blocked, self.rng):
             yield self._candidate((branch,), source.kind, make)
 

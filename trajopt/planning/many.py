@@ -20,7 +20,7 @@ AHEAD = 2
 enough that the problems may come from a generator without end."""
 
 
-class Planner(Protocol):
+class PlansProblem(Protocol):
     """What plans one problem."""
 
     def __call__(self, problem: Problem, /, *, cancel: Event | None = None) -> Result:
@@ -33,7 +33,7 @@ def plan_many(
     problems: Iterable[Problem],
     *,
     workers: int | None = None,
-    planner: Planner = plan,
+    planner: PlansProblem = plan,
     bar: bool = True,
 ) -> Iterator[Result]:
     """Plan many problems side by side in threads; yield the results in the order of the problems.
@@ -63,7 +63,9 @@ def plan_many(
     return _planned(problems, count, planner, bar=one_of("bar", bar, bool))
 
 
-def _planned(problems: Iterable[Problem], workers: int, planner: Planner, *, bar: bool) -> Iterator[Result]:
+def _planned(
+    problems: Iterable[Problem], workers: int, planner: PlansProblem, *, bar: bool
+) -> Iterator[Result]:
     from concurrent.futures import Future, ThreadPoolExecutor
 
     over = Event()

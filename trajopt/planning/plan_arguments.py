@@ -1,4 +1,4 @@
-"""How planning was called beside the problem, so that it can be called so again."""
+"""Arguments of a call of planning besides the problem, so that the call can be repeated."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,9 +8,27 @@ import numpy as np
 
 from trajopt.optimise.methods import Method
 from trajopt.planning.budget import Budget
-from trajopt.planning.recalled import Recalled
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.errors import ProblemError, shown
+
+
+@dataclass(frozen=True, eq=False)
+class Recalled(Value):
+    """What was remembered of motions for problems much like one.
+
+    Attributes:
+        version: Of the memory: how often it had changed by then.
+        memories: The numbers of the memories, the best first.
+        seeds: The knots of their paths, shape (k, n) each [rad | m].
+    """
+
+    version: int
+    memories: tuple[int, ...] = ()
+    seeds: tuple[Floats, ...] = ()
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold, without the paths."""
+        return {"version": self.version, "memories": list(self.memories)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Replanning: from where a running motion will be, beginning with what is left of it."""
+"""Replanning from a configuration on a running motion, beginning with the rest of that motion."""
 
 from dataclasses import replace
 from threading import Event
@@ -10,21 +10,72 @@ from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.methods.space_time import SpaceTime
 from trajopt.optimise.solvers import SolveResult
 from trajopt.optimise.transcription.free_duration import SHORTEST
-from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
 from trajopt.planning.moving.meeting import goals_that_move
-from trajopt.planning.on_the_way import on_the_way
 from trajopt.planning.plan import NO_BOUNDS, bounded, plan
+from trajopt.planning.records import Attempt
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.seeds import SeedKind, with_knots
 from trajopt.planning.status import Status
-from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
-from trajopt.values.arrays import Floats
+from trajopt.robot.limits import EXCESS
+from trajopt.values.arrays import Floats, number, one_of
+from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import named
 from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Judge
+
+
+def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
+    """Return a problem with its start on a motion that is being driven.
+
+    The start has the motion's position, velocity and acceleration at that time, so that what is planned goes
+    on from it without a jump; joints outside the group are where the problem's own start has them. From the
+    end of the motion on it is at rest. A deadline comes sooner by that time. The scene stays the problem's
+    own: where things in it move, give that of the time at which the motion from there on starts (`scene.at`).
+
+    Args:
+        problem: What the motion from there on must achieve.
+        running: Of the group's joints.
+        time: On the running motion, at least 0 [s]: now, and as long as it takes until the plan is driven.
+
+    Raises:
+        ShapeError: If the time is before the motion begins, or the motion moves other joints.
+        JointNotFound: If the motion lacks a joint of the group.
+        ProblemError: If the motion is faster there than the problem allows, or an argument is of the wrong
+            kind.
+    """
+    reduced, limits = one_of("problem", problem, Problem).reduced, problem.limits
+    moved = one_of("running", running, Trajectory).ordered(reduced.joint_names)
+    moment = number("time", time)
+    if moment < 0.0:
+        raise ShapeError("time", f"is on the running motion, which begins at 0 s; is {moment:g}")
+    rates = [
+        _within(moved(moment, order), most)
+        for order, most in ((1, limits.velocity), (2, limits.acceleration))
+    ]
+    if moment >= moved.duration:
+        rates = [np.zeros(len(limits.velocity))] * 2
+    names, robot = reduced.joint_names, problem.scene.robot
+    positions = np.array(problem.start_positions)
+    positions[robot.index(names)] = moved(moment)
+    velocity, acceleration = (dict(zip(names, rate.tolist(), strict=True)) for rate in rates)
+    return replace(
+        problem,
+        finish_by=None if problem.finish_by is None else problem.finish_by - moment,
+        start=robot.followed(positions),
+        start_velocity=velocity,
+        start_acceleration=acceleration,
+    )
+
+
+def _within(rate: Floats, most: Floats) -> Floats:
+    """Take back what a motion may exceed a limit by: rounding, and what the judge accepts."""
+    accepted = np.abs(rate) <= most * (1.0 + EXCESS)
+    return np.where(accepted, np.clip(rate, -most, most), rate)
+
 
 SLOWER = (1.05, 1.25)
 """Where what is left does not do in as much time, so many times as long are tried: what even pieces cost, and
@@ -81,7 +132,7 @@ def replan(
                 return found
         left = tracker.remaining()
     except Stopped as ended:
-        return replace(Workspace(here, tracker).result(ENDED[ended.stop]), stopped=ended.stop)
+        return replace(PlanningWorkspace(here, tracker).result(ENDED[ended.stop]), stopped=ended.stop)
     anew = plan(here, budget=left, cancel=cancel, progress=progress)
     tracker.add(anew.counts, anew.cpu_seconds)
     return replace(anew, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
@@ -96,18 +147,18 @@ def _from_rest_of_it(here: Problem, rest: Trajectory, tracker: BudgetTracker) ->
     method = SpaceTime()
     if here.waypoints or goals_that_move(here) or method.objection(here):
         return None
-    first = Workspace(here, tracker)
+    first = PlanningWorkspace(here, tracker)
     with tracker.stage("seed"):
         nearest = _nearest_goal(here, rest.positions[-1], first.judge)
     if nearest is None:
         return None
     name, alone, end = nearest
-    work = first if alone is here else Workspace(alone, tracker)
+    work = first if alone is here else PlanningWorkspace(alone, tracker)
     motion, proven = _led_to(rest, end), list[Result]()
     program = method.program(alone, with_knots(motion.positions, alone.knots))
 
     def proves(found: Trajectory) -> bool:
-        judged = work.proven(TimedMotion(Path(found.joint_names, found.positions), found, None))
+        judged = work.proven(MotionCandidate(Path(found.joint_names, found.positions), found, None))
         proven.extend(() if judged is None else (judged,))
         return judged is not None
 

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from trajopt.native import native_cores
 from trajopt.optimise.solvers import SolveResult
-from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.budget import Stop
-from trajopt.planning.comparison import ComparedGoal, table
-from trajopt.planning.infeasibility.reasons import Block
+from trajopt.planning.infeasibility.reasons import Obstruction
 from trajopt.planning.judgement import Judged
 from trajopt.planning.plan_arguments import PlanArguments
+from trajopt.planning.records import Attempt, ComparedGoal, table
 from trajopt.planning.status import Certainty, Status
 from trajopt.problem.problem import Problem
 from trajopt.timing import Retimed
@@ -198,7 +197,7 @@ class Result:
     along_path: float | None = None
     of_each_goal: Mapping[str, Result] = field(default_factory=dict[str, "Result"])
     remarks: tuple[str, ...] = ()
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[Obstruction, ...] = ()
     arguments: PlanArguments | None = None
 
     if not TYPE_CHECKING:

@@ -7,17 +7,16 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.optimise.methods import Choice
-from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.goal_search import Candidate, GoalSearch
 from trajopt.planning.infeasibility import closed_cut
 from trajopt.planning.infeasibility.reasons import blocks_on_the_way, enclosed, margin_out_of_reach
-from trajopt.planning.long_turns import long_turns
-from trajopt.planning.margins import margin_cut, with_possible_margins
+from trajopt.planning.preparation import long_turns, margin_cut, with_possible_margins
+from trajopt.planning.records import Attempt
 from trajopt.planning.result import Result
 from trajopt.planning.schedule import rounds
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.workspace import Workspace
+from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats
 
@@ -32,7 +31,7 @@ ENDED = {
 
 
 @dataclass(eq=False)
-class Search:
+class PlanSearch:
     """One call of planning.
 
     Attributes:
@@ -66,7 +65,7 @@ class Search:
         """The search for each goal."""
         asked = self.problem.alternatives or {"": self.problem}
         return tuple(
-            GoalSearch(Workspace(problem, self.tracker), self.choice, self.rng, name, self.given)
+            GoalSearch(PlanningWorkspace(problem, self.tracker), self.choice, self.rng, name, self.given)
             for name, problem in asked.items()
         )
 

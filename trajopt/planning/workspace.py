@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.methods import Decoded
 from trajopt.optimise.methods.timing import PATH_TOLERANCE, retime_path, retime_with_stops
 from trajopt.optimise.solvers import SolveResult
@@ -31,7 +31,7 @@ gaps [m]."""
 
 
 @dataclass(frozen=True, eq=False)
-class TimedMotion(Printed):
+class MotionCandidate(Printed):
     """A motion that is ready to be judged.
 
     Attributes:
@@ -59,7 +59,7 @@ def _verdict(found: Judged) -> tuple[Status, str]:
 
 
 @dataclass(eq=False)
-class Workspace(Printed):
+class PlanningWorkspace(Printed):
     """One per thread; serves any number of attempts at the same problem.
 
     Attributes:
@@ -80,14 +80,14 @@ class Workspace(Printed):
         """What retiming asks for torques and displacements; the same for all motions."""
         return Query(self.problem.reduced)
 
-    def timed(self, decoded: Iterable[Decoded]) -> Iterator[TimedMotion | RetimeFailure]:
+    def timed(self, decoded: Iterable[Decoded]) -> Iterator[MotionCandidate | RetimeFailure]:
         """Time what a method made, and time it again, nearer to its path, each time another is needed.
 
         A motion that is as near as that already would be the same again, and is not made twice.
         """
         for item in decoded:
             if item.trajectory is not None:
-                yield from self.begun(TimedMotion(item.path, item.trajectory, None))
+                yield from self.begun(MotionCandidate(item.path, item.trajectory, None))
                 continue
             exact = (EXACT_TOLERANCE,) if self.problem.waypoints or item.narrow else ()
             away = np.inf
@@ -106,11 +106,11 @@ class Workspace(Printed):
                     yield retimed
                     return
                 away = retimed.deviation
-                yield from self.begun(TimedMotion(item.path, retimed.trajectory, retimed))
+                yield from self.begun(MotionCandidate(item.path, retimed.trajectory, retimed))
             if item.waypoint_knots:
                 yield from self._stopping(item)
 
-    def _stopping(self, item: Decoded) -> Iterator[TimedMotion | RetimeFailure]:
+    def _stopping(self, item: Decoded) -> Iterator[MotionCandidate | RetimeFailure]:
         """Time a path with a stop at each waypoint: no corner at a joint's limit can be passed otherwise."""
         with self.tracker.stage("retime"):
             retimed = retime_with_stops(
@@ -120,9 +120,9 @@ class Workspace(Printed):
             yield retimed
         else:
             stops = "the motion stops at each waypoint, as the tolerances cannot be held in passing"
-            yield from self.begun(TimedMotion(item.path, retimed.trajectory, retimed, (stops,)))
+            yield from self.begun(MotionCandidate(item.path, retimed.trajectory, retimed, (stops,)))
 
-    def begun(self, motion: TimedMotion) -> Iterator[TimedMotion]:
+    def begun(self, motion: MotionCandidate) -> Iterator[MotionCandidate]:
         """Yield a motion timed so that it seems clear of what changes, the soonest first; as it is if never.
 
         Raises:
@@ -135,7 +135,7 @@ class Workspace(Printed):
         if not clear:
             yield motion
 
-    def clear(self, motion: TimedMotion, by: float = np.inf) -> Iterator[TimedMotion]:
+    def clear(self, motion: MotionCandidate, by: float = np.inf) -> Iterator[MotionCandidate]:
         """Yield a motion among what changes, timed so that it seems clear, the soonest first.
 
         Args:
@@ -148,7 +148,7 @@ class Workspace(Printed):
         assert self._among is not None
         yield from self._counted(self._among, self._among.timings(motion.trajectory, by), motion)
 
-    def soon(self, motion: TimedMotion, by: float) -> Iterator[TimedMotion]:
+    def soon(self, motion: MotionCandidate, by: float) -> Iterator[MotionCandidate]:
         """Yield a motion among what changes as it is, and begun later, where that seems clear.
 
         Args:
@@ -172,8 +172,8 @@ class Workspace(Printed):
         return clear
 
     def _counted(
-        self, among: Among, timings: Iterator[TimedOnPath], motion: TimedMotion
-    ) -> Iterator[TimedMotion]:
+        self, among: Among, timings: Iterator[TimedOnPath], motion: MotionCandidate
+    ) -> Iterator[MotionCandidate]:
         """Yield a motion as it was timed; the work is counted."""
         while True:
             before = replace(among.looks.counts)
@@ -188,7 +188,7 @@ class Workspace(Printed):
     def _among(self) -> Among | None:
         return Among.of(self.problem, self.query) if self.problem.scene.changing else None
 
-    def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:
+    def judged(self, motion: MotionCandidate, solve: SolveResult | None = None) -> Result:
         """Have a motion judged against everything that the problem requires.
 
         Args:
@@ -209,7 +209,7 @@ class Workspace(Printed):
             remarks=motion.remarks,
         )
 
-    def proven(self, motion: TimedMotion) -> Result | None:
+    def proven(self, motion: MotionCandidate) -> Result | None:
         """Have a motion judged, and return it if it is verified: why it is not takes longer to find."""
         with self.tracker.stage("verify"):
             verdict = holds(self.problem, motion.trajectory, self.judge)
@@ -233,7 +233,7 @@ class Workspace(Printed):
         Raises:
             Stopped: If the budget ends before.
         """
-        reduced, counts = self.problem.reduced, Counts()
+        reduced, counts = self.problem.reduced, WorkCounts()
         touching = Query(reduced, counts).close_pairs(seed, reduced.pairs.required)
         self.tracker.count_work(counts)
         self.tracker.check()

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Kinematics, Query
+from trajopt.geometry import JointPlacements, Query
 from trajopt.values.arrays import Bools, Floats, Ints, Rows
 
 
@@ -71,7 +71,7 @@ class Motion:
         return Motion(positions, support[:, None], weight, support.astype(np.float64), positions, query)
 
     @cached_property
-    def kinematics(self) -> Kinematics:
+    def kinematics(self) -> JointPlacements:
         """Placements and Jacobians of all joints at the samples; evaluated at first use."""
         return self.query.kinematics(self.positions)
 

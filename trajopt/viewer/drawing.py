@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.geometry import Kinematics
+from trajopt.geometry import JointPlacements
 from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
 from trajopt.scene.reduced import FixedBody, ReducedModel
 from trajopt.scene.timed import TimedModel
@@ -40,7 +40,7 @@ class Drawing:
         self,
         server: "ViserServer",
         reduced: ReducedModel,
-        start: Kinematics,
+        start: JointPlacements,
         *,
         root: str = "",
         robot: bool = True,
@@ -98,7 +98,7 @@ class Drawing:
         if self._root is not None:
             self._root.visible = visible
 
-    def move(self, kinematics: Kinematics) -> None:
+    def move(self, kinematics: JointPlacements) -> None:
         """Place all joints as in the first of the configurations."""
         with self._server.atomic():
             for joint, frame in enumerate(self._joints, start=1):
@@ -280,7 +280,7 @@ def _lowest(body: FixedBody) -> float:
     return float(centre[2] - np.abs(body.placement.rotation[2]) @ half)
 
 
-def in_world(reduced: ReducedModel, name: str, kinematics: Kinematics) -> Placement:
+def in_world(reduced: ReducedModel, name: str, kinematics: JointPlacements) -> Placement:
     """Return where a frame or object is in the world in the first of the configurations."""
     joint, where = reduced.attachment(name)
     return Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint]) * where
@@ -364,7 +364,7 @@ class Ghost:
         """Take it off the page for good."""
         self._root.remove()
 
-    def stand(self, kinematics: Kinematics | None) -> None:
+    def stand(self, kinematics: JointPlacements | None) -> None:
         """Place it as in the last of the configurations; hide it where there is none."""
         with self._server.atomic():
             self._root.visible = kinematics is not None

@@ -7,7 +7,7 @@ from textwrap import wrap
 
 import numpy as np
 
-from trajopt.planning.infeasibility.reasons import BlockKind
+from trajopt.planning.infeasibility.reasons import ObstructionKind
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
 from trajopt.scene.reduced import ReducedModel, reduce_model
@@ -120,7 +120,7 @@ def _shown(explanation: Explanation) -> _Shown:
 
 def _highlight(explanation: Explanation) -> set[str]:
     """Return the links and objects of the worst contact, and of the next where both are at the same place."""
-    touching = [block for block in explanation.blocks if block.kind is BlockKind.CONTACT]
+    touching = [block for block in explanation.blocks if block.kind is ObstructionKind.CONTACT]
     together = 2 if explanation.path is None else 1
     return {name for block in touching[:together] for name in block.subjects}
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.geometry import Kinematics, Query
+from trajopt.geometry import JointPlacements, Query
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
@@ -176,6 +176,6 @@ class _Recording:
     def _positions(self, time: float) -> Floats:
         return self._start if self._trajectory is None else self._trajectory(time)
 
-    def _kinematics(self, time: float) -> Kinematics:
+    def _kinematics(self, time: float) -> JointPlacements:
         seen = self._clearance
         return seen.query.kinematics(seen.positions(np.array([time]), self._positions(time)[None]))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Kinematics
+from trajopt.geometry import JointPlacements
 from trajopt.problem.requirements import AxisAlignment, Requirement
 from trajopt.robot.limits import JointLimits
 from trajopt.scene.reduced import ReducedModel
@@ -136,7 +136,7 @@ def _tightest(
     return float(times[sample]), nearest.distance, nearest.owners
 
 
-def _tilt(reduced: ReducedModel, kinematics: Kinematics, alignment: AxisAlignment) -> Tilt:
+def _tilt(reduced: ReducedModel, kinematics: JointPlacements, alignment: AxisAlignment) -> Tilt:
     joint, where = reduced.attachment(alignment.frame)
     base, reference = reduced.attachment(alignment.reference)
     axis = kinematics.rotation[:, joint] @ (where.rotation @ alignment.axis)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from trajopt.geometry import Kinematics
+from trajopt.geometry import JointPlacements
 from trajopt.scene.planned_robot import Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
@@ -172,6 +172,6 @@ class Viewer(Served):
         self._clearance_text.content = clearance_html(self._nearest)
         self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
 
-    def _kinematics(self, t: float) -> Kinematics:
+    def _kinematics(self, t: float) -> JointPlacements:
         seen = self._clearance
         return seen.query.kinematics(seen.positions(np.array([t]), self._trajectory(t)[None]))

@@ -6,11 +6,11 @@ from math import inf, isfinite
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.terms import constrain
 from trajopt.optimise.terms.joint_positions import fixed_positions
-from trajopt.planning.infeasibility.in_time import LONGEST, LOOK, InTime
-from trajopt.planning.infeasibility.reasons import Block, BlockKind
+from trajopt.planning.infeasibility.inevitable import LONGEST, LOOK, InTime
+from trajopt.planning.infeasibility.reasons import Obstruction, ObstructionKind
 from trajopt.planning.result import Status
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
@@ -84,7 +84,7 @@ def candidates(known: Explanation) -> Iterator[Change]:
     yield from _requirements_in_the_way(known)
     yield from _contacts(known)
     for block in known.blocks:
-        if block.kind is BlockKind.EFFORT:
+        if block.kind is ObstructionKind.EFFORT:
             yield from _effort(problem, block)
 
 
@@ -172,7 +172,7 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
     """Yield path constraints and goals that a path could not hold, widened by what it lacked."""
     problem = known.problem
     for block in known.blocks:
-        if block.kind is BlockKind.REQUIREMENT and block.place is not None:
+        if block.kind is ObstructionKind.REQUIREMENT and block.place is not None:
             for required in problem.all_requirements:
                 residuals = (item.residual for item in constrain(required, problem.reduced, WHOLE))
                 if any(_is_of(block, residual) for residual in residuals):
@@ -180,7 +180,7 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
                     yield from (_widened(problem, required, way, block.amount) for way in ways)
 
 
-def _is_of(block: Block, residual: Residual) -> bool:
+def _is_of(block: Obstruction, residual: Residual) -> bool:
     """Say whether a block is what a residual was violated by."""
     return type(residual) is block.residual and block.subjects == (residual.name,)
 
@@ -188,7 +188,7 @@ def _is_of(block: Block, residual: Residual) -> bool:
 def _contacts(known: Explanation) -> Iterator[Change]:
     """Yield smaller margins and clearances of pairs that lack them, and objects moved out of contact."""
     problem, reduced = known.problem, known.problem.reduced
-    pairs = [block for block in known.blocks if block.kind is BlockKind.CONTACT][:PAIRS]
+    pairs = [block for block in known.blocks if block.kind is ObstructionKind.CONTACT][:PAIRS]
     for block in pairs:
         margin = smaller_margin(problem, block.subjects[0], block.subjects[1], block.amount)
         if block.place is not None and margin is not None and block.amount <= margin.largest:
@@ -216,7 +216,7 @@ def _moved_away(problem: Problem, name: str, direction: Floats, lack: float) -> 
     return moved_object(problem, name, frame.rotation.T @ direction, SPARE * max(lack, SMALLEST))
 
 
-def _effort(problem: Problem, block: Block) -> Iterator[Change]:
+def _effort(problem: Problem, block: Obstruction) -> Iterator[Change]:
     for name, item in problem.scene.objects.items():
         if item.mass > 0.0 and problem.scene.holder(name).link != WORLD:
             yield lighter_load(problem, name)
@@ -231,7 +231,7 @@ THINGS = 2
 """How many of the things in the way changes are tried for."""
 
 
-def changes_in_time(problem: Problem, blocks: Sequence[Block]) -> list[Change]:
+def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Change]:
     """Return what might be changed about a problem that fails among what changes with time.
 
     Args:
@@ -256,7 +256,7 @@ def begun_later(problem: Problem, first: float) -> Change | None:
     largest = min(LONGEST, timed.until - LOOK)
     looks: Floats = np.arange(0.0, largest, LOOK, dtype=np.float64)
     start = np.tile(problem.reduced.start_positions, (len(looks), 1))
-    free = InTime(problem, timed, Counts()).occupancy.free(start, looks)
+    free = InTime(problem, timed, WorkCounts()).occupancy.free(start, looks)
 
     def words(amount: float) -> str:
         swept = not free[looks <= amount].all()

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
 from trajopt.planning.infeasibility.exclusion import conflicting
 from trajopt.planning.infeasibility.reasons import (
-    Block,
-    BlockKind,
+    Obstruction,
+    ObstructionKind,
     blocks_of,
     blocks_of_overloads,
     blocks_on_the_way,
@@ -105,8 +105,8 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
     if not blocks:
         blocks = blocks_of_overloads(judge.overloads(positions, limits=problem.limits))
     if not blocks:
-        kind, words = BlockKind.REQUIREMENT, result.message
-        blocks = (Block(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
+        kind, words = ObstructionKind.REQUIREMENT, result.message
+        blocks = (Obstruction(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
     proven = result.certainty is Certainty.PROVEN
     grounds = "it was measured at exactly that configuration"
     lower, upper = joint_box(problem.goals, problem.reduced)
@@ -132,7 +132,7 @@ def _searched_goal(result: Result) -> Explanation:
     wanted = (*problem.goals, *always)
     touching = least_missed(problem, problem.goals, hard=always, clear=False)
     free = least_missed(problem, problem.goals, hard=always)
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[Obstruction, ...] = ()
     judge = Judge(reduced)
     if touching is not None:
         blocks = (
@@ -143,7 +143,7 @@ def _searched_goal(result: Result) -> Explanation:
     if result.status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
         conflict = conflict_at_goal(problem, blocks)
     else:
-        clash = conflicting(reduced, wanted, rng=np.random.default_rng(0), counts=Counts())
+        clash = conflicting(reduced, wanted, rng=np.random.default_rng(0), counts=WorkCounts())
         conflict = tuple(str(item) for item in clash)
     proven = result.certainty is Certainty.PROVEN
     grounds = result.message if proven else f"{result.message}; other configurations may exist"
@@ -156,11 +156,11 @@ def _searched_goal(result: Result) -> Explanation:
     )
 
 
-def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tuple[Block, ...]:
+def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tuple[Obstruction, ...]:
     """Return the joint limits that the configuration nearest to an unreachable goal presses against."""
     if status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
         return ()
-    limits, blocks = reduced.limits, list[Block]()
+    limits, blocks = reduced.limits, list[Obstruction]()
     for place, name in enumerate(reduced.joint_names):
         at = float(nearest.positions[place])
         for side, limit in (
@@ -171,8 +171,8 @@ def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tup
                 bound = in_joint_position(float(limit), joint_unit(reduced.scene.robot.model, name))
                 words = f"{name} is at its {side.value} limit of {bound}{limits.because(name, side)} "
                 words += "where the goal is missed least"
-                kind = BlockKind.JOINT_LIMIT
-                blocks.append(Block(kind=kind, subjects=(name,), amount=0.0, place=None, words=words))
+                kind = ObstructionKind.JOINT_LIMIT
+                blocks.append(Obstruction(kind=kind, subjects=(name,), amount=0.0, place=None, words=words))
     return tuple(blocks)
 
 
@@ -195,7 +195,7 @@ def _of_the_way(result: Result) -> Explanation:
     return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
 
 
-def _way_blocks(result: Result) -> tuple[Block, ...]:
+def _way_blocks(result: Result) -> tuple[Obstruction, ...]:
     if result.solve is None:
         return ()
     return blocks_on_the_way(result.problem, result.solve)
@@ -281,8 +281,8 @@ def _refused(result: Result) -> Explanation:
     certificate = result.certificate
     assert isinstance(certificate, Certificate)
     blocks = tuple(
-        Block(
-            kind=BlockKind.REQUIREMENT,
+        Obstruction(
+            kind=ObstructionKind.REQUIREMENT,
             subjects=(check.subject or check.name,),
             amount=abs(check.slack or 0.0),
             place=None
@@ -302,7 +302,7 @@ def _refused(result: Result) -> Explanation:
 def _with(
     plain: Explanation,
     *,
-    blocks: tuple[Block, ...],
+    blocks: tuple[Obstruction, ...],
     conflict: tuple[str, ...] = (),
     configuration: Floats | None = None,
     nearest: NearestFree | None = None,

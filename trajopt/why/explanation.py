@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
-from trajopt.optimise.kinematics.missed import missed_at
-from trajopt.planning.attempt_record import Attempt
-from trajopt.planning.infeasibility.reasons import Block
-from trajopt.planning.status import Certainty, Status
-from trajopt.planning.summary import Summary
+from trajopt.optimise.kinematics.validity import missed_at
+from trajopt.planning.infeasibility.reasons import Obstruction
+from trajopt.planning.records import Attempt
+from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.values.arrays import Floats
@@ -22,7 +21,7 @@ NAMED = 4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Explanation(Summary):
+class Explanation(OutcomeSummary):
     """How planning ended and why: `print` it, or read its parts.
 
     Attributes:
@@ -40,7 +39,7 @@ class Explanation(Summary):
     """
 
     problem: Problem
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[Obstruction, ...] = ()
     conflict: tuple[str, ...] = ()
     configuration: Floats | None = None
     nearest_free: NearestFree | None = None

@@ -13,7 +13,7 @@ from trajopt.optimise.solvers import Sqp
 from trajopt.optimise.terms import Clearance, Constraint, constrain, constraint
 from trajopt.optimise.terms.gravity_torque import HoldingTorque
 from trajopt.optimise.transcription.holding import LISTED
-from trajopt.planning.infeasibility.reasons import Block, BlockKind
+from trajopt.planning.infeasibility.reasons import Obstruction, ObstructionKind
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, together
@@ -285,7 +285,7 @@ class _Obstacle:
         return f"clearance from {self.name}"
 
 
-def conflict_at_goal(problem: Problem, blocks: Sequence[Block]) -> tuple[str, ...]:
+def conflict_at_goal(problem: Problem, blocks: Sequence[Obstruction]) -> tuple[str, ...]:
     """Return what cannot be held together at the goal; whichever is left out, the rest can.
 
     Joint limits and the robot's clearance from itself always count. The deletion filter of
@@ -298,7 +298,7 @@ def conflict_at_goal(problem: Problem, blocks: Sequence[Block]) -> tuple[str, ..
     Returns:
         The set in words; empty if other parts of the scene are in the way as well.
     """
-    touched = {name for block in blocks if block.kind is BlockKind.CONTACT for name in block.subjects}
+    touched = {name for block in blocks if block.kind is ObstructionKind.CONTACT for name in block.subjects}
     near = [_Obstacle(name) for name in problem.scene.objects if name in touched]
     kept: list[Requirement | _Obstacle] = [*problem.goals, *problem.requirements_at(problem.last_stop), *near]
     if _can_be_held(problem, kept):

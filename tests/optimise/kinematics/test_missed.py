@@ -10,7 +10,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.optimise.kinematics.missed import missed_at
+from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.tasks.cartesian import follows_curve, line
 
 INF = np.inf

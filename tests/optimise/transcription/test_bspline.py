@@ -11,7 +11,7 @@ from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.nlp import Linearisation, Nlp
 from trajopt.optimise.transcription import transcribe
 from trajopt.optimise.transcription.basis import SplineBasis, fitted
-from trajopt.optimise.transcription.bspline import BsplineNlp, Places, over_control_points
+from trajopt.optimise.transcription.bspline import BsplineNlp, KnotPlaces, over_control_points
 from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp, least_duration
 from trajopt.planning.seeds import straight_line
 from trajopt.robot.limits import JointLimits
@@ -32,7 +32,7 @@ def spline(folder: Path, degree: int = 3, pieces: int = 8, resting: int = 1) -> 
     asked = problem(folder)
     seed = straight_line(asked.reduced.start_positions, np.array(list(GOAL.values())), asked.knots)
     basis = SplineBasis(degree, np.linspace(0.0, 1.0, pieces + 1))
-    places = Places(ENDS, (asked.knots - 1) * ENDS, np.empty(0))
+    places = KnotPlaces(ENDS, (asked.knots - 1) * ENDS, np.empty(0))
     nlp = over_control_points(transcribe(asked, seed), basis, places, resting=resting)
     return nlp, fitted(basis, np.linspace(0.0, 1.0, asked.knots), seed, resting=resting)
 

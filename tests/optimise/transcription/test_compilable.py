@@ -12,12 +12,12 @@ from tests.optimise.transcription.both_ways import GOAL, SAME, START, descent_of
 from tests.oracles.query import PlainQuery
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise import terms
 from trajopt.optimise.methods import Knots
 from trajopt.optimise.methods.bspline import Bspline
 from trajopt.optimise.solvers import Iteration, SolveResult, Sqp, native_descent
-from trajopt.optimise.solvers.descent import Limits
+from trajopt.optimise.solvers.descent import DescentLimits
 from trajopt.optimise.transcription.compilable import taper_of
 from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins
 from trajopt.planning.budget import WORK, Stop
@@ -202,7 +202,7 @@ def test_what_the_core_does_not_know_is_left_to_python(tmp_path: Path) -> None:
     assert program(everything(tmp_path, constraints=[own]))[1].compiled(sampling) is None
     assert (
         native_descent.native_descent(
-            "osqp", nlp, sampling, Limits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0
+            "osqp", nlp, sampling, DescentLimits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0
         )
         is None
     )
@@ -223,10 +223,10 @@ def test_work_ends_at_the_same_step(tmp_path: Path, share: float) -> None:
 
 def test_progress_is_called_at_every_step_with_the_counts_of_then(tmp_path: Path) -> None:
     problem = everything(tmp_path)
-    told: list[list[tuple[Iteration, Counts]]] = []
+    told: list[list[tuple[Iteration, WorkCounts]]] = []
     for solver in (Sqp(), SqpInPython()):
         seed, nlp = program(problem)
-        seen: list[tuple[Iteration, Counts]] = []
+        seen: list[tuple[Iteration, WorkCounts]] = []
         result = solver.solve(
             nlp, seed, progress=lambda step, n=nlp, s=seen: s.append((step, replace(n.counts)))
         )

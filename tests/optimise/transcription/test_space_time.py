@@ -10,18 +10,18 @@ import pytest
 import trajopt as to
 from tests.optimise.transcription.both_ways import GOAL, START, same
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.methods.space_time import SpaceTime
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.solvers import Sqp
-from trajopt.optimise.solvers.descent import Limits
+from trajopt.optimise.solvers.descent import DescentLimits
 from trajopt.optimise.solvers.native_descent import native_descent
 from trajopt.optimise.solvers.parts import PythonPart
 from trajopt.optimise.transcription.bspline import BsplineNlp
 from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
 from trajopt.optimise.transcription.knots import SWEEP
 from trajopt.optimise.transcription.space_time import SpaceTimeNlp
-from trajopt.optimise.transcription.world import World
+from trajopt.optimise.transcription.world import DynamicObstacles
 from trajopt.planning.seeds import straight_line
 from trajopt.problem.motion import Motion
 from trajopt.values.arrays import Floats, Rows
@@ -84,7 +84,7 @@ def test_derivatives_are_those_of_small_steps(tmp_path: Path, *, moving: bool) -
 def test_the_core_and_python_say_the_same(tmp_path: Path) -> None:
     nlp, x = program(crossed(tmp_path), 1.6)
     sampling = nlp.sampling(x, fine=True)
-    run = native_descent("auto", nlp, sampling, Limits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0)
+    run = native_descent("auto", nlp, sampling, DescentLimits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0)
     assert run is not None
     assert not any(isinstance(part, PythonPart) for part in run.program.constraints)
     before = replace(nlp.counts)
@@ -155,7 +155,7 @@ def test_it_is_found_when_there_is_time_to_stay(tmp_path: Path) -> None:
     place = scene.placement_of(hand, scene.robot.positions(GOAL)).translation
     for name, appears, expires in (("first", 0.0, 0.6), ("second", 0.9, 1.5)):
         scene = scene.add(name, to.Sphere(0.05), to.placement(place), appears=appears, expires=expires)
-    world = World.of(replace(asked, scene=scene), Counts())
+    world = DynamicObstacles.of(replace(asked, scene=scene), WorkCounts())
     assert world is not None
     goal = np.array([GOAL[name] for name in asked.reduced.joint_names])
 

@@ -8,10 +8,10 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.geometry.geometry import collision_geometry
-from trajopt.planning.infeasibility.by_then import by_then, farthest
-from trajopt.planning.infeasibility.in_time import InTime, Occupied, Sweep
+from trajopt.planning.infeasibility.inevitable import InTime, Occupied, Sweep
+from trajopt.planning.infeasibility.joint_bounds import by_then, farthest
 from trajopt.scene.timed import timed_model
 from trajopt.values.arrays import Floats
 
@@ -35,7 +35,7 @@ def problem(
 def in_time(asked: to.Problem) -> InTime:
     timed = timed_model(asked.reduced)
     assert timed is not None
-    return InTime(asked, timed, Counts())
+    return InTime(asked, timed, WorkCounts())
 
 
 def flying(speed: float, *, radius: float = 0.2, hits: float = 0.75, from_: float = -1.0) -> to.Track:

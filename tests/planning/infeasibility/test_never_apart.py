@@ -8,9 +8,9 @@ from trajopt_problems.arms import ur5
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.planning.infeasibility import never_apart
-from trajopt.planning.infeasibility.never_apart import NeverApart
+from trajopt.planning.infeasibility.cover import NeverApart
 from trajopt.planning.status import Certainty
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.values.arrays import Floats
@@ -60,16 +60,16 @@ def test_the_bound_holds_at_all_configurations() -> None:
     reduced = arm(to.Scene(ur5().robot)).reduced
     limits, rng = reduced.limits, np.random.default_rng(5)
     measured = apart(reduced, NEAR, rng.uniform(limits.lower, limits.upper, (4000, 6)))
-    (found,) = never_apart(reduced, {NEAR: 0.12}, Counts())
+    (found,) = never_apart(reduced, {NEAR: 0.12}, WorkCounts())
     assert measured.max() <= found.most <= 0.03 and found.farthest <= found.most
-    assert not never_apart(reduced, {NEAR: 0.9 * float(measured.max())}, Counts())
+    assert not never_apart(reduced, {NEAR: 0.9 * float(measured.max())}, WorkCounts())
 
 
 def test_only_the_joints_between_are_looked_at() -> None:
-    reduced, counts = arm(to.Scene(ur5().robot)).reduced, Counts()
+    reduced, counts = arm(to.Scene(ur5().robot)).reduced, WorkCounts()
     assert never_apart(reduced, {NEAR: 0.1}, counts)
     assert counts.forward_kinematics < 60_000, "of six joints two count"
-    away = Counts()
+    away = WorkCounts()
     assert not never_apart(reduced, {("shoulder_link", "wrist_3_link"): 0.1}, away)
     assert away.forward_kinematics < 100, "the first look shows that there is room"
 
@@ -84,7 +84,7 @@ def test_random_things_that_are_named_are_never_apart(tmp_path: Path, seed: int)
     asked = {pair: float(rng.choice([0.02, 0.1, 0.4, 1.0])) for pair in pairs}
     lower = np.maximum(reduced.limits.lower, -4.0)
     drawn = rng.uniform(lower, np.minimum(reduced.limits.upper, 4.0), (2000, len(lower)))
-    named = never_apart(reduced, asked, Counts())
+    named = never_apart(reduced, asked, WorkCounts())
     for found in named:
         assert apart(reduced, (found.first, found.second), drawn).max() <= found.most <= found.distance
     assert seed > 0 or named, "of the first something is found"

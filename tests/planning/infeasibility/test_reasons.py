@@ -13,7 +13,7 @@ from trajopt.optimise.terms import Clearance, Constraint, FunctionResidual, cons
 from trajopt.optimise.terms.joint_positions import JointPosition
 from trajopt.optimise.transcription import transcribe
 from trajopt.planning.goal_search import _blocked  # pyright: ignore[reportPrivateUsage]
-from trajopt.planning.infeasibility.reasons import BlockKind, blocks_on_the_way, no_goal_configuration
+from trajopt.planning.infeasibility.reasons import ObstructionKind, blocks_on_the_way, no_goal_configuration
 from trajopt.planning.result import Status
 from trajopt.values.arrays import Floats
 from trajopt.why import Certainty, Explanation
@@ -58,7 +58,7 @@ def test_a_users_term_named_clearance_is_no_contact(scene: to.Scene) -> None:
     asked = problem(scene, Clearance.name)
     at = solved(asked)
     worst = blocks_on_the_way(asked, at)[0]
-    assert worst.kind is BlockKind.REQUIREMENT and worst.subjects == ("clearance",)
+    assert worst.kind is ObstructionKind.REQUIREMENT and worst.subjects == ("clearance",)
     assert worst.residual is FunctionResidual
     assert _blocked(SimpleNamespace(solve=at)) == ()  # pyright: ignore[reportArgumentType]
 

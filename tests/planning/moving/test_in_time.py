@@ -9,7 +9,7 @@ import trajopt as to
 from tests.verify.test_moving_things import sampled
 from trajopt.planning.budget import Budget, BudgetTracker
 from trajopt.planning.status import Certainty
-from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.timing.standing import begun_later
 
 START = {
@@ -56,8 +56,8 @@ def test_the_arm_is_past_what_crosses_its_way_sooner_than_by_waiting(table: to.S
     still = to.plan(problem(table)).require()
     # From before the floor to above the arm's reach, so that there is no way over it.
     scene = table.add("gate", to.Box(0.5, 0.05, 3.0), motion=across(0.6, begin=-0.6, end=1.0))
-    work = Workspace(problem(scene), BudgetTracker(Budget()))
-    waits = next(work.begun(TimedMotion(still.path, still.trajectory, None))).trajectory
+    work = PlanningWorkspace(problem(scene), BudgetTracker(Budget()))
+    waits = next(work.begun(MotionCandidate(still.path, still.trajectory, None))).trajectory
     assert still.trajectory.duration + 0.1 < waits.duration < 1.0 + still.trajectory.duration
     assert to.judge(problem(scene), waits).verified
     sooner = begun_later(still.trajectory, waits.duration - still.trajectory.duration - 0.05)

@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.test_moving_things import alone
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
 from trajopt.planning.moving.looks import Looks
 from trajopt.planning.moving.path_time import forbidden_times
@@ -45,7 +45,7 @@ def test_blocked_cells_are_what_is_seen_every_millisecond(arm: to.Robot, seed: i
     motion, timed = swinging(reduced, rng), timed_model(reduced)
     assert timed is not None
     edges, times = np.linspace(0.0, 1.0, 31), np.linspace(0.0, 2.4, 121)
-    looks, each = Looks(timed, Counts()), Looks(timed, Counts())
+    looks, each = Looks(timed, WorkCounts()), Looks(timed, WorkCounts())
     looks.leave_room(motion(np.zeros(1)))
     each.leave_room(motion(np.zeros(1)))
     found = blocked_cells(looks, motion, edges, times)
@@ -94,7 +94,7 @@ def test_behind_what_closes_the_way_for_good_nothing_is_looked_at(arm: to.Robot)
     edges, times = np.linspace(0.0, 1.0, 51), np.linspace(0.0, 20.0, 1001)
     looked: dict[bool, int] = {}
     for hurried in (False, True):
-        looks = Looks(timed, Counts())
+        looks = Looks(timed, WorkCounts())
         looks.leave_room(motion(np.zeros(1)))
         found = blocked_cells(looks, motion, edges, times, hurried=hurried)
         looked[hurried] = looks.counts.forward_kinematics

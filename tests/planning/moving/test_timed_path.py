@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.planning.moving.order_search import HELD, OrderSearch, Step, ever_over
+from trajopt.planning.moving.order_search import HELD, OrderSearch, TimingStep, ever_over
 from trajopt.planning.moving.speed_changes import (
     FULL,
     RATES,
     SPANS,
     TICKS,
-    Change,
     Limited,
+    SpeedChange,
     change,
     possible_changes,
 )
@@ -72,20 +72,20 @@ def cells_of(fastest: to.Trajectory) -> tuple[to.Trajectory, int, float]:
     return clock, 50, clock.duration / 50
 
 
-def wandering(found: dict[int, list[Change]], cells: int, rng: np.random.Generator) -> list[Step]:
+def wandering(found: dict[int, list[SpeedChange]], cells: int, rng: np.random.Generator) -> list[TimingStep]:
     """Return steps to the end of a path, with a rest wherever the motion comes to one."""
     steps, begin, tick, rate = [], 0, 0, FULL
     while begin < cells:
         ways = [one for one in found[begin] if one.before == rate and (begin or one.before)]
         if rate == 0 and begin:
-            steps.append(Step(begin, tick, 0, None))
+            steps.append(TimingStep(begin, tick, 0, None))
             tick += int(rng.integers(1, 30))
         if ways and (rate == 0 or rng.random() < 0.5):
             one = ways[int(rng.integers(len(ways)))]
-            steps.append(Step(begin, tick, rate, one))
+            steps.append(TimingStep(begin, tick, rate, one))
             begin, tick, rate = begin + one.span, tick + one.ticks, one.after
         elif rate:
-            steps.append(Step(begin, tick, rate, None))
+            steps.append(TimingStep(begin, tick, rate, None))
             begin, tick = begin + 1, tick + HELD[rate]
         else:
             return []
@@ -123,7 +123,7 @@ State = tuple[int, int, int]
 class SingleStates:
     """The same search, by single states (cell, rate, tick)."""
 
-    def __init__(self, blocked: list[int], changes: dict[int, list[Change]], ticks: int) -> None:
+    def __init__(self, blocked: list[int], changes: dict[int, list[SpeedChange]], ticks: int) -> None:
         self.blocked, self.changes, self.ticks = blocked, changes, ticks
 
     def clear(self, cell: int, begin: int, end: int) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from tests.planning.moving.test_path_time import arm, crowded, swinging
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.moving.waiting import HALVINGS, MOST, STEP, Waiting
 from trajopt.scene.reduced import reduce_model
@@ -57,7 +57,7 @@ def test_beginnings_are_those_of_looks_at_each_by_itself(arm: to.Robot, dwell: f
         reduced = reduce_model(scene, "all", np.zeros(len(arm.joint_names)))
         motion, timed = swinging(reduced, rng), timed_model(reduced)
         assert timed is not None
-        looks, each = Looks(timed, Counts()), Looks(timed, Counts())
+        looks, each = Looks(timed, WorkCounts()), Looks(timed, WorkCounts())
         expected = list(one_by_one(each, motion, dwell))
         found = [begun.duration - motion.duration for begun in Waiting(looks, dwell).beginnings(motion)]
         assert found == pytest.approx(expected, abs=1e-9)
@@ -74,5 +74,5 @@ def test_no_beginning_is_later_than_asked(arm: to.Robot) -> None:
     motion, timed = swinging(reduced, rng), timed_model(reduced)
     assert timed is not None
     for latest in (0.0, 0.3, inf):
-        begun = Waiting(Looks(timed, Counts())).beginnings(motion, latest=latest)
+        begun = Waiting(Looks(timed, WorkCounts())).beginnings(motion, latest=latest)
         assert all(each.duration - motion.duration <= latest + 1e-9 for each in begun)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.geometry import Counts
-from trajopt.planning.infeasibility.in_time import InTime
+from trajopt.geometry import WorkCounts
+from trajopt.planning.infeasibility.inevitable import InTime
 from trajopt.planning.status import Certainty
 from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.scene.timed import timed_model
@@ -127,6 +127,6 @@ def test_no_motion_is_found_where_it_is_proven_that_there_is_none(planar_arm: to
     asked = problem(scene)
     timed = timed_model(asked.reduced)
     assert timed is not None
-    why = InTime(asked, timed, Counts())
+    why = InTime(asked, timed, WorkCounts())
     proven = why.inevitable(proven=True) or why.goal_occupied([np.array((1.5, 0.0))], proven=True)
     assert proven is None or not to.plan(asked, budget=to.Budget(attempts=2)).verified

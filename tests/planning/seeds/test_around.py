@@ -6,8 +6,8 @@ import pytest
 import trajopt as to
 from tests.planning.walls import blocked_by, route_of, wall
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts, Query
-from trajopt.planning.seeds import Around, NoSeed, SeedKind
+from trajopt.geometry import Query, WorkCounts
+from trajopt.planning.seeds import DetourLines, NoSeed, SeedKind
 from trajopt.planning.seeds.around import SIDES, SIZES, bent
 
 
@@ -25,7 +25,7 @@ def test_every_side_moves_the_touching_body_there_and_keeps_the_ends(problem: to
     here = Query(problem.reduced).close_pairs(0.5 * (line[middle] + line[middle + 1])[None], reach)
     shifts = []
     for side in range(SIDES):
-        knots = bent(context, blocked, side, 0.1, counts=Counts())
+        knots = bent(context, blocked, side, 0.1, counts=WorkCounts())
         assert np.array_equal(knots[[0, -1]], line[[0, -1]])
         assert (knots >= limits.lower).all() and (knots <= limits.upper).all()
         assert np.abs(np.diff(knots - line, axis=0)).max() < 0.5, "it bends softly"
@@ -44,12 +44,12 @@ def test_every_side_moves_the_touching_body_there_and_keeps_the_ends(problem: to
 
 def test_all_sides_and_sizes_of_each_blocked_try(problem: to.Problem) -> None:
     blocked, rng = blocked_by(problem, "wall"), np.random.default_rng(0)
-    assert len(list(Around().seeds(route_of(problem), (blocked,), rng))) == SIDES * len(SIZES)
-    assert list(Around().seeds(route_of(problem), (), rng)) == []
-    assert Around().kind is SeedKind.AROUND
+    assert len(list(DetourLines().seeds(route_of(problem), (blocked,), rng))) == SIDES * len(SIZES)
+    assert list(DetourLines().seeds(route_of(problem), (), rng)) == []
+    assert DetourLines().kind is SeedKind.AROUND
 
 
 def test_what_is_no_longer_near_gives_no_guess(problem: to.Problem) -> None:
     away = wall(problem.scene.robot, inner_edge=3.0)
     with pytest.raises(NoSeed, match="no longer near"):
-        bent(route_of(away), blocked_by(away, "wall"), 0, 0.1, counts=Counts())
+        bent(route_of(away), blocked_by(away, "wall"), 0, 0.1, counts=WorkCounts())

@@ -7,7 +7,7 @@ import pytest
 
 from tests.planning.walls import route_of, wall
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.planning.seeds import Bumps, SeedContext, SeedKind
 from trajopt.values.trajectory import Path
 
@@ -19,7 +19,7 @@ def context(tmp_path_factory: pytest.TempPathFactory) -> SeedContext:
 
 def bent(context: SeedContext, seed: int, count: int) -> list[Path]:
     guesses = Bumps().seeds(context, (), np.random.default_rng(seed))
-    return [guess(Counts(), lambda: None) for guess in islice(guesses, count)]
+    return [guess(WorkCounts(), lambda: None) for guess in islice(guesses, count)]
 
 
 def test_bumps(context: SeedContext) -> None:
@@ -34,7 +34,7 @@ def test_bumps(context: SeedContext) -> None:
 
 def test_none_depends_on_whether_another_was_made(context: SeedContext) -> None:
     *_, alone = islice(Bumps().seeds(context, (), np.random.default_rng(5)), 3)
-    assert np.array_equal(alone(Counts(), lambda: None), bent(context, 5, 3)[2])
+    assert np.array_equal(alone(WorkCounts(), lambda: None), bent(context, 5, 3)[2])
 
 
 def test_they_bend_more_and_more(context: SeedContext) -> None:

@@ -11,7 +11,7 @@ from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 from trajopt.optimise.methods.space_time import SpaceTime, SpaceTimeProgram
 from trajopt.planning.budget import Budget, BudgetTracker, Stop, Stopped
-from trajopt.planning.seeds.in_time import SPEED, Stage, searched
+from trajopt.planning.seeds.in_time import SPEED, SpaceTimeProblem, searched
 
 __all__ = ["table"]  # a fixture
 
@@ -36,10 +36,14 @@ def program(scene: to.Scene) -> SpaceTimeProgram:
     return SpaceTime().program(asked, line)
 
 
-def stage(whole: SpaceTimeProgram, *, checks: int = 40_000, tracker: BudgetTracker | None = None) -> Stage:
+def stage(
+    whole: SpaceTimeProgram, *, checks: int = 40_000, tracker: BudgetTracker | None = None
+) -> SpaceTimeProblem:
     assert whole.world is not None
     check = (tracker or BudgetTracker(Budget())).check
-    return Stage(whole.world, whole.problem.limits, *whole.polyline[[0, -1]], 4.0, 0.0, checks, check)
+    return SpaceTimeProblem(
+        whole.world, whole.problem.limits, *whole.polyline[[0, -1]], 4.0, 0.0, checks, check
+    )
 
 
 def names(whole: SpaceTimeProgram) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from tests.planning.walls import GOAL, route_of, wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.planning.seeds import NoSeed, SampledPaths, SeedKind
 from trajopt.planning.seeds.sampled import STEP, sampled
 
@@ -21,7 +21,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
 
 def found(problem: to.Problem, seed: int, checked: int = 20_000) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    return sampled(route_of(problem), rng=rng, counts=Counts(), check=lambda: None, checked=checked)
+    return sampled(route_of(problem), rng=rng, counts=WorkCounts(), check=lambda: None, checked=checked)
 
 
 def test_the_path_is_free(arm: to.Robot) -> None:
@@ -47,7 +47,7 @@ def test_one_search_does_not_change_another(arm: to.Robot) -> None:
 
 
 def test_it_gives_up_by_count(arm: to.Robot) -> None:
-    counts = Counts()
+    counts = WorkCounts()
     with pytest.raises(NoSeed, match="500"):
         sampled(
             route_of(walled_in(arm)),
@@ -67,7 +67,7 @@ def test_what_stops_it_is_raised(arm: to.Robot) -> None:
         raise Enough
 
     with pytest.raises(Enough):
-        sampled(route_of(walled_in(arm)), rng=np.random.default_rng(0), counts=Counts(), check=check)
+        sampled(route_of(walled_in(arm)), rng=np.random.default_rng(0), counts=WorkCounts(), check=check)
 
 
 def test_path_constraints_are_held_by_projection(arm: to.Robot) -> None:
@@ -85,7 +85,7 @@ def test_it_leads_to_a_goal_that_can_be_reached(arm: to.Robot) -> None:
     here = context.line.knots[0] + (-0.3, 0.1, 0.2, 0.3)
     either = replace(context, other_ends=(here,))
     assert np.array_equal(either.ends, np.stack((context.line.knots[-1], here)))
-    knots = sampled(either, rng=np.random.default_rng(0), counts=Counts(), check=lambda: None)
+    knots = sampled(either, rng=np.random.default_rng(0), counts=WorkCounts(), check=lambda: None)
     assert np.array_equal(knots[-1], here)
 
 
@@ -96,7 +96,7 @@ def test_it_stops_at_waypoints(arm: to.Robot) -> None:
     knots = context.line.knots.copy()
     knots[7] = middle
     through = replace(context, line=replace(context.line, knots=knots, places=(7,)))
-    path = sampled(through, rng=np.random.default_rng(0), counts=Counts(), check=lambda: None)
+    path = sampled(through, rng=np.random.default_rng(0), counts=WorkCounts(), check=lambda: None)
     assert np.array_equal(path[7], middle) and path.shape == knots.shape
 
 
@@ -108,7 +108,7 @@ def test_every_second_search_lets_bodies_overlap_by_their_margin(arm: to.Robot) 
         return float(Query(problem.reduced).close_pairs(path, pairs.margin + 1.0).distance.min())
 
     makes = itertools.islice(SampledPaths().seeds(route_of(problem), (), np.random.default_rng(0)), 20)
-    found = [nearest(make(Counts(), lambda: None)) for make in makes]
+    found = [nearest(make(WorkCounts(), lambda: None)) for make in makes]
     deepest = -float((pairs.margin - pairs.required).max()) - 0.5 * STEP
     assert min(found[0::2]) > 0.0 > min(found[1::2]) > deepest
 
@@ -123,7 +123,7 @@ def test_an_end_a_hair_beyond_a_limit_is_left_and_reached(arm: to.Robot, bound: 
     for place in (0, -1):
         knots[place, 3] = limit + np.sign(limit) * 1e-9
         asked = replace(context, line=replace(context.line, knots=knots))
-        path = sampled(asked, rng=np.random.default_rng(3), counts=Counts(), check=lambda: None)
+        path = sampled(asked, rng=np.random.default_rng(3), counts=WorkCounts(), check=lambda: None)
         assert np.array_equal(path[[0, -1]], knots[[0, -1]])
 
 

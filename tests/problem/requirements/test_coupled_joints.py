@@ -14,7 +14,7 @@ from tests.robots_for_tests import two_arms
 from tests.verify.arms import mixed_arm, quintic, reduced
 from trajopt.geometry import Query
 from trajopt.optimise import terms
-from trajopt.optimise.terms.coupled_joints import JointSum
+from trajopt.optimise.terms.joint_positions import JointSum
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import CoupledJoints, coupled_joints
 from trajopt.problem.residual import WHOLE

@@ -7,8 +7,8 @@ import pytest
 
 import trajopt as to
 from tests.scene.clouds.scenes_for_tests import CARRIED, arm_beside, carried, least, some_cells, some_points
-from trajopt.geometry import Counts, Query, covered_query
-from trajopt.geometry.covered import CELL, FEWEST, Cover, cover_of
+from trajopt.geometry import Query, WorkCounts, covered_query
+from trajopt.geometry.covered import CELL, FEWEST, BoxCover, cover_of
 from trajopt.scene.reduced import ReducedModel
 
 EXACT = 2e-6
@@ -30,13 +30,13 @@ def walls(*, radius: float = 0.004) -> to.Points:
     return to.Points(to.placement(rpy=(0.0, 0.0, 0.3)) * points, radius)
 
 
-def known(cloud: to.Points | to.Voxels) -> Cover:
+def known(cloud: to.Points | to.Voxels) -> BoxCover:
     cover = cover_of(cloud)
     assert cover is not None
     return cover
 
 
-def depths(cover: Cover, points: np.ndarray) -> np.ndarray:
+def depths(cover: BoxCover, points: np.ndarray) -> np.ndarray:
     """Return how deep points are in the box that holds each best, shape (n,) [m]; negative outside."""
     apart = np.abs((points[:, None] - cover.centre) @ cover.axes)
     return (cover.half - apart).min(axis=2).max(axis=1)
@@ -90,7 +90,7 @@ def test_no_distance_is_larger_than_it_is(kind: str, cells: bool) -> None:
     positions = np.random.default_rng(2).uniform(-2.0, 2.0, (40, 2))
     true = smallest(model, Query(model), positions)
     for ends in (NOWHERE, positions[:3]):
-        query = covered_query(model, Counts(), ends)
+        query = covered_query(model, WorkCounts(), ends)
         assert query is not None
         found = smallest(model, query, positions)
         assert len(true) > 40
@@ -115,7 +115,7 @@ def test_where_the_robot_has_to_be_the_boxes_leave_as_much_room_as_the_cloud() -
     mine = [{"cloud", "held"} == set(model.owners(pair)) for pair in range(len(required))]
     reach = np.where(mine, required + 1e-9, -np.inf)
     assert not len(Query(model).close_pairs(ends, reach).pair)
-    blocked, opened = covered_query(model, Counts(), NOWHERE), covered_query(model, Counts(), ends)
+    blocked, opened = covered_query(model, WorkCounts(), NOWHERE), covered_query(model, WorkCounts(), ends)
     assert blocked is not None and opened is not None
     assert len(blocked.close_pairs(ends, reach).pair)
     assert not len(opened.close_pairs(ends, reach).pair)
@@ -123,7 +123,7 @@ def test_where_the_robot_has_to_be_the_boxes_leave_as_much_room_as_the_cloud() -
 
 def test_small_and_carried_clouds_stay_as_they_are() -> None:
     few = some_points(1, FEWEST - 1)
-    assert covered_query(arm_beside(few, to.Sphere(0.05), TURNED, parts=False), Counts(), NOWHERE) is None
+    assert covered_query(arm_beside(few, to.Sphere(0.05), TURNED, parts=False), WorkCounts(), NOWHERE) is None
     assert cover_of(to.Points(np.random.default_rng(0).uniform(-5.0, 5.0, (4000, 3)), 0.001)) is None
 
 

@@ -19,7 +19,7 @@ def bundle_kinds() -> Kinds:
                 "trajopt.optimise.nlp": "Loss",
                 "trajopt.problem.residual": "Cost Constraint Window",
                 "trajopt.problem.smoothness": "Velocity Acceleration Jerk",
-                "trajopt.optimise.terms.rest_posture": "RestPosture",
+                "trajopt.optimise.terms.joint_positions": "RestPosture",
                 "trajopt.optimise.terms.singularity_distance": "LostManipulability",
                 "trajopt.problem.problem": "Problem",
                 "trajopt.planning.budget": "Budget",

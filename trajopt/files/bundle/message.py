@@ -19,7 +19,7 @@ from trajopt.files.bundle.from_document import Reader
 from trajopt.files.bundle.kinds import bundle_kinds
 from trajopt.files.bundle.members import LARGEST, Members, array_bytes
 from trajopt.files.bundle.to_document import Writer
-from trajopt.planning.infeasibility.reasons import Block
+from trajopt.planning.infeasibility.reasons import Obstruction
 from trajopt.planning.judgement import decide
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
@@ -35,10 +35,10 @@ _ASKED = {"trajopt.tasks.grasping.grasp": "Straight Grasp Place", "trajopt.tasks
 _ANSWERED = {
     "trajopt.planning.budget": "Stop",
     "trajopt.planning.status": "Status Certainty",
-    "trajopt.planning.attempt_record": "Attempt",
+    "trajopt.planning.records": "Attempt",
     "trajopt.planning.result": "Result",
-    "trajopt.planning.seeds.kind": "SeedKind",
-    "trajopt.planning.infeasibility.reasons": "Block BlockKind",
+    "trajopt.planning.seeds.source": "SeedKind",
+    "trajopt.planning.infeasibility.reasons": "Obstruction BlockKind",
     "trajopt.optimise.solvers.solver": "SolverStatus",
     "trajopt.tasks.cartesian.result": "Followed StopReason",
     "trajopt.tasks.grasping.result": "Stage Segment Refusal PickPlaceResult",
@@ -125,7 +125,7 @@ class _Writer(Writer):
                 return {"file": value.name}  # where files are is nobody's business
             case Result():
                 value = replace(value, solve=None, timed=None, judged=None, arguments=None)
-            case Block():
+            case Obstruction():
                 value = replace(value, residual=None)
             case _:
                 pass

@@ -22,8 +22,7 @@ from trajopt.files.bundle.bundle import (
 from trajopt.files.bundle.from_document import Reader
 from trajopt.files.bundle.members import LARGEST_DOCUMENT, Members, digest
 from trajopt.planning.budget import Budget
-from trajopt.planning.plan_arguments import PlanArguments
-from trajopt.planning.recalled import Recalled
+from trajopt.planning.plan_arguments import PlanArguments, Recalled
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, floats
 from trajopt.values.documents.document import Node

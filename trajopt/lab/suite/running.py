@@ -13,9 +13,8 @@ from trajopt.lab.suite.outcome import Moment, Outcome
 from trajopt.optimise.methods import Knots, Method
 from trajopt.optimise.solvers import Iteration
 from trajopt.planning.budget import Budget
-from trajopt.planning.experience.protocol import Remembers
 from trajopt.planning.judgement import judge
-from trajopt.planning.plan import NO_BOUNDS, plan
+from trajopt.planning.plan import NO_BOUNDS, Remembers, plan
 from trajopt.planning.result import Result
 from trajopt.values.arrays import Floats
 from trajopt.values.errors.arguments import checked

@@ -1,6 +1,6 @@
 // Steps that reduce cost plus penalty times violation, until none is predicted to reduce it enough.
 //
-// The algorithm is `StepwiseDescent` of trajopt.optimise.solvers.stepwise, which this is tested against: the same steps, of
+// The algorithm is `StepwiseDescent` of trajopt.optimise.solvers.descent, which this is tested against: the same steps, of
 // programs that need no Python.
 #pragma once
 

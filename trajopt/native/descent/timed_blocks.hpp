@@ -19,7 +19,7 @@ struct DistancesInTime {
 };
 
 // Torques as shares of their limits, at moments of a spline over time, where a joint needs much.
-// The algorithm is `SplineTorque` of trajopt.optimise.transcription.spline_torque, which this is tested against.
+// The algorithm is `SplineTorque` of trajopt.optimise.transcription.spline_terms, which this is tested against.
 struct Torques {
   Samples moments;                            // the weights of positions
   std::vector<double> velocity, acceleration;  // weights of these

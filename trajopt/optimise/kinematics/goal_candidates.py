@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.kinematics.methods import InverseMethod, LevenbergMarquardt
 from trajopt.optimise.kinematics.projection import Projection, turning_joints
 from trajopt.optimise.terms.joint_positions import joint_box
@@ -73,7 +73,7 @@ def goal_candidates(
     goals: Sequence[Requirement],
     *,
     rng: np.random.Generator,
-    counts: Counts,
+    counts: WorkCounts,
     starts: int = STARTS,
     method: InverseMethod = LEVENBERG_MARQUARDT,
     effort: Floats | None = None,
@@ -284,4 +284,4 @@ def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = N
     one_of("problem", problem, Problem)
     required = (*problem.goals, *problem.requirements_at(problem.last_stop))
     draws = np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator)
-    return goal_candidates(problem.reduced, required, rng=draws, counts=Counts()).free
+    return goal_candidates(problem.reduced, required, rng=draws, counts=WorkCounts()).free

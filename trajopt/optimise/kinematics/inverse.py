@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.kinematics.arguments import count_of, requirements_of
 from trajopt.optimise.kinematics.goal_candidates import LEVENBERG_MARQUARDT, STARTS, goal_candidates
 from trajopt.optimise.kinematics.methods import InverseMethod, inverse_method
@@ -92,7 +92,7 @@ def inverse_kinematics(
         at,
         wanted,
         rng=rng or np.random.default_rng(0),
-        counts=Counts(),
+        counts=WorkCounts(),
         starts=count_of("starts", starts),
         method=chosen,
     )

@@ -8,9 +8,8 @@ from numpy.typing import ArrayLike
 
 from trajopt.geometry import Query
 from trajopt.optimise.kinematics.arguments import requirements_of
-from trajopt.optimise.kinematics.missed import missed_at
 from trajopt.optimise.kinematics.projection import Projection
-from trajopt.optimise.kinematics.validity import clear
+from trajopt.optimise.kinematics.validity import clear, missed_at
 from trajopt.problem.requirements import Requirement
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Value, floats, number, one_of, readonly

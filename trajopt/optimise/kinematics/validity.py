@@ -1,6 +1,6 @@
 """Validity of a configuration, by the judge's own code, with the reasons where it is not valid."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,10 +9,15 @@ from numpy.typing import ArrayLike
 
 from trajopt.geometry import Query
 from trajopt.optimise.kinematics.arguments import requirements_of
+from trajopt.optimise.terms.joint_positions import without_followers
+from trajopt.optimise.terms.requirement import constrain
+from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement
+from trajopt.problem.residual import WHOLE, units_of
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Value, floats, number
 from trajopt.values.errors import ShapeError
+from trajopt.values.printed import in_degrees, in_length
 from trajopt.verify import Check, Examination, Judge, PairDistance
 
 
@@ -164,3 +169,32 @@ def pair_margins(reduced: ReducedModel, margin: float | None) -> Floats:
     if number("margin", margin) < 0.0:
         raise ShapeError("margin", f"is negative: {margin:g} m")
     return np.maximum(margin, reduced.pairs.required)
+
+
+SHOWN: Mapping[str, Callable[[float], str]] = {"m": in_length, "rad": in_degrees, "": "{:.3g}".format}
+"""How what is missed is printed, by its unit."""
+
+
+def missed_at(reduced: ReducedModel, required: Sequence[Requirement], positions: Floats) -> str:
+    """Say by how much a configuration misses requirements: of each unit what is farthest off.
+
+    Args:
+        reduced: The robot and its surroundings.
+        required: What should hold there.
+        positions: The configuration, shape (n,) [rad | m].
+
+    Returns:
+        "12 mm", "12 mm and 0.9 deg", "0.2" of what has no unit.
+    """
+    motion = Motion.single(positions, Query(reduced))
+    missed: dict[str, float] = {"m": 0.0, "rad": 0.0, "": 0.0}
+    for item in without_followers(required, reduced):
+        for bound in constrain(item, reduced, WHOLE, inset=0.0):
+            rows, units = bound.residual.linearise(motion), units_of(bound.residual) or ("",)
+            lower, upper = bound.bounds(rows)
+            outside = np.maximum(lower - rows.value, rows.value - upper)
+            for component, off in zip(rows.component.tolist(), outside.tolist(), strict=True):
+                unit = units[component if len(units) > 1 else 0]
+                missed[unit] = max(missed[unit], off if off > bound.tolerance else 0.0)
+    said = " and ".join(SHOWN[unit](off) for unit, off in missed.items() if off > 0.0)
+    return said or "next to nothing"  # of what is aimed at inside the tolerances

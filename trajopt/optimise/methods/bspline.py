@@ -10,7 +10,7 @@ from trajopt.optimise.solvers import Solver, SolveResult, Sqp
 from trajopt.optimise.terms import Acceleration, Jerk, Velocity
 from trajopt.optimise.transcription import transcribe
 from trajopt.optimise.transcription.basis import SplineBasis, fitted
-from trajopt.optimise.transcription.bspline import BsplineNlp, Places, over_control_points
+from trajopt.optimise.transcription.bspline import BsplineNlp, KnotPlaces, over_control_points
 from trajopt.problem.problem import Problem
 from trajopt.problem.residual import WHOLE
 from trajopt.values.arrays import Floats
@@ -57,7 +57,7 @@ class Bspline:
         base = transcribe(problem, seed, waypoint_knots)
         basis = SplineBasis(self.degree, np.linspace(0.0, 1.0, self.pieces + 1))
         ends, last = np.array((0.0, 1.0)), problem.knots - 1
-        places = Places(ends, last * ends, np.array(waypoint_knots, dtype=np.float64) / last)
+        places = KnotPlaces(ends, last * ends, np.array(waypoint_knots, dtype=np.float64) / last)
         return BsplineProgram(over_control_points(base, basis, places), self.solver)
 
 

@@ -5,17 +5,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.methods.bspline import SAMPLES, windowed_differences
 from trajopt.optimise.methods.knots import Knots, KnotsProgram
 from trajopt.optimise.methods.method import Decoded, Progress, followed_curve
-from trajopt.optimise.methods.stopping import stopping_motion, with_jerk
-from trajopt.optimise.methods.timing import retime_path
+from trajopt.optimise.methods.timing import retime_path, stopping_motion, with_jerk
 from trajopt.optimise.solvers import SolveResult, Sqp
 from trajopt.optimise.solvers.sqp import TrustRegion
 from trajopt.optimise.transcription.basis import SplineBasis
-from trajopt.optimise.transcription.bspline import Places, over_control_points
+from trajopt.optimise.transcription.bspline import KnotPlaces, over_control_points
 from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp
 from trajopt.problem.problem import Problem
 from trajopt.timing import RetimeFailure
@@ -111,7 +110,7 @@ class FreeDurationProgram(Printed):
         return self.first.scale
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> WorkCounts:
         """The work done so far."""
         return self.first.counts
 
@@ -162,7 +161,7 @@ class FreeDurationProgram(Printed):
 
     def _program(self, path: Path, motion: Trajectory, begin: float) -> FreeDurationNlp:
         problem, base = self.problem, self.first.nlp
-        places = Places.along(path.knots, motion, self.waypoint_knots, begin)
+        places = KnotPlaces.along(path.knots, motion, self.waypoint_knots, begin)
         spline = over_control_points(base, _basis(self.method.pieces), places, resting=RESTING)
         spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
         if self.stop is not None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.methods.method import Decoded, Progress, moving_start
 from trajopt.optimise.solvers import HasBriefForm, HasNearForm, Iteration, Solver, SolveResult, Sqp
 from trajopt.optimise.transcription import KnotsNlp, transcribe, transcribe_covered
@@ -44,7 +44,7 @@ class Knots:
     @checked
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
         """Transcribe a problem over knots; see `Method.program`."""
-        counts = Counts()
+        counts = WorkCounts()
         covered = transcribe_covered(problem, seed, waypoint_knots, counts)
         if covered is not None:
             later = partial(transcribe, problem, seed, waypoint_knots, counts)
@@ -64,7 +64,7 @@ class KnotsProgram(Printed):
         transcribed: Transcribes the problem as it is.
     """
 
-    counts: Counts
+    counts: WorkCounts
     solver: Solver
     covered: KnotsNlp | None
     transcribed: Callable[[], KnotsNlp]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar, runtime_checkable
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.solvers import Iteration, SolveResult
 from trajopt.optimise.transcription.motion_nlp import MotionNlp
 from trajopt.problem.problem import Problem
@@ -43,7 +43,7 @@ class Program(Protocol):
         ...
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> WorkCounts:
         """The work done so far."""
         ...
 
@@ -83,7 +83,7 @@ class NlpProgram(Printed, Generic[N_co]):
         return self.nlp.scale
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> WorkCounts:
         """The work done so far."""
         return self.nlp.counts
 

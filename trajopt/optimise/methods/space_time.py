@@ -6,7 +6,7 @@ from math import ceil, inf, sqrt
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.methods.bspline import windowed_differences
 from trajopt.optimise.methods.free_duration import MovingResult
@@ -14,11 +14,11 @@ from trajopt.optimise.methods.method import Decoded, Progress, followed_curve
 from trajopt.optimise.solvers import Iteration, SolveResult, Sqp
 from trajopt.optimise.transcription import KnotsNlp, transcribe
 from trajopt.optimise.transcription.basis import even_basis
-from trajopt.optimise.transcription.bspline import Places
+from trajopt.optimise.transcription.bspline import KnotPlaces
 from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.optimise.transcription.knots import shortest_duration
 from trajopt.optimise.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp
-from trajopt.optimise.transcription.world import World
+from trajopt.optimise.transcription.world import DynamicObstacles
 from trajopt.problem.problem import Problem
 from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
 from trajopt.values.arrays import Floats, Printed
@@ -79,7 +79,7 @@ class SpaceTime:
         base = transcribe(problem, seed, waypoint_knots)
         limited = np.isfinite(problem.limits.effort).any()
         dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
-        world = World.of(problem, base.counts)
+        world = DynamicObstacles.of(problem, base.counts)
         return SpaceTimeProgram(self, problem, base, world, dynamics, seed, tuple(waypoint_knots))
 
 
@@ -100,7 +100,7 @@ class SpaceTimeProgram(Printed):
     method: SpaceTime
     problem: Problem
     base: KnotsNlp
-    world: World | None
+    world: DynamicObstacles | None
     dynamics: DynamicsQuery | None
     polyline: Floats
     waypoint_knots: tuple[int, ...]
@@ -111,7 +111,7 @@ class SpaceTimeProgram(Printed):
         return self.base.scale
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> WorkCounts:
         """The work done so far."""
         return self.base.counts
 
@@ -192,7 +192,7 @@ class SpaceTimeProgram(Printed):
         count = ceil(min(motion.duration / quickest, MOST_PIECES * knots))
         pieces = PIECES if self.world is None else PIECES_AMONG_CHANGES
         basis = even_basis(DEGREE, max(count, pieces * knots))
-        places = Places.along(self.polyline, motion, self.waypoint_knots)
+        places = KnotPlaces.along(self.polyline, motion, self.waypoint_knots)
         end = motion.positions[-1]
         return SpaceTimeFamily(self.base, self.world, basis, places, end, self.dynamics)
 

@@ -1,4 +1,4 @@
-"""Retiming a path within everything that a problem limits."""
+"""Timing within everything that a problem limits: a path retimed, a start in motion brought to rest."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,14 +8,16 @@ from itertools import pairwise
 import numpy as np
 
 from trajopt.geometry import Query
+from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.problem.problem import Problem
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.limits import JointLimits
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
+from trajopt.timing.joint_stops import stop_from
 from trajopt.timing.standing import in_turn
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors.arguments import checked
-from trajopt.values.trajectory import Path
+from trajopt.values.trajectory import Path, Trajectory
 
 PATH_TOLERANCE = 5e-3
 """How far a timed motion may leave its path unless told otherwise [m]."""
@@ -152,3 +154,26 @@ def _speeds(query: Query, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
         return np.stack(columns, axis=1)
 
     return speeds
+
+
+@checked
+def stopping_motion(problem: Problem) -> Trajectory:
+    """Return a motion that brings a start in motion to rest as soon as the limits allow.
+
+    It has three pieces of constant jerk: on to a deceleration, with it, and off it again. All joints brake
+    together, so that the arm goes on nearly as it was going; where that takes one of them out of its limits,
+    each brakes by itself.
+
+    Args:
+        problem: The problem; its start is in motion.
+    """
+    begin = np.stack((problem.reduced.start_positions, problem.start_velocities, problem.start_accelerations))
+    return stop_from(begin, with_jerk(problem.limits))
+
+
+def with_jerk(limits: JointLimits) -> JointLimits:
+    """Return limits with the jerk limited for every joint: what stops and goes on has no jump between.
+
+    Where none is stated, an acceleration takes as long to rise as the shortest motion there is.
+    """
+    return replace(limits, jerk=readonly(np.minimum(limits.jerk, limits.acceleration / SHORTEST)))

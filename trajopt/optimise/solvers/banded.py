@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.native import banded
 from trajopt.optimise.nlp import Linearisation
-from trajopt.optimise.solvers.step import REGULARISATION, Step, softened_rows
+from trajopt.optimise.solvers.step import REGULARISATION, QpStep, softened_rows
 from trajopt.values.arrays import Bools, Floats, Loss, Rows
 
 NAME = "banded"
@@ -62,12 +62,12 @@ class BandedStep:
         """Name of the backend."""
         return NAME
 
-    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
+    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:
         """Return the best step between bounds of shape (N, n); see `StepProgram`."""
         dx, predicted_reduction, code, iterations = self.core.solve(
             lower.ravel(), upper.ravel(), REGULARISATION, accuracy, self.solver.max_iterations
         )
-        return Step(dx.reshape(lower.shape), predicted_reduction, iterations) if code in SOLVED else None
+        return QpStep(dx.reshape(lower.shape), predicted_reduction, iterations) if code in SOLVED else None
 
 
 def _arrays(rows: Rows) -> tuple[Floats, Floats, np.ndarray]:

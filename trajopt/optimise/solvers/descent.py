@@ -1,18 +1,63 @@
-"""A descent of the SQP: steps that reduce cost plus penalty times violation, and what is kept between two.
+"""Descents of the SQP: steps that reduce cost plus penalty times violation.
 
 There are two ways to take the same steps: `StepwiseDescent` for any program and any backend, and
 `NativeDescent` in one call of the core, for programs that need no Python.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from trajopt.optimise.nlp import Linearisation, Nlp
 from trajopt.optimise.solvers.solver import Progress, SolveResult, SolverStatus, SqpStep
-from trajopt.optimise.solvers.trust_region import TrustRegion
+from trajopt.optimise.solvers.step import QpStep, StepProgram, StepSolver
 from trajopt.values.arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class TrustRegion:
+    """A box around the current point, in units of the program's scale, and the rule that sizes it.
+
+    Attributes:
+        radius: Half the edge now.
+        smallest: Below this it has collapsed.
+        largest: It never grows beyond this.
+        accept: A step is taken when it brings at least this share of the predicted improvement.
+        good: The box grows when it brings at least this share.
+        grow: Factor on growth.
+        shrink: Factor on rejection.
+    """
+
+    radius: float = 1.0
+    smallest: float = 1e-4
+    largest: float = 1.0
+    accept: float = 0.1
+    good: float = 0.5
+    grow: float = 2.0
+    shrink: float = 0.3
+
+    def accepts(self, ratio: float) -> bool:
+        """Say whether a step with this ratio of actual to predicted improvement is taken."""
+        return ratio >= self.accept
+
+    def after(self, ratio: float) -> "TrustRegion":
+        """Return the region after a step with this ratio of actual to predicted improvement."""
+        if not self.accepts(ratio):
+            return self.smaller()
+        if ratio >= self.good:
+            return replace(self, radius=min(self.radius * self.grow, self.largest))
+        return self
+
+    def smaller(self) -> "TrustRegion":
+        """Return the region after a step that is not taken."""
+        return replace(self, radius=self.radius * self.shrink)
+
+    @property
+    def collapsed(self) -> bool:
+        """Whether no step worth taking is left."""
+        return self.radius < self.smallest
+
 
 ACCURACY = 0.2
 """How well a step's QP is solved, as a share of the gain that is worth a step."""
@@ -21,7 +66,7 @@ QP_FAILURES = 3
 
 
 @dataclass(frozen=True)
-class Limits:
+class DescentLimits:
     """When a descent ends.
 
     Attributes:
@@ -56,7 +101,7 @@ class Descent(ABC):
     """
 
     nlp: Nlp
-    limits: Limits
+    limits: DescentLimits
     progress: Progress | None
     region: TrustRegion
     penalty: float
@@ -109,3 +154,92 @@ class Descent(ABC):
         """Return what the solver came to."""
         at = self.linearised()
         return SolveResult(status, at.x, at, tuple(self.log))
+
+
+def merit(at: Linearisation, penalty: float) -> float:
+    """Return cost plus penalty times the L1 norm of the violations."""
+    return at.cost + penalty * at.violation
+
+
+@dataclass(eq=False, kw_only=True)
+class StepwiseDescent(Descent):
+    """See `Descent`.
+
+    Attributes:
+        steps: Solves the QPs.
+        at: Everything at the current point.
+    """
+
+    steps: StepSolver
+    at: Linearisation = field(init=False)
+
+    @property
+    def x(self) -> Floats:
+        """The point, shape (N, n)."""
+        return self.at.x
+
+    @property
+    def sampling(self) -> Ints:
+        """Samples per segment, shape (N - 1,)."""
+        return self.at.sampling
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint holds within its tolerance."""
+        return self.at.feasible
+
+    def begin(self, x: Floats, sampling: Ints) -> None:
+        """Go to a point, on given samples."""
+        self.at = self.nlp.linearise(x, sampling)
+
+    def linearised(self) -> Linearisation:
+        """Return everything at the point."""
+        return self.at
+
+    def descend(self) -> SolverStatus:
+        """Take steps until none is predicted to reduce the merit enough."""
+        nlp, moves = self.nlp, self.nlp.lower < self.nlp.upper
+        program = self.steps.program(moves, self.at, self.penalty)
+        while len(self.log) < self.limits.steps:
+            at, region = self.at, self.region
+            now = merit(at, self.penalty)
+            if not np.isfinite(now):
+                return SolverStatus.NON_FINITE
+            enough = self.limits.enough(now)
+            box = region.radius * nlp.scale
+            lower, upper = np.maximum(-box, nlp.lower - at.x), np.minimum(box, nlp.upper - at.x)
+            step = program.solve(lower, upper, ACCURACY * enough)
+            if step is None:
+                self.failures += 1
+                if self.failures > QP_FAILURES:
+                    return SolverStatus.QP_FAILED
+                self.region = region.smaller()
+                continue
+            if step.predicted_reduction < enough:
+                return SolverStatus.CONVERGED
+            trial = nlp.linearise(at.x + step.dx, at.sampling)
+            ratio = (now - merit(trial, self.penalty)) / step.predicted_reduction
+            accepted = region.accepts(ratio)
+            self.region = region.after(ratio)
+            self.at = trial if accepted else at
+            self.note(self._entry(accepted, program, step))
+            if accepted and self.at.feasible and not self.fine:
+                return SolverStatus.CONVERGED
+            if self.region.collapsed:
+                return SolverStatus.TRUST_REGION_COLLAPSED
+            if accepted:
+                program = self.steps.program(moves, self.at, self.penalty)
+        return SolverStatus.MAX_ITERATIONS
+
+    def _entry(self, accepted: bool, program: StepProgram, step: QpStep) -> SqpStep:
+        return SqpStep(
+            cost=self.at.cost,
+            violation=self.at.violation,
+            merit=merit(self.at, self.penalty),
+            penalty=self.penalty,
+            radius=self.region.radius,
+            accepted=accepted,
+            rows=program.rows,
+            backend=program.backend,
+            qp_iterations=step.iterations,
+        )

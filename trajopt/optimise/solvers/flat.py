@@ -7,7 +7,7 @@ from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.solvers.qp import Qp, QpBackend, QpSolution, QpStatus, qp_backend
-from trajopt.optimise.solvers.step import REGULARISATION, Step, softened_rows
+from trajopt.optimise.solvers.step import REGULARISATION, QpStep, softened_rows
 from trajopt.values.arrays import Bools, Floats, Ints, Loss, Rows
 from trajopt.values.errors import BackendFailed
 
@@ -191,7 +191,7 @@ class FlatStep:
         """Name of the backend."""
         return self.solver.name
 
-    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
+    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:
         """Return the best step between bounds of shape (N, n); see `StepProgram`."""
         free = self.model.free
         low, high = lower.ravel()[free], upper.ravel()[free]
@@ -204,4 +204,4 @@ class FlatStep:
             return None  # an inaccurate solution without gain does not show that there is none
         step = np.zeros(lower.size)
         step[free] = reduced
-        return Step(step.reshape(self.shape), predicted_reduction, solution.iterations)
+        return QpStep(step.reshape(self.shape), predicted_reduction, solution.iterations)

@@ -11,12 +11,10 @@ from trajopt.native import descent
 from trajopt.optimise.nlp import CostRows, Linearisation, Nlp
 from trajopt.optimise.solvers import banded
 from trajopt.optimise.solvers.choice import AUTO, WIDEST
-from trajopt.optimise.solvers.compiled import CompilableNlp, CompiledProgram
-from trajopt.optimise.solvers.descent import ACCURACY, QP_FAILURES, Descent, Limits
-from trajopt.optimise.solvers.parts import Block
+from trajopt.optimise.solvers.descent import ACCURACY, QP_FAILURES, Descent, DescentLimits, TrustRegion
+from trajopt.optimise.solvers.parts import Block, CompilableNlp, CompiledProgram
 from trajopt.optimise.solvers.solver import Patient, Progress, SolverStatus, SqpStep
 from trajopt.optimise.solvers.step import REGULARISATION
-from trajopt.optimise.solvers.trust_region import TrustRegion
 from trajopt.values.arrays import Floats, Ints
 
 SILENCE = 3e-3
@@ -36,7 +34,7 @@ def native_descent(
     qp: str,
     nlp: Nlp,
     sampling: Ints,
-    limits: Limits,
+    limits: DescentLimits,
     progress: Progress | None,
     region: TrustRegion,
     penalty: float,

@@ -11,11 +11,9 @@ import numpy as np
 
 from trajopt.optimise.nlp import Nlp
 from trajopt.optimise.solvers.choice import AUTO, step_solver
-from trajopt.optimise.solvers.descent import Descent, Limits
+from trajopt.optimise.solvers.descent import Descent, DescentLimits, StepwiseDescent, TrustRegion
 from trajopt.optimise.solvers.native_descent import native_descent
 from trajopt.optimise.solvers.solver import Progress, SolveResult, SolverStatus
-from trajopt.optimise.solvers.stepwise import StepwiseDescent
-from trajopt.optimise.solvers.trust_region import TrustRegion
 from trajopt.values.arrays import Floats, Ints, above_zero, at_least
 from trajopt.values.errors.arguments import check_arguments, checked
 
@@ -128,7 +126,7 @@ class Sqp:
     def _begun(self, nlp: Nlp, x: Floats, sampling: Ints, progress: Progress | None) -> Descent:
         """Return what takes the steps, at the first point: the core where it can, else Python."""
         steps = step_solver(self.qp)
-        limits = Limits(self.max_iterations, self.relative_gain, self.absolute_gain)
+        limits = DescentLimits(self.max_iterations, self.relative_gain, self.absolute_gain)
         run = native_descent(self.qp, nlp, sampling, limits, progress, self.trust_region, self.penalty)
         if run is None:
             run = StepwiseDescent(nlp, limits, progress, self.trust_region, self.penalty, steps=steps)

@@ -13,7 +13,7 @@ REGULARISATION = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class QpStep:
     """The minimiser of a step's QP.
 
     Attributes:
@@ -40,7 +40,7 @@ class StepProgram(Protocol):
         """Name of the backend that solves it."""
         ...
 
-    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
+    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:
         """Return the best step between bounds.
 
         Args:

@@ -1,6 +1,6 @@
-"""Positions of some joints."""
+"""Terms of the joint positions alone: single joints, weighted sums of them, a posture at rest."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING
@@ -9,12 +9,13 @@ import numpy as np
 
 from trajopt.optimise.terms.requirement import INSET, constrain
 from trajopt.problem.motion import Motion
-from trajopt.problem.requirements import JointPositions, Requirement, together
-from trajopt.problem.residual import Constraint, Window, constraint
+from trajopt.problem.requirements import CoupledJoints, JointPositions, Requirement, together
+from trajopt.problem.residual import WHOLE, Constraint, Cost, Window, constraint
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints, Rows, Value
-from trajopt.values.errors import ProblemError, shown
+from trajopt.values.arrays import Floats, Ints, Loss, Rows, Value, number
+from trajopt.values.errors import JointNotFound, ProblemError, shown
+from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_joint_position
 
 if TYPE_CHECKING:
@@ -178,3 +179,119 @@ def _(
             window=window,
         ),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class JointSum(Value):
+    """One component: a weighted sum of the group's positions and a constant [rad | m].
+
+    Attributes:
+        weights: Shape (n,).
+        constant: What joints add that do not move.
+    """
+
+    weights: Floats
+    constant: float
+    name = "coupled joints"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the sums; exact, for they are linear."""
+        value = motion.positions @ self.weights + self.constant
+        return motion.rows_of_all(value[:, None], np.tile(self.weights, (len(value), 1, 1)))
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        return ca.dot(ca.SX(self.weights), kinematics.q) + self.constant
+
+
+@constrain.register
+def _(
+    required: CoupledJoints, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    weights, constant = np.zeros(len(reduced.joint_names)), 0.0
+    moved, robot = tuple(reduced.model.names[1:]), reduced.scene.robot
+    for joint, factor in required.weights.items():
+        if joint in moved:
+            place = moved.index(joint)
+            weights += factor * reduced.mimic_matrix[place]
+            constant += factor * float(reduced.mimic_offset[place])
+        else:
+            constant += factor * float(reduced.start[robot.index([joint])[0]])
+    off = abs(constant - required.value)
+    if not weights.any():
+        if off > required.tolerance:
+            raise ProblemError(f"{required} is off by {off:g}, and none of its joints is in the group")
+        return ()
+    within = required.tolerance * (1.0 - inset)
+    return (
+        constraint(
+            JointSum(weights, constant),
+            lower=required.value - within,
+            upper=required.value + within,
+            tolerance=max(required.tolerance * inset * 0.5, 1e-9),
+            window=window,
+        ),
+    )
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class RestPosture:
+    """Positions of some of the group's joints less those at rest, one component each [rad | m].
+
+    Attributes:
+        positions: Joint -> position at rest [rad | m].
+    """
+
+    positions: Mapping[str, float]
+    name = "rest posture"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the differences; exact, for they are linear.
+
+        Raises:
+            JointNotFound: If a joint is not of the group.
+        """
+        names = motion.query.reduced.joint_names
+        for joint in self.positions:
+            if joint not in names:
+                raise JointNotFound("joint of the group", joint, names)
+        places = [names.index(joint) for joint in self.positions]
+        value = motion.positions[:, places] - np.array(list(self.positions.values()))
+        return motion.rows_of_all(value, np.tile(np.eye(len(names))[places], (len(value), 1, 1)))
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        names = kinematics.reduced.joint_names
+        places = [names.index(joint) for joint in self.positions]
+        return kinematics.q[places] - ca.SX(list(self.positions.values()))
+
+
+@checked
+def rest_posture(
+    positions: Mapping[str, float],
+    *,
+    weight: float = 1e-3,
+    loss: Loss = Loss.SQUARED,
+    window: Window = WHOLE,
+) -> Cost:
+    """Pull joints towards a posture: a `Cost` that counts at every sample of the path.
+
+    Args:
+        positions: Joint of the group -> position [rad | m]; at least one.
+        weight: Of a squared radian or metre; the default is small compared with the default costs.
+        loss: Squared by default.
+        window: Where it counts.
+
+    Raises:
+        ProblemError: If no joint is named.
+        ShapeError: If a position is not finite.
+    """
+    if not positions:
+        raise ProblemError("rest_posture: name at least one joint")
+    values = {joint: number(f"position of {joint}", value) for joint, value in positions.items()}
+    return Cost(RestPosture(values), weight, loss, window)

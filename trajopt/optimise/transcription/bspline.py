@@ -21,7 +21,7 @@ COARSE_SAMPLES = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class KnotPlaces:
     """Where the spline is on the polyline over knots, to which windows and margins refer.
 
     Attributes:
@@ -41,7 +41,7 @@ class Places:
     @staticmethod
     def along(
         polyline: Floats, motion: Trajectory, waypoint_knots: Sequence[int] = (), begin: float = 0.0
-    ) -> "Places":
+    ) -> "KnotPlaces":
         """Say where on a polyline a motion is, from a time on: equal shares of their lengths.
 
         Args:
@@ -60,7 +60,7 @@ class Places:
         knots[0], knots[-1] = 0.0, float(len(legs))
         parameters = times / motion.duration
         exact = np.interp(np.array(waypoint_knots, dtype=np.float64), knots, parameters)
-        return Places(parameters, knots, exact)
+        return KnotPlaces(parameters, knots, exact)
 
 
 @dataclass(eq=False)
@@ -73,7 +73,7 @@ class BsplineNlp(CompilableMotionNlp):
     """
 
     basis: SplineBasis
-    places: Places
+    places: KnotPlaces
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per piece: few, or as many as the sweep of the bodies demands."""
@@ -96,7 +96,7 @@ class BsplineNlp(CompilableMotionNlp):
 
 
 def over_control_points(
-    base: KnotsNlp, basis: SplineBasis, places: Places, *, resting: int = 1
+    base: KnotsNlp, basis: SplineBasis, places: KnotPlaces, *, resting: int = 1
 ) -> BsplineNlp:
     """Transcribe a problem over the control points of a spline.
 

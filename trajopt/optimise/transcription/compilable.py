@@ -13,10 +13,10 @@ import numpy as np
 
 from trajopt.geometry import Query
 from trajopt.optimise.nlp import ConstraintRows, CostRows
-from trajopt.optimise.solvers.compiled import CompiledProgram
 from trajopt.optimise.solvers.parts import (
     Block,
     ChangingDistancePart,
+    CompiledProgram,
     DistancePart,
     FramePart,
     LinearPart,
@@ -26,25 +26,21 @@ from trajopt.optimise.solvers.parts import (
     Taper,
     TorquePart,
 )
-from trajopt.optimise.terms.clearance import Clearance
-from trajopt.optimise.terms.coupled_joints import JointSum
+from trajopt.optimise.terms.clearance import Clearance, SoftClearance
 from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.follows_curve import CurveError
 from trajopt.optimise.terms.gravity_torque import GravityShare, HoldingTorque
-from trajopt.optimise.terms.joint_positions import JointPosition
+from trajopt.optimise.terms.joint_positions import JointPosition, JointSum, RestPosture
 from trajopt.optimise.terms.line_of_sight import SightClearance
 from trajopt.optimise.terms.point_on_arc import ArcCoordinates
 from trajopt.optimise.terms.residual_from_function import FunctionResidual
-from trajopt.optimise.terms.rest_posture import RestPosture
 from trajopt.optimise.terms.rolling import Rolling
 from trajopt.optimise.terms.singularity_distance import LostManipulability, SmallestSingularValue
-from trajopt.optimise.terms.soft_clearance import SoftClearance
 from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
 from trajopt.optimise.transcription.frame_terms import FRAME_TERMS, frame_in_core
 from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable
 from trajopt.optimise.transcription.motion_nlp import MotionNlp
-from trajopt.optimise.transcription.spline_rates import SplineRate
-from trajopt.optimise.transcription.spline_torque import SplineTorque
+from trajopt.optimise.transcription.spline_terms import SplineRate, SplineTorque
 from trajopt.optimise.transcription.tapered_bounds import TaperedConstraint
 from trajopt.problem.motion import Motion, MotionInTime
 from trajopt.problem.residual import WHOLE, Constraint, Cost, units_of

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.transcription.basis import SplineBasis, fitted
@@ -90,7 +90,7 @@ class FreeDurationNlp:
         return np.append(self.spline.scale, 1.0)
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> WorkCounts:
         """The work done so far."""
         return self.spline.counts
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query, covered_query
+from trajopt.geometry import Query, WorkCounts, covered_query
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
@@ -177,7 +177,7 @@ def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float
 
 @checked
 def transcribe(
-    problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (), counts: Counts | None = None
+    problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (), counts: WorkCounts | None = None
 ) -> KnotsNlp:
     """Transcribe a problem into a program over knots.
 
@@ -198,7 +198,7 @@ def transcribe(
 
 @checked
 def transcribe_covered(
-    problem: Problem, seed: Floats, waypoint_knots: Sequence[int], counts: Counts
+    problem: Problem, seed: Floats, waypoint_knots: Sequence[int], counts: WorkCounts
 ) -> KnotsNlp | None:
     """Transcribe a problem with boxes in the place of clouds, which are larger and sooner looked at.
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
@@ -32,7 +32,7 @@ class MotionNlp(ABC):
     """
 
     problem: Problem
-    counts: Counts
+    counts: WorkCounts
     lower: Floats
     upper: Floats
     scale: Floats

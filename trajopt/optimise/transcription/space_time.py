@@ -14,7 +14,7 @@ import numpy as np
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.terms import Constraint, constraint
 from trajopt.optimise.transcription.basis import SplineBasis
-from trajopt.optimise.transcription.bspline import COARSE_SAMPLES, BsplineNlp, Places
+from trajopt.optimise.transcription.bspline import COARSE_SAMPLES, BsplineNlp, KnotPlaces
 from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
 from trajopt.optimise.transcription.knots import (
     CLEARANCE_TOLERANCE,
@@ -23,9 +23,8 @@ from trajopt.optimise.transcription.knots import (
     shortest_duration,
     swept,
 )
-from trajopt.optimise.transcription.spline_rates import SplineRate
-from trajopt.optimise.transcription.spline_torque import SplineTorque
-from trajopt.optimise.transcription.world import World
+from trajopt.optimise.transcription.spline_terms import SplineRate, SplineTorque
+from trajopt.optimise.transcription.world import DynamicObstacles
 from trajopt.problem.motion import MotionInTime
 from trajopt.values.arrays import Floats, Ints, Printed, readonly
 from trajopt.values.trajectory import Path, Trajectory
@@ -57,9 +56,9 @@ class SpaceTimeFamily(Printed):
     """
 
     base: KnotsNlp
-    world: World | None
+    world: DynamicObstacles | None
     basis: SplineBasis
-    places: Places
+    places: KnotPlaces
     end: Floats
     dynamics: DynamicsQuery | None
 
@@ -75,7 +74,7 @@ class SpaceTimeFamily(Printed):
         """Say whether nothing that changes is in the way at the end of a motion of a duration [s]."""
         return self.world is None or bool((self._spare_after(self.world, duration) >= 0.0).all())
 
-    def _spare_after(self, world: World, duration: float) -> Floats:
+    def _spare_after(self, world: DynamicObstacles, duration: float) -> Floats:
         """Return what pairs have above what is required while the robot stays at the end, (p,) [m]."""
         return world.spare_staying(self.end, duration, self.base.problem.dwell)
 
@@ -95,7 +94,7 @@ class SpaceTimeFamily(Printed):
             items.append(constraint(residual, lower=0.0, upper=np.inf, tolerance=CLEARANCE_TOLERANCE))
             inside = world.moments[(world.moments > 0.0) & (world.moments < duration)]
             moments = np.union1d(moments, inside / duration)
-        places = Places(self.places.parameters, self.places.knots, moments)
+        places = KnotPlaces(self.places.parameters, self.places.knots, moments)
         fields = base.problem, base.counts, lower, upper, base.scale, base.query, tuple(items)
         return SpaceTimeNlp(*fields, self.basis, places, duration, self.world)
 
@@ -143,7 +142,7 @@ class SpaceTimeFamily(Printed):
         )
         return constraint(residual, lower=-USED, upper=USED, tolerance=TOLERANCE, reach=LISTED)
 
-    def _margin(self, world: World, duration: float) -> Floats:
+    def _margin(self, world: DynamicObstacles, duration: float) -> Floats:
         """Return the clearance that pairs keep, shape (p,) [m].
 
         Above what is required it is no more than half of what they have at the start and at the end.
@@ -164,7 +163,7 @@ class SpaceTimeNlp(BsplineNlp):
     """
 
     duration: float
-    world: World | None
+    world: DynamicObstacles | None
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per piece: few, or as many as the sweep of bodies and things demands."""

@@ -32,7 +32,7 @@ turns a frame by so much, and by less where that breaks something. Of a wide con
 
 
 @dataclass(frozen=True, eq=False)
-class Stop:
+class StopExcess:
     """How far a stop is outside the bounds that the program keeps.
 
     Attributes:
@@ -54,7 +54,7 @@ class TaperedConstraint(Constraint):
         stops: The stops.
     """
 
-    stops: tuple[Stop, ...] = ()
+    stops: tuple[StopExcess, ...] = ()
 
     def bounds(self, rows: Rows) -> tuple[Floats, Floats]:
         """Return lower and upper bound of each row, shape (m,)."""
@@ -105,7 +105,7 @@ def _no_more_kept(item: Constraint, whole: Constraint, most: float) -> Constrain
 
 
 def _tapered(item: Constraint, whole: Constraint, stops: Sequence[tuple[int, Motion]]) -> Constraint:
-    found: list[Stop] = []
+    found: list[StopExcess] = []
     room = np.inf
     for place, motion in stops:
         rows = item.residual.linearise(motion)
@@ -118,7 +118,7 @@ def _tapered(item: Constraint, whole: Constraint, stops: Sequence[tuple[int, Mot
         below, above = (np.zeros(int(rows.component.max()) + 1) for _ in "lu")
         np.maximum.at(below, rows.component, low - rows.value)
         np.maximum.at(above, rows.component, rows.value - high)
-        found.append(Stop(place, below, above))
+        found.append(StopExcess(place, below, above))
         room = min(room, float(np.minimum(rows.value - lowest, highest - rows.value)[outside].min()))
     if not found:
         return item

@@ -6,7 +6,7 @@ from math import ceil, inf
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.transcription.knots import CLEARANCE_TOLERANCE, SWEEP, samples_for, swept
 from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.problem.problem import Problem
@@ -23,7 +23,7 @@ TOGETHER = 64
 
 
 @dataclass(frozen=True, eq=False)
-class World(Printed):
+class DynamicObstacles(Printed):
     """What changes with time, as one program sees it.
 
     Attributes:
@@ -43,13 +43,13 @@ class World(Printed):
     )
 
     @staticmethod
-    def of(problem: Problem, counts: Counts) -> "World | None":
+    def of(problem: Problem, counts: WorkCounts) -> "DynamicObstacles | None":
         """Return what changes around a problem's robot; None where nothing does."""
         timed = timed_model(problem.reduced)
         if timed is None:
             return None
         query, looks = (Query(timed.reduced, counts) for _ in range(2))
-        return World(timed, query, looks, ChangingPairs.of(timed))
+        return DynamicObstacles(timed, query, looks, ChangingPairs.of(timed))
 
     @cached_property
     def moments(self) -> Floats:

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.planning.experience.likeness import Likeness, likeness, scenes_apart
-from trajopt.planning.experience.memory import Memory
-from trajopt.planning.experience.storage import InProcess, Storage
-from trajopt.planning.recalled import Recalled
+from trajopt.planning.experience.storage import InProcessStorage, Memory, Storage
+from trajopt.planning.plan_arguments import Recalled
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.seeds.source import with_knots
@@ -58,7 +57,7 @@ class Experience:
         learning: Whether it changes; without, equal calls have equal answers.
     """
 
-    storage: Storage = field(default_factory=InProcess)
+    storage: Storage = field(default_factory=InProcessStorage)
     most: int = 1000
     learning: bool = True
     _known: dict[int, Memory] = field(init=False, repr=False, default_factory=dict[int, Memory])

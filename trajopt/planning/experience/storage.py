@@ -1,10 +1,37 @@
-"""Storage: where memories are kept; in the memory of the process alone, or by whoever offers as much."""
+"""Memories of motions, and the protocol of the storage that keeps them."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from trajopt.planning.experience.memory import Memory
+from trajopt.values.arrays import Floats, Value
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Memory(Value):
+    """A motion that solved a problem, and what has come of remembering it.
+
+    Attributes:
+        number: Its number; numbers are not given again.
+        key: What must be the same of another problem: robot, group, and the kinds of what is required.
+        start: Where the group's joints were at the start, shape (n,) [rad | m].
+        goal: The numbers of the goal: positions, placements, tolerances, shape (g,).
+        scene: Where the objects were and how large they are, shape (objects, 6) [m]; see `scene_signature`.
+        knots: The path, shape (k, n) [rad | m].
+        wins: How often a motion was found from it.
+        failures: How often none was, since it last won.
+        used: The version of the memory when it was learnt, or last won.
+    """
+
+    number: int
+    key: str
+    start: Floats
+    goal: Floats
+    scene: Floats
+    knots: Floats
+    wins: int = 0
+    failures: int = 0
+    used: int = 0
 
 
 class Storage(Protocol):
@@ -35,7 +62,7 @@ class Storage(Protocol):
         ...
 
 
-class InProcess:
+class InProcessStorage:
     """Memories that end with the process."""
 
     def __init__(self) -> None:

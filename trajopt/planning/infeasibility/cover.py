@@ -4,17 +4,31 @@ At the middle of a box some pair of convex bodies is in penetration by a depth p
 farther than delta while the joints stay in the box; and bodies whose Minkowski difference holds a ball of
 radius p around the origin still meet after their points have moved by less than p, and are nearer than a
 required clearance c after less than p + c. So delta < p + c closes a box, where p is minus the distance of
-bodies apart; else it is halved, and a middle that is free opens the whole. Nothing else counts as a
-proof: a box that stays undecided proves nothing.
-Related: Schwarzer, Saha, Latombe, IEEE T-RO 2005 (the same bound, for clearance).
+bodies apart; else it is halved, and a middle that is free opens the whole. Nothing else counts as a proof: a
+box that stays undecided proves nothing. Related: Schwarzer, Saha, Latombe, IEEE T-RO 2005 (the same bound,
+for clearance).
+
+Two proofs cover boxes. `closed_cut`: there is no path from the start to the goal. A joint that starts on one
+side of a value and must end on the other has to pass it. If every configuration with the joint at that value
+is in collision, whatever all other joints do, nothing passes. A pair that must keep a clearance collides, in
+this sense, where it is nearer than that.
+
+`never_apart`: two bodies come nearer than their clearance in every configuration of the group. Only the
+joints between the two move them against each other, so boxes of the positions of these joints are covered.
+With one or two joints between, as with a forearm and a hand, some hundred boxes are enough; with more the
+question is left undecided, unless some configuration has the clearance.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
-from trajopt.planning.infeasibility.chain import Chain
+from trajopt.geometry import Query, WorkCounts
+from trajopt.optimise.terms.joint_positions import without_followers
+from trajopt.planning.infeasibility.reach import Chain
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import JointPositions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.shapes.mesh_file import Mesh
@@ -38,7 +52,7 @@ class Closed:
     farthest: float
 
 
-class Cover:
+class ConfigurationCover:
     """Covers boxes with smaller ones, until all are used up.
 
     Attributes:
@@ -46,7 +60,7 @@ class Cover:
     """
 
     def __init__(
-        self, reduced: ReducedModel, most: int, apart: Floats | None = None, counts: Counts | None = None
+        self, reduced: ReducedModel, most: int, apart: Floats | None = None, counts: WorkCounts | None = None
     ) -> None:
         """Bound how far bodies move.
 
@@ -144,3 +158,166 @@ def _periodic(reduced: ReducedModel) -> Bools:
     turns = np.array(["JointModelR" in name for name in names], dtype=np.bool_)
     mimicked = (reduced.mimic_matrix != 0.0).sum(axis=0) > 1
     return turns & ~mimicked
+
+
+SHARES = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
+"""Where between start and goal each joint is cut."""
+CUT_BOXES = 30000
+"""Boxes that are examined, of all cuts together, before the question is left undecided."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosedCut:
+    """A value of a joint that every motion to the goal has to pass, and none can.
+
+    Attributes:
+        joint: The joint.
+        position: The value [rad | m].
+        pairs: Links and objects whose contact, or required clearance, closes the cut, most frequent first.
+        boxes: Boxes of configurations that were examined.
+    """
+
+    joint: str
+    position: float
+    pairs: tuple[tuple[str, str], ...]
+    boxes: int
+
+
+def closed_cut(
+    problem: Problem, *, apart: Floats | None = None, shares: Sequence[float] = SHARES
+) -> ClosedCut | None:
+    """Look for a cut between the start and a goal of joints that no configuration can cross.
+
+    Args:
+        problem: The problem.
+        apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for those that need
+            none; what is required of them when None.
+        shares: Where between start and goal each joint is cut.
+
+    Returns:
+        The first that is proven; None if none is, which proves nothing.
+    """
+    if endless(problem.reduced).any():
+        return None
+    cover = ConfigurationCover(problem.reduced, CUT_BOXES, apart)
+    for joint, (start, goal) in _must_move(problem).items():
+        for share in shares:
+            value = start + share * (goal - start)
+            closed = cover.close(*_whole(problem.reduced, joint, value))
+            if closed is not None:
+                name = problem.reduced.joint_names[joint]
+                return ClosedCut(joint=name, position=value, pairs=closed.pairs, boxes=closed.boxes)
+    return None
+
+
+def _must_move(problem: Problem) -> dict[int, tuple[float, float]]:
+    """Return where joints with a goal of their own begin and where they must come to at least."""
+    reduced, found = problem.reduced, dict[int, tuple[float, float]]()
+    for goal in without_followers(problem.goals, reduced):
+        if isinstance(goal, JointPositions):
+            for joint, wanted in goal.positions.items():
+                if joint in reduced.joint_names:
+                    place = reduced.joint_names.index(joint)
+                    begin = float(reduced.start_positions[place])
+                    end = float(np.clip(begin, wanted - goal.below[joint], wanted + goal.above[joint]))
+                    if end != begin:
+                        found[place] = (begin, end)
+    return dict(sorted(found.items()))
+
+
+def _whole(reduced: ReducedModel, joint: int, value: float) -> tuple[Floats, Floats]:
+    """Return middle and half width of the box of all configurations on a cut, shape (n,) each."""
+    middle, half = whole_range(reduced)
+    middle[joint], half[joint] = value, 0.0
+    return middle, half
+
+
+PAIR_BOXES = 60000
+"""Boxes that are examined, of all pairs together, before the rest is left undecided: some tenths of a second,
+spent only where the start is too near already."""
+CLOSER = 0.1
+"""The farthest found is rounded up by this share of what is missing: proving less takes more boxes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeverApart:
+    """Two links or objects that are nearer than is asked of them in every configuration.
+
+    Attributes:
+        first: One.
+        second: The other.
+        distance: The distance that is asked of them [m].
+        most: They are nowhere farther apart than this [m].
+        farthest: The largest distance that was measured, smaller than that [m].
+    """
+
+    first: str
+    second: str
+    distance: float
+    most: float
+    farthest: float
+
+    def words(self, lead: str) -> str:
+        """Say how far they are apart at most, and what is asked of them.
+
+        Args:
+            lead: Leads from the distance to the two: "are required of".
+        """
+        apart = "touch"
+        if self.most >= self.distance:
+            measured = f"{abs(1000 * self.farthest):.1f} mm"
+            apart = f"are nearer ({measured} in the farthest measured)"
+            if self.farthest < 0.0:
+                apart = f"overlap (by {measured} in the farthest measured)"
+        elif self.most > 0.0:
+            apart = f"are at most {1000 * self.most:.1f} mm apart"
+        pair = f"{self.first} and {self.second}"
+        return f"{1000 * self.distance:g} mm {lead} {pair}, which {apart} in every configuration"
+
+
+def never_apart(
+    reduced: ReducedModel, distances: Mapping[tuple[str, str], float], counts: WorkCounts
+) -> tuple[NeverApart, ...]:
+    """Return the pairs that are nearer than is asked in every configuration, as far as that is proven.
+
+    Args:
+        reduced: The robot and its surroundings; joints outside the group stand still.
+        distances: What is asked, by pair of links or objects [m].
+        counts: Takes the work done.
+    """
+    owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
+    left, found = PAIR_BOXES, list[NeverApart]()
+    for (first, second), distance in distances.items():
+        mine = np.array([pair == frozenset((first, second)) for pair in owners], dtype=np.bool_)
+        box = _between(reduced, mine)
+        if box is None:
+            continue
+        cover = ConfigurationCover(reduced, left, np.where(mine, distance, -np.inf), counts)
+        closed = cover.close(*box)
+        left = cover.left
+        if closed is None:
+            continue
+        less = closed.farthest + CLOSER * (distance - closed.farthest)
+        tighter = ConfigurationCover(reduced, left, np.where(mine, less, -np.inf), counts)
+        most = distance if tighter.close(*box) is None else less
+        left = tighter.left
+        farthest = closed.farthest
+        found.append(NeverApart(first=first, second=second, distance=distance, most=most, farthest=farthest))
+    return tuple(found)
+
+
+def _between(reduced: ReducedModel, pairs: Bools) -> tuple[Floats, Floats] | None:
+    """Return the box of all configurations of the joints between the bodies of pairs, middle and half, (n,).
+
+    None where one of these joints slides without end, or nothing moves.
+    """
+    middle, half = whole_range(reduced)
+    between = np.zeros(len(half), dtype=np.bool_)
+    for pair in np.flatnonzero(pairs).tolist():
+        bodies = (reduced.bodies[int(each[pair])] for each in (reduced.pairs.first, reduced.pairs.second))
+        one, other = (set(map(int, reduced.model.supports[body.joint])) for body in bodies)
+        rows = [joint - 1 for joint in one ^ other if joint > 0]
+        between |= (reduced.mimic_matrix[rows] != 0.0).any(axis=0)
+    if not between.any() or (endless(reduced) & between).any():
+        return None
+    return middle, np.where(between, half, 0.0)

@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import random_starts
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.terms.joint_positions import without_followers
@@ -201,7 +201,11 @@ STARTS = 1024
 
 
 def conflicting(
-    reduced: ReducedModel, requirements: Sequence[Requirement], *, rng: np.random.Generator, counts: Counts
+    reduced: ReducedModel,
+    requirements: Sequence[Requirement],
+    *,
+    rng: np.random.Generator,
+    counts: WorkCounts,
 ) -> tuple[Requirement, ...]:
     """Return requirements of which no configuration was found that holds them together.
 

@@ -6,9 +6,9 @@ What is measured at the middle of the box cannot change by more than the joints 
 import numpy as np
 
 from trajopt.geometry.dynamics import DynamicsQuery
-from trajopt.planning.infeasibility.chain import Chain
-from trajopt.planning.infeasibility.cover import Cover
+from trajopt.planning.infeasibility.cover import ConfigurationCover
 from trajopt.planning.infeasibility.exclusion import between, distance, largest_turn
+from trajopt.planning.infeasibility.reach import Chain
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import (
     AxisAlignment,
@@ -37,7 +37,10 @@ def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
         lower: Shape (n,) [rad | m]; finite.
         upper: Shape (n,) [rad | m]; finite.
     """
-    return Cover(reduced, MOST_BOXES).close(0.5 * (lower + upper), 0.5 * (upper - lower)) is not None
+    return (
+        ConfigurationCover(reduced, MOST_BOXES).close(0.5 * (lower + upper), 0.5 * (upper - lower))
+        is not None
+    )
 
 
 def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:

@@ -14,7 +14,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.planning.infeasibility.cover import pair_levers
 from trajopt.scene.timed import ChangingPairs, TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
@@ -28,7 +28,7 @@ CLOSEST = 3
 
 
 @dataclass(frozen=True)
-class Meeting:
+class ClosingPair:
     """A pair that closes a box, at its middle.
 
     Attributes:
@@ -82,7 +82,7 @@ class Occupancy:
     """
 
     timed: TimedModel
-    counts: Counts
+    counts: WorkCounts
     _query: Query = field(init=False)
 
     def __post_init__(self) -> None:
@@ -183,7 +183,7 @@ class Occupancy:
         *,
         most: int,
         which: Bools | None = None,
-    ) -> tuple[Meeting, ...]:
+    ) -> tuple[ClosingPair, ...]:
         """Prove that things are in the way of every configuration of a box, at all times of an interval.
 
         Args:
@@ -202,7 +202,7 @@ class Occupancy:
         if not (np.isfinite(low).all() and np.isfinite(high).all()):
             return ()
         middle, half = ((low + high) / 2.0)[None], (np.maximum(high - low, 0.0) / 2.0)[None]
-        met: list[Meeting] = []
+        met: list[ClosingPair] = []
         while len(middle):
             most -= len(middle)
             if most < 0:
@@ -220,7 +220,7 @@ class Occupancy:
 
     def _closing(
         self, middle: Floats, half: Floats, span: tuple[float, float], which: Bools | None
-    ) -> Iterator[tuple[int, Meeting | None, int]]:
+    ) -> Iterator[tuple[int, ClosingPair | None, int]]:
         """Yield what closes each box, or None and the joint to halve it along; -1 where it is open."""
         known, (begin, end) = self._pairs, span
         # At the very moments at which something appears or expires contact is accepted.
@@ -260,9 +260,9 @@ class Occupancy:
         measured = self._distances.measure(poses, np.full(len(pairs), box, dtype=np.int64), pairs)
         return measured + self._distances.uncertainty(pairs, measured, error)
 
-    def _meeting(self, pair: int, depth: float, travel: float) -> Meeting:
+    def _meeting(self, pair: int, depth: float, travel: float) -> ClosingPair:
         thing, link = self.names(pair)
-        return Meeting(thing, link, depth, travel)
+        return ClosingPair(thing, link, depth, travel)
 
     def travel(self, pairs: Ints, half: Floats) -> Floats:
         """Bound how far pairs (s,) are moved apart by the group's joints within boxes of half widths (s, n).

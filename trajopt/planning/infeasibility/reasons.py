@@ -7,8 +7,9 @@ from math import inf
 
 import numpy as np
 
+from trajopt.geometry.gap import supports
 from trajopt.optimise.kinematics.goal_candidates import GoalCandidates
-from trajopt.optimise.kinematics.missed import missed_at
+from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.nlp import ConstraintRows
 from trajopt.optimise.solvers import SolveResult
 from trajopt.optimise.terms import Clearance
@@ -22,7 +23,9 @@ from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
 from trajopt.scene.clearances import how_near
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
+from trajopt.values.errors import shown
 from trajopt.values.likely_units import meant_at_depth, meant_in_joint
+from trajopt.values.placement import WORLD
 from trajopt.values.printed import in_joint_position, in_range, in_unit
 from trajopt.verify import Certificate, Examination, Overload
 
@@ -30,7 +33,7 @@ NAMED = 3
 """Colliding pairs that a sentence names."""
 
 
-class BlockKind(Enum):
+class ObstructionKind(Enum):
     """What kind of thing stands in the way."""
 
     CONTACT = "two bodies"
@@ -40,7 +43,7 @@ class BlockKind(Enum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Block:
+class Obstruction:
     """One thing that stands in the way.
 
     Attributes:
@@ -55,7 +58,7 @@ class Block:
         end: Until then [s]; infinite where it stays.
     """
 
-    kind: BlockKind
+    kind: ObstructionKind
     subjects: tuple[str, ...]
     amount: float
     place: float | None
@@ -77,11 +80,11 @@ class Block:
         }
 
 
-def blocks_of(seen: Examination) -> tuple[Block, ...]:
+def blocks_of(seen: Examination) -> tuple[Obstruction, ...]:
     """Return what is wrong with an examined configuration: joints beyond limits, then contacts."""
     beyond = (
-        Block(
-            kind=BlockKind.JOINT_LIMIT,
+        Obstruction(
+            kind=ObstructionKind.JOINT_LIMIT,
             subjects=(item.joint,),
             amount=item.excess,
             place=None,
@@ -90,8 +93,8 @@ def blocks_of(seen: Examination) -> tuple[Block, ...]:
         for item in seen.out_of_limits
     )
     touching = (
-        Block(
-            kind=BlockKind.CONTACT,
+        Obstruction(
+            kind=ObstructionKind.CONTACT,
             subjects=(item.first, item.second),
             amount=item.required - item.distance,
             place=None,
@@ -102,7 +105,7 @@ def blocks_of(seen: Examination) -> tuple[Block, ...]:
     return (*beyond, *touching)
 
 
-def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple[Block, ...]:
+def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple[Obstruction, ...]:
     """Return the joints that cannot hold still as what stands in the way.
 
     Args:
@@ -110,8 +113,8 @@ def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple
         where: Says where they cannot: "at the goal".
     """
     return tuple(
-        Block(
-            kind=BlockKind.EFFORT,
+        Obstruction(
+            kind=ObstructionKind.EFFORT,
             subjects=(item.joint,),
             amount=item.excess,
             place=None,
@@ -121,27 +124,30 @@ def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple
     )
 
 
-def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...]:
+def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Obstruction, ...]:
     """Return what a solver could not satisfy: each pair and constraint where it is worst, worst first."""
-    found: dict[tuple[object, ...], tuple[float, Block]] = {}
+    found: dict[tuple[object, ...], tuple[float, Obstruction]] = {}
     for block in solved.at.constraints:
         for row in np.flatnonzero(block.violation > block.tolerance).tolist():
-            amount, kind = float(block.violation[row]), BlockKind.REQUIREMENT
+            amount, kind = float(block.violation[row]), ObstructionKind.REQUIREMENT
             place = float(block.rows.place[row]) / (problem.knots - 1)
             subjects, what = (block.name,), f"{block.name} by {in_unit(amount, block.unit_of(row))}"
             if block.kind is Clearance:
-                kind, subjects = BlockKind.CONTACT, problem.reduced.owners(int(block.rows.component[row]))
+                kind, subjects = (
+                    ObstructionKind.CONTACT,
+                    problem.reduced.owners(int(block.rows.component[row])),
+                )
                 required = problem.scene.clearance_of(*subjects)
                 bound = f" ({1000 * required:g} mm required)" if required > 0.0 else ""
                 what = f"clearance of {subjects[0]} from {subjects[1]}{bound} by {1000 * amount:.1f} mm"
             elif block.kind is HoldingTorque:
                 overload = _overload(problem, block, row)
-                kind, subjects, what = BlockKind.EFFORT, (overload.joint,), overload.words()
+                kind, subjects, what = ObstructionKind.EFFORT, (overload.joint,), overload.words()
                 amount = overload.excess
             share = float(block.violation[row]) / block.tolerance
             key = (block.kind, *subjects)
             if key not in found or found[key][0] < share:
-                blocked = Block(
+                blocked = Obstruction(
                     kind=kind,
                     subjects=subjects,
                     amount=amount,
@@ -168,22 +174,22 @@ def overloaded(overloads: Sequence[Overload], where: str) -> str:
 
 def out_of_limits(seen: Examination) -> str:
     """Say which joints are outside their limits at an examined configuration; empty for none."""
-    words = "; ".join(item.words for item in blocks_of(seen) if item.kind is BlockKind.JOINT_LIMIT)
+    words = "; ".join(item.words for item in blocks_of(seen) if item.kind is ObstructionKind.JOINT_LIMIT)
     sizes = ((item.joint, item.position, item.lower, item.upper, item.unit) for item in seen.out_of_limits)
     return words + next(filter(None, (meant_in_joint(*item) for item in sizes)), "")
 
 
 def collisions(seen: Examination) -> str:
     """Say what collides at an examined configuration; empty for nothing."""
-    touching = (item.words for item in blocks_of(seen) if item.kind is BlockKind.CONTACT)
+    touching = (item.words for item in blocks_of(seen) if item.kind is ObstructionKind.CONTACT)
     depths = (item.distance for item in seen.collisions)
     return "; ".join(list(touching)[:NAMED]) + meant_at_depth(-min(depths, default=0.0))
 
 
-def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
+def joint_goal_beyond_limits(problem: Problem) -> tuple[Obstruction, ...]:
     """Return the joints whose goal no position within their limits reaches, whatever its tolerance."""
     limits = problem.reduced.limits
-    blocks: list[Block] = []
+    blocks: list[Obstruction] = []
     meant: list[str] = []
     for goal in without_followers(problem.goals, problem.reduced):
         if not isinstance(goal, JointPositions):
@@ -199,8 +205,10 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
                 words = f"{joint} at {in_joint_position(wanted, unit)} is {in_unit(excess, unit)} outside "
                 words += in_range(lower, upper, unit)
                 words += limits.because(joint, LimitKind.UPPER if wanted > upper else LimitKind.LOWER)
-                kind = BlockKind.JOINT_LIMIT
-                blocks.append(Block(kind=kind, subjects=(joint,), amount=excess, place=None, words=words))
+                kind = ObstructionKind.JOINT_LIMIT
+                blocks.append(
+                    Obstruction(kind=kind, subjects=(joint,), amount=excess, place=None, words=words)
+                )
                 meant.append(meant_in_joint(joint, wanted, lower, upper, unit))
     if any(meant):
         blocks[-1] = replace(blocks[-1], words=blocks[-1].words + next(filter(None, meant)))
@@ -295,3 +303,28 @@ def margin_out_of_reach(problem: Problem, cut: ClosedCut) -> str:
 def not_verified(certificate: Certificate) -> str:
     """Say what the judge refused."""
     return "; ".join(f"{check.name}: {check.detail}" for check in certificate.failed)
+
+
+def resting_hint(problem: Problem) -> str:
+    """Say how to let what is carried leave what it touches at the start; empty where nothing touches.
+
+    Args:
+        problem: The problem, whose start was refused, or whose motion meets something.
+    """
+    scene = problem.scene
+    start = problem.reduced.all_positions(problem.reduced.start_positions)
+    excused = {allowance.pair for allowance in scene.allowances if allowance.first > 0.0}
+    found = [
+        (name, support)
+        for name in scene.objects
+        if scene.holder(name).link != WORLD
+        for support in supports(scene, name, scene.placement_of(name, start))
+        if not scene.may_touch(name, support) and frozenset((name, support)) not in excused
+    ]
+    if not found:
+        return ""
+    name, support = found[0]
+    return (
+        f"; {shown(name)} touches {shown(support)} at the start: if it rests there until it is lifted, "
+        f"attach it with `resting_on={support!r}`"
+    )

@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.planning.moving.looks import Looks
 from trajopt.planning.moving.timed_path import PathTiming, TimedOnPath
 from trajopt.planning.moving.timing_words import waits
@@ -43,7 +43,7 @@ class Among:
         timed = timed_model(problem.reduced)
         if timed is None:
             return None
-        looks = Looks(timed, Counts())
+        looks = Looks(timed, WorkCounts())
         torque = query.dynamics.torque if np.isfinite(problem.limits.effort).any() else None
         waiting = Waiting(looks, problem.dwell)
         latest = timed.until if problem.finish_by is None else min(timed.until, problem.finish_by)

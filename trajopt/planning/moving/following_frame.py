@@ -116,7 +116,7 @@ class FollowingFrame:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class FollowingMotion:
     """The joint motion that follows a goal, around the time at which it is met.
 
     Attributes:
@@ -132,7 +132,7 @@ class Followed:
     @staticmethod
     def of(
         frame: FollowingFrame, at_meeting: Floats, meeting: float, begin: float, end: float
-    ) -> "Followed | None":
+    ) -> "FollowingMotion | None":
         """Return the motion from one time to another; None where no configuration follows.
 
         Args:
@@ -148,7 +148,7 @@ class Followed:
         found = frame.positions(at_meeting, meeting, times)
         if found is None:
             return None
-        return Followed(times, _spline(times, found), meeting)
+        return FollowingMotion(times, _spline(times, found), meeting)
 
     def joined(self, still: Trajectory, slower: float) -> Trajectory:
         """Return a motion that meets what is followed and stays with it; see the module.

@@ -11,14 +11,14 @@ from trajopt.optimise.methods import Choice
 from trajopt.optimise.methods.space_time import PRECISION, SpaceTime
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.judgement import Judged
-from trajopt.planning.moving.meeting import Meeting, goals_that_move, soonest_goal
+from trajopt.planning.moving.meeting import Rendezvous, goals_that_move, soonest_goal
 from trajopt.planning.moving.space_time import BECAUSE, ENOUGH, InSpaceTime
 from trajopt.planning.moving.still import without_changes
 from trajopt.planning.moving.why_not import explained, impossible
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import GoalSet
 from trajopt.scene.scene import Scene
@@ -66,7 +66,7 @@ def in_time(
         return _to_where_it_stands(problem, run, tracker, rng, on_incumbent)
     if isinstance(problem.goal, GoalSet):
         return soonest_goal(problem, lambda alone: in_time(alone, run, tracker, rng, on_incumbent))
-    return Meeting(problem, lambda each: run(each, most=AROUND), tracker).planned(on_incumbent)
+    return Rendezvous(problem, lambda each: run(each, most=AROUND), tracker).planned(on_incumbent)
 
 
 def _to_where_it_stands(
@@ -87,7 +87,7 @@ def _to_where_it_stands(
     there = replace(alone.problem, scene=problem.scene)
     if not alone.verified:
         return replace(alone, problem=there)
-    soonest, work = alone.require().trajectory.duration, Workspace(there, tracker)
+    soonest, work = alone.require().trajectory.duration, PlanningWorkspace(there, tracker)
     best, stopped = work.result(Status.BLOCKED_IN_TIME), alone.stopped
     try:
         best = _soonest_from(alone, best, work, rng)
@@ -111,7 +111,7 @@ def _to_where_it_stands(
     return replace(best, stopped=stopped, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
 
 
-def _soonest_from(alone: Result, none: Result, work: Workspace, rng: np.random.Generator) -> Result:
+def _soonest_from(alone: Result, none: Result, work: PlanningWorkspace, rng: np.random.Generator) -> Result:
     """Return the motion that is over soonest, from the one without what changes, or why there is none.
 
     What takes hardly longer comes first, since nothing can be much better; the rest takes longer to find.
@@ -144,12 +144,12 @@ def _soonest_from(alone: Result, none: Result, work: Workspace, rng: np.random.G
     return as_it_is if best is none or as_it_is.verified else best
 
 
-def _motion(result: Result) -> TimedMotion:
+def _motion(result: Result) -> MotionCandidate:
     planned = result.require()
-    return TimedMotion(planned.path, planned.trajectory, result.timed)
+    return MotionCandidate(planned.path, planned.trajectory, result.timed)
 
 
-def _unjudged(alone: Result, work: Workspace) -> Result:
+def _unjudged(alone: Result, work: PlanningWorkspace) -> Result:
     """Return the motion without what changes as one that is refused; by how much is measured when asked."""
     motion = alone.require()
     judged = Judged(work.problem, motion.trajectory, verified=False)
@@ -201,21 +201,21 @@ def _duration(result: Result) -> float:
 def _among(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
     if other.problem.scene is scene:
         return other
-    return _judged(other, Workspace(replace(other.problem, scene=scene), tracker))
+    return _judged(other, PlanningWorkspace(replace(other.problem, scene=scene), tracker))
 
 
-def _judged(other: Result, work: Workspace) -> Result:
+def _judged(other: Result, work: PlanningWorkspace) -> Result:
     """Judge a motion among what changes, as it is, begun later, or timed anew on its path."""
     return _timed_among(other, work) or _as_it_is(other, work)
 
 
-def _as_it_is(other: Result, work: Workspace) -> Result:
+def _as_it_is(other: Result, work: PlanningWorkspace) -> Result:
     """Judge a motion as it is, which may hold though it does not seem clear: looks keep some room."""
     judged = work.judged(_motion(other), other.solve)
     return _kept(judged, other) if judged.verified else _blocked(judged)
 
 
-def _timed_among(other: Result, work: Workspace, by: float = inf) -> Result | None:
+def _timed_among(other: Result, work: PlanningWorkspace, by: float = inf) -> Result | None:
     """Judge a motion as it is timed where that seems clear by a time [s]; None where nothing does."""
     refused: Result | None = None
     for motion in work.clear(_motion(other), by):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.scene.timed import ChangingPairs, TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 
@@ -22,7 +22,7 @@ AT_ONCE = 500
 """Configurations looked at at once: what is measured of each pair at all of them is held in memory."""
 
 
-class Seen(NamedTuple):
+class SampledClearance(NamedTuple):
     """What was seen at s configurations, each over an interval of time.
 
     Attributes:
@@ -48,7 +48,7 @@ class Looks:
     """
 
     timed: TimedModel
-    counts: Counts
+    counts: WorkCounts
     _room: Floats = field(default_factory=lambda: np.zeros(0))
     _start: Floats | None = None
 
@@ -68,7 +68,7 @@ class Looks:
         """Say whether something is too near at configurations (s, n) at times (s,), shape (s,)."""
         return self.seen(positions, times, np.zeros((len(times), 2)), np.zeros(len(times))).near
 
-    def seen(self, positions: Floats, times: Floats, around: Floats, travel: Floats) -> Seen:
+    def seen(self, positions: Floats, times: Floats, around: Floats, travel: Floats) -> SampledClearance:
         """Look at configurations, each for an interval of time around the look.
 
         Args:
@@ -81,10 +81,12 @@ class Looks:
         parts = zip(*(np.split(each, cuts) for each in (positions, times, around, travel)), strict=True)
         seen = [self._seen(*part) for part in parts]
         return (
-            seen[0] if len(seen) == 1 else Seen(*(np.concatenate(rows) for rows in zip(*seen, strict=True)))
+            seen[0]
+            if len(seen) == 1
+            else SampledClearance(*(np.concatenate(rows) for rows in zip(*seen, strict=True)))
         )
 
-    def _seen(self, positions: Floats, times: Floats, around: Floats, travel: Floats) -> Seen:
+    def _seen(self, positions: Floats, times: Floats, around: Floats, travel: Floats) -> SampledClearance:
         """Look at not too many configurations at once; as `seen`."""
         known, count = self._pairs, len(times)
         least = known.required + self._room
@@ -104,7 +106,9 @@ class Looks:
         which = np.full(count, -1, dtype=np.int64)
         nearest_last = np.argsort(-spare[near])
         which[sample[near][nearest_last]] = pair[near][nearest_last]
-        return Seen(_any(count, sample[near]), _any(count, sample[within]), _any(count, sample[deep]), which)
+        return SampledClearance(
+            _any(count, sample[near]), _any(count, sample[within]), _any(count, sample[deep]), which
+        )
 
     def mover(self, pair: int) -> str:
         """Return what of a pair changes with time."""

@@ -11,16 +11,16 @@ from math import inf
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import goal_candidates
 from trajopt.planning.budget import BudgetTracker, Stopped
-from trajopt.planning.moving.following_frame import Followed, FollowingFrame, seems_possible
+from trajopt.planning.moving.following_frame import FollowingFrame, FollowingMotion, seems_possible
 from trajopt.planning.moving.still import stopped
 from trajopt.planning.moving.waiting import LONGEST
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Status
-from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
 from trajopt.scene.scene import Scene
@@ -64,7 +64,7 @@ def _end(result: Result) -> float:
 
 
 @dataclass(eq=False)
-class Meeting:
+class Rendezvous:
     """Plans to meet goals that move.
 
     Attributes:
@@ -81,7 +81,7 @@ class Meeting:
         """Make the model among what changes."""
         timed = timed_model(self.problem.reduced)
         assert timed is not None  # the goal moves
-        self._work = Workspace(self.problem, self.tracker)
+        self._work = PlanningWorkspace(self.problem, self.tracker)
         self._carriers = goals_that_move(self.problem)
         moving = [goal for goal in self.problem.goals if any(map(self.problem.scene.carrier, goal.frames))]
         placements = tuple(goal for goal in moving if isinstance(goal, FramePlacement))
@@ -135,7 +135,7 @@ class Meeting:
 
     def _missed_by(self, meeting: float) -> float:
         """Return by how much configurations that were tried miss the goal where it is at a time [m, rad]."""
-        problem, counts = self._still(meeting), Counts()
+        problem, counts = self._still(meeting), WorkCounts()
         found = goal_candidates(problem.reduced, problem.goals, rng=np.random.default_rng(0), counts=counts)
         self.tracker.count_work(counts)
         return 0.0 if found.free or found.blocked else found.nearest_miss
@@ -167,7 +167,7 @@ class Meeting:
         refused: Result | None = None
         for motion in self._motions(planned.trajectory, meeting):
             path = Path(motion.joint_names, motion.positions)
-            judged = self._work.judged(TimedMotion(path, motion, None), still.solve)
+            judged = self._work.judged(MotionCandidate(path, motion, None), still.solve)
             if judged.verified:
                 found = self._as_said(judged, still, meeting)
                 self._keep(found)
@@ -188,7 +188,7 @@ class Meeting:
                 if slower * still.duration > meeting:
                     break
                 begin = meeting - share * slower * still.duration
-                followed = Followed.of(self._frame, at_meeting, meeting, begin, meeting + dwell)
+                followed = FollowingMotion.of(self._frame, at_meeting, meeting, begin, meeting + dwell)
                 if followed is None:
                     break
                 joined = followed.joined(still, slower)

@@ -11,14 +11,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from trajopt.planning.moving.speed_changes import FULL, RATES, TICKS, Change
+from trajopt.planning.moving.speed_changes import FULL, RATES, TICKS, SpeedChange
 
 HELD = tuple(0 if rate == 0.0 else round(TICKS / rate) for rate in RATES)
 """Ticks that a cell takes at each rate."""
 
 
 @dataclass(frozen=True)
-class Step:
+class TimingStep:
     """A part of a timing.
 
     Attributes:
@@ -31,7 +31,7 @@ class Step:
     begin: int
     tick: int
     rate: int
-    change: Change | None
+    change: SpeedChange | None
 
     @property
     def ticks(self) -> int:
@@ -57,7 +57,7 @@ class OrderSearch:
     """
 
     blocked: Sequence[int]
-    changes: Mapping[int, Sequence[Change]]
+    changes: Mapping[int, Sequence[SpeedChange]]
     ticks: int
     at_rest: bool
     stays: int = 0
@@ -65,7 +65,7 @@ class OrderSearch:
     _arrived: list[int] = field(default_factory=list[int])
     _wide: dict[tuple[int, int], int] = field(default_factory=dict[tuple[int, int], int])
 
-    def steps(self) -> list[Step]:
+    def steps(self) -> list[TimingStep]:
         """Return the steps that are over soonest; none if no timing is clear."""
         self._search()
         over = self._whole >> self.stays
@@ -105,15 +105,20 @@ class OrderSearch:
         beside = self.blocked[begin] | self.blocked[max(begin - 1, 0)]
         return self._whole & ~beside
 
-    def _onward(self, begin: int) -> Iterator[tuple[Step, int, int, int]]:
+    def _onward(self, begin: int) -> Iterator[tuple[TimingStep, int, int, int]]:
         """Yield the steps from the start of a cell, where each ends, at which rate, and what it takes."""
         for rate in range(1, len(RATES)):
-            yield Step(begin, 0, rate, None), begin + 1, rate, HELD[rate]
+            yield TimingStep(begin, 0, rate, None), begin + 1, rate, HELD[rate]
         for change in self.changes[begin]:
             if begin or change.before or not self.at_rest:
-                yield Step(begin, 0, change.before, change), begin + change.span, change.after, change.ticks
+                yield (
+                    TimingStep(begin, 0, change.before, change),
+                    begin + change.span,
+                    change.after,
+                    change.ticks,
+                )
 
-    def _in_the_way(self, step: Step) -> int:
+    def _in_the_way(self, step: TimingStep) -> int:
         """Return the ticks at which a step cannot begin."""
         if step.change is None:
             return self._during(step.begin, 0, HELD[step.rate])
@@ -136,18 +141,18 @@ class OrderSearch:
             self._wide[cell, length] = bits
         return self._wide[cell, length] >> enters
 
-    def _traced(self, end: int, rate: int, tick: int) -> list[Step]:
+    def _traced(self, end: int, rate: int, tick: int) -> list[TimingStep]:
         """Return the steps that lead to a state that was reached, by those that change least."""
-        into: list[list[tuple[Step, int, int]]] = [[] for _ in range(end + 1)]
+        into: list[list[tuple[TimingStep, int, int]]] = [[] for _ in range(end + 1)]
         for begin in range(end):
             for step, stop, after, ticks in self._onward(begin):
                 into[stop].append((step, after, ticks))
-        steps: list[Step] = []
+        steps: list[TimingStep] = []
         while end > 0:
             if rate == 0 and end < len(self.blocked):
                 since = self._since(end, tick)
                 if since < tick:
-                    steps.append(Step(end, since, 0, None))
+                    steps.append(TimingStep(end, since, 0, None))
                 tick = since
             kept = [
                 (step, ticks)
@@ -157,12 +162,12 @@ class OrderSearch:
             step, ticks = min(kept, key=lambda one: _effort(one[0]))
             tick -= ticks
             end, rate = step.begin, step.rate
-            steps.append(Step(step.begin, tick, step.rate, step.change))
+            steps.append(TimingStep(step.begin, tick, step.rate, step.change))
         if tick > 0:
-            steps.append(Step(0, 0, 0, None))
+            steps.append(TimingStep(0, 0, 0, None))
         return steps[::-1]
 
-    def _could(self, step: Step, tick: int) -> bool:
+    def _could(self, step: TimingStep, tick: int) -> bool:
         possible = self._reached[step.begin][step.rate] & ~self._in_the_way(step)
         return bool(possible >> tick & 1)
 
@@ -203,6 +208,6 @@ def _carried(begins: int, free: int) -> int:
     return (((free + begins) ^ free) | begins) & free
 
 
-def _effort(step: Step) -> tuple[int, int]:
+def _effort(step: TimingStep) -> tuple[int, int]:
     """Order steps that lead to the same: staying at a rate before changes, from faster before from slower."""
     return (0 if step.change is None else 1, -step.rate)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
 from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.result import Plan, Result
@@ -86,7 +86,7 @@ def _objects(
 ) -> Ints:
     """Return the objects that block cells, by the pairs that do."""
     clock, way = passed
-    looks = Looks(timed, Counts())
+    looks = Looks(timed, WorkCounts())
     looks.leave_room(motion(np.zeros(1)))
     pairs = blocked_cells(looks, lambda place: motion(np.interp(place, way, clock)), *grid)
     which = {pair: objects.index(looks.mover(pair)) for pair in np.unique(pairs).tolist() if pair != FREE}

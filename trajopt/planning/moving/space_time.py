@@ -16,8 +16,8 @@ from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.moving.waiting import LONGEST
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import with_knots
-from trajopt.planning.seeds.in_time import Stage, searched
-from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.planning.seeds.in_time import SpaceTimeProblem, searched
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.values.trajectory import Path, Trajectory
 
 ENOUGH = 1.05
@@ -53,13 +53,13 @@ class InSpaceTime:
     """
 
     program: SpaceTimeProgram
-    work: Workspace
+    work: PlanningWorkspace
     still: Result
     best: Result
     _too_short: float = 0.0
 
     @staticmethod
-    def of(work: Workspace, still: Result, best: Result) -> "InSpaceTime | None":
+    def of(work: PlanningWorkspace, still: Result, best: Result) -> "InSpaceTime | None":
         """Return the attempts at a problem before the first; None where the method cannot plan it.
 
         Args:
@@ -169,7 +169,7 @@ class InSpaceTime:
     def _proves(self, motion: Trajectory) -> bool:
         """Say whether a motion is verified, and note it if it is."""
         path = Path(motion.joint_names, motion.positions)
-        judged = self.work.proven(TimedMotion(path, motion, None))
+        judged = self.work.proven(MotionCandidate(path, motion, None))
         if judged is not None:
             kept = {name: getattr(self.still, name) for name in ("attempts", "won", "goal_name")}
             remarks = (*self.still.remarks, _described(motion, self.still.require().trajectory))
@@ -217,7 +217,7 @@ def _sampled(
         tracker.check(counts.since(before))
 
     dwell = program.problem.dwell
-    stage = Stage(program.world, program.problem.limits, *ends, latest, dwell, CHECKED, check)
+    stage = SpaceTimeProblem(program.world, program.problem.limits, *ends, latest, dwell, CHECKED, check)
     with tracker.stage("seed"):
         try:
             return searched(stage, alone.joint_names, rng)

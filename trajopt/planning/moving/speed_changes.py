@@ -49,7 +49,7 @@ TOUCH = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class SpeedChange:
     """How the rate goes from one to another, wherever on the path.
 
     Attributes:
@@ -85,16 +85,16 @@ class Change:
 
 
 @cache
-def change(before: int, after: int, span: int) -> Change:
+def change(before: int, after: int, span: int) -> SpeedChange:
     """Return the change between two rates over so many cells."""
     mean = (RATES[before] + RATES[after]) / 2.0
     ticks = ceil(span * TICKS / mean - TOUCH)
-    whole = Change(before, after, span, ticks, np.zeros((span, 2), dtype=np.int64))
+    whole = SpeedChange(before, after, span, ticks, np.zeros((span, 2), dtype=np.int64))
     z = np.linspace(0.0, 1.0, 16 * span + 1)
     clock, *_ = whole.at(z, cell=1.0)
     at = np.interp(np.arange(span + 1), clock, z * ticks)
     passed = np.stack((np.floor(at[:-1] + TOUCH), np.ceil(at[1:] - TOUCH)), axis=1).astype(np.int64)
-    return Change(before, after, span, ticks, passed)
+    return SpeedChange(before, after, span, ticks, passed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ class Limited:
             *_middle_and_around(np.stack((v, a, j)) / limits.jerk, slots),
         )
 
-    def possible(self, of: Change, begins: Ints) -> Bools:
+    def possible(self, of: SpeedChange, begins: Ints) -> Bools:
         """Return whether a change can begin at the starts of cells, shape (k,)."""
         z, offset = _passing(of, FINE)
         _, rate, first, second = (each[:, None] for each in of.at(z, cell=self.cell))
@@ -182,7 +182,7 @@ def _most(middle: Floats, around: Floats, at: Ints, factors: tuple[Floats, Float
 
 
 @cache
-def _passing(of: Change, fine: int) -> tuple[Floats, Ints]:
+def _passing(of: SpeedChange, fine: int) -> tuple[Floats, Ints]:
     """Return parts of the time of a change, and the slots that it passes then: each slot, and even times."""
     z: Floats = np.linspace(0.0, 1.0, 32 * of.span * fine + 1)
     clock = of.at(z, cell=float(fine))[0]
@@ -192,9 +192,9 @@ def _passing(of: Change, fine: int) -> tuple[Floats, Ints]:
     return times, np.clip(slot, 0, of.span * fine - 1)
 
 
-def possible_changes(limited: Limited) -> Mapping[int, list[Change]]:
+def possible_changes(limited: Limited) -> Mapping[int, list[SpeedChange]]:
     """Return the changes that can begin at the start of each cell: to each rate the shortest that holds."""
-    found: dict[int, list[Change]] = {begin: [] for begin in range(limited.cells)}
+    found: dict[int, list[SpeedChange]] = {begin: [] for begin in range(limited.cells)}
     for before in range(len(RATES)):
         for after in range(len(RATES)):
             if before == after:

@@ -13,8 +13,8 @@ import numpy as np
 
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
 from trajopt.planning.moving.looks import LOOK, Looks
-from trajopt.planning.moving.order_search import OrderSearch, Step, ever_over
-from trajopt.planning.moving.speed_changes import RATES, TICKS, Change, Limited, possible_changes
+from trajopt.planning.moving.order_search import OrderSearch, TimingStep, ever_over
+from trajopt.planning.moving.speed_changes import RATES, TICKS, Limited, SpeedChange, possible_changes
 from trajopt.planning.moving.timing_words import remarks_of
 from trajopt.robot.limits import JointLimits
 from trajopt.timing import InverseDynamics
@@ -85,8 +85,8 @@ class PathTiming:
         edges: Floats = np.linspace(0.0, clock.duration, cells + 1)
         times: Floats = np.linspace(0.0, moments * cell, moments + 1)
         pairs = blocked_cells(self.looks, clock, edges, times, hurried=True)
-        changes: Mapping[int, Sequence[Change]] = {}
-        last: list[Step] = []
+        changes: Mapping[int, Sequence[SpeedChange]] = {}
+        last: list[TimingStep] = []
         for grown in GROWN:
             blocked = [_bits(row) for row in _grown(pairs != FREE, grown)]
             if not ever_over(blocked, moments * TICKS, stays * TICKS):
@@ -128,7 +128,7 @@ def _bits(row: Ints) -> int:
     return int.from_bytes(np.packbits(ticks, bitorder="little").tobytes(), "little")
 
 
-def followed(clock: Trajectory, steps: Sequence[Step], cell: float) -> Trajectory:
+def followed(clock: Trajectory, steps: Sequence[TimingStep], cell: float) -> Trajectory:
     """Return the motion that steps make of another.
 
     Args:
@@ -140,7 +140,7 @@ def followed(clock: Trajectory, steps: Sequence[Step], cell: float) -> Trajector
     moving = steps[1:] if waits else steps
     begins = moving[0].tick
     rows: list[tuple[Floats, ...]] = []
-    last: Step | None = None
+    last: TimingStep | None = None
     for step in moving:
         goes_on = last is not None and last.change is None and step.change is None and last.rate == step.rate
         rows.append(_points(clock, step, cell, begins, goes_on=goes_on))
@@ -156,13 +156,15 @@ def followed(clock: Trajectory, steps: Sequence[Step], cell: float) -> Trajector
     return begun_later(found, begins * cell / TICKS) if begins else found
 
 
-def _ends(step: Step) -> tuple[Floats, Floats]:
+def _ends(step: TimingStep) -> tuple[Floats, Floats]:
     """Return the rate at the end of the last step, and that it does not change."""
     rate = RATES[step.rate if step.change is None else step.change.after]
     return np.array([rate]), np.zeros(1)
 
 
-def _points(clock: Trajectory, step: Step, cell: float, begins: int, *, goes_on: bool) -> tuple[Floats, ...]:
+def _points(
+    clock: Trajectory, step: TimingStep, cell: float, begins: int, *, goes_on: bool
+) -> tuple[Floats, ...]:
     """Return times, clock, rates and their derivatives at points of a step but its end.
 
     Where it goes on at the rate of the last step, its beginning is no point.

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.planning.moving.blocked_cells import FREE
 from trajopt.planning.moving.looks import Looks
-from trajopt.planning.moving.order_search import Step
+from trajopt.planning.moving.order_search import TimingStep
 from trajopt.planning.moving.speed_changes import FULL, RATES, TICKS
 from trajopt.values.arrays import Floats, Ints
 
@@ -23,7 +23,9 @@ def waits(seconds: float, cause: str = "what changes with time") -> str:
     return f"waits {seconds:.3f} s before it moves, for {cause}"
 
 
-def remarks_of(steps: Sequence[Step], pairs: Ints, looks: Looks, rows: Floats, tick: float) -> list[str]:
+def remarks_of(
+    steps: Sequence[TimingStep], pairs: Ints, looks: Looks, rows: Floats, tick: float
+) -> list[str]:
     """Say what a timing does that the fastest motion along its path does not.
 
     Args:
@@ -65,7 +67,7 @@ class _Delay:
     ends: int
 
 
-def _delays(steps: Sequence[Step]) -> Iterator[_Delay]:
+def _delays(steps: Sequence[TimingStep]) -> Iterator[_Delay]:
     """Yield the parts that are not at the full rate, each rest by itself."""
     ends = [*(step.tick for step in steps[1:]), steps[-1].tick + steps[-1].ticks]
     both = list(zip(steps, ends, strict=True))
@@ -82,11 +84,11 @@ def _delays(steps: Sequence[Step]) -> Iterator[_Delay]:
             yield _Delay(cell, slowest, 0, parts[-1][1])
 
 
-def _slowest(step: Step) -> int:
+def _slowest(step: TimingStep) -> int:
     return step.rate if step.change is None else min(step.change.before, step.change.after)
 
 
-def _cause(delay: _Delay, steps: Sequence[Step], pairs: Ints, looks: Looks) -> str:
+def _cause(delay: _Delay, steps: Sequence[TimingStep], pairs: Ints, looks: Looks) -> str:
     """Name what would be in the way if the rest of the timing came earlier."""
     later = [step for step in steps if step.cells and step.tick >= delay.ends - step.ticks]
     cells = np.concatenate([np.arange(step.begin, step.begin + step.cells) for step in later])

@@ -6,18 +6,24 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import STARTS, goal_candidates
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.budget import BudgetTracker
-from trajopt.planning.infeasibility.fixed_links import FixedLinkMet, FixedLinks, met_words
-from trajopt.planning.infeasibility.in_time import LOOK, InTime, Occupied, Sweep
+from trajopt.planning.infeasibility.inevitable import (
+    LOOK,
+    FixedLinkMet,
+    FixedLinks,
+    InTime,
+    Occupied,
+    Sweep,
+    met_words,
+)
 from trajopt.planning.infeasibility.occupied import Span
-from trajopt.planning.infeasibility.reasons import Block, BlockKind
-from trajopt.planning.infeasibility.resting import resting_hint
+from trajopt.planning.infeasibility.reasons import Obstruction, ObstructionKind, resting_hint
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.workspace import Workspace
+from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.scene.timed import timed_model
 from trajopt.values.arrays import Floats
@@ -95,8 +101,8 @@ class _WhyNot:
     problem: Problem
     alone: Trajectory
     tracker: BudgetTracker
-    _counts: Counts = field(default_factory=Counts)
-    _counted: Counts = field(default_factory=Counts)
+    _counts: WorkCounts = field(default_factory=WorkCounts)
+    _counted: WorkCounts = field(default_factory=WorkCounts)
 
     def refusal(self, *, proven: bool) -> Result | None:
         """Return a refusal, only a proven one or one that much speaks for; None if there is none."""
@@ -115,7 +121,7 @@ class _WhyNot:
             None if occupied is None else self._result(Status.GOAL_OCCUPIED, occupied, _occupying(occupied))
         )
 
-    def on_the_way(self) -> tuple[Block, ...]:
+    def on_the_way(self) -> tuple[Obstruction, ...]:
         """Return what is in the way of the motion without what changes, begun at once, in order of time."""
         motion = self.alone
         times: Floats = np.append(np.arange(0.0, motion.duration, LOOK), motion.duration)
@@ -123,8 +129,8 @@ class _WhyNot:
             met = self._in_time.occupancy.met(motion(times), times)
         self._count()
         return tuple(
-            Block(
-                kind=BlockKind.CONTACT,
+            Obstruction(
+                kind=ObstructionKind.CONTACT,
                 subjects=(span.link, span.thing),
                 amount=span.depth,
                 place=span.worst / motion.duration,
@@ -167,10 +173,12 @@ class _WhyNot:
         return f"a motion has to be over before {met_words(spans[0])}" if spans else ""
 
     def _result(
-        self, status: Status, found: Sweep | Occupied | FixedLinkMet, blocks: tuple[Block, ...]
+        self, status: Status, found: Sweep | Occupied | FixedLinkMet, blocks: tuple[Obstruction, ...]
     ) -> Result:
         certainty = Certainty.PROVEN if found.proven else Certainty.EVIDENCE
-        failure = Workspace(self.problem, self.tracker).result(status, found.words, certainty=certainty)
+        failure = PlanningWorkspace(self.problem, self.tracker).result(
+            status, found.words, certainty=certainty
+        )
         return replace(failure, blocks=blocks)
 
     def _count(self) -> None:
@@ -193,9 +201,9 @@ def _how(span: Span) -> str:
     return f"it is {in_length(span.depth)} nearer to {span.link} than it may be"
 
 
-def _meets(span: Span) -> Block:
-    return Block(
-        kind=BlockKind.CONTACT,
+def _meets(span: Span) -> Obstruction:
+    return Obstruction(
+        kind=ObstructionKind.CONTACT,
         subjects=(span.link, span.thing),
         amount=span.depth,
         place=None,
@@ -205,9 +213,9 @@ def _meets(span: Span) -> Block:
     )
 
 
-def _swept(sweep: Sweep) -> Block:
-    return Block(
-        kind=BlockKind.CONTACT,
+def _swept(sweep: Sweep) -> Obstruction:
+    return Obstruction(
+        kind=ObstructionKind.CONTACT,
         subjects=(sweep.link, sweep.thing),
         amount=sweep.depth,
         place=0.0,
@@ -217,10 +225,10 @@ def _swept(sweep: Sweep) -> Block:
     )
 
 
-def _occupying(occupied: Occupied) -> tuple[Block, ...]:
+def _occupying(occupied: Occupied) -> tuple[Obstruction, ...]:
     return tuple(
-        Block(
-            kind=BlockKind.CONTACT,
+        Obstruction(
+            kind=ObstructionKind.CONTACT,
             subjects=(span.link, span.thing),
             amount=span.depth,
             place=1.0,

@@ -1,11 +1,9 @@
 """Seeds of a path: one module for each kind of source."""
 
-from trajopt.planning.seeds.around import Around as Around
-from trajopt.planning.seeds.bumps import Bumps as Bumps
+from trajopt.planning.seeds.around import DetourLines as DetourLines
 from trajopt.planning.seeds.given import GivenPaths as GivenPaths
 from trajopt.planning.seeds.given import SeedLike as SeedLike
 from trajopt.planning.seeds.given import stated_seeds as stated_seeds
-from trajopt.planning.seeds.kind import SeedKind as SeedKind
 from trajopt.planning.seeds.sampled import SampledPaths as SampledPaths
 from trajopt.planning.seeds.source import Blocked as Blocked
 from trajopt.planning.seeds.source import Check as Check
@@ -13,8 +11,10 @@ from trajopt.planning.seeds.source import GivenSeed as GivenSeed
 from trajopt.planning.seeds.source import MakeSeed as MakeSeed
 from trajopt.planning.seeds.source import NoSeed as NoSeed
 from trajopt.planning.seeds.source import SeedContext as SeedContext
-from trajopt.planning.seeds.source import Source as Source
+from trajopt.planning.seeds.source import SeedKind as SeedKind
+from trajopt.planning.seeds.source import SeedSource as SeedSource
 from trajopt.planning.seeds.source import with_knots as with_knots
+from trajopt.planning.seeds.straight import Bumps as Bumps
 from trajopt.planning.seeds.straight import StraightLines as StraightLines
 from trajopt.planning.seeds.straight import straight_line as straight_line
 from trajopt.planning.seeds.waypoints import WaypointLine as WaypointLine

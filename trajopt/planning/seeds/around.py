@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
-from trajopt.planning.seeds.kind import SeedKind
-from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
+from trajopt.geometry import Query, WorkCounts
+from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
 from trajopt.values.arrays import Floats, Value
 
 SIZES = (0.15, 0.35)
@@ -34,7 +33,7 @@ STILL = 1e-6
 
 
 @dataclass(frozen=True)
-class Around:
+class DetourLines:
     """The `Source` of lines bent around what blocked."""
 
     kind = SeedKind.AROUND
@@ -57,12 +56,12 @@ class _Bent(Value):
     side: int
     size: float
 
-    def __call__(self, counts: Counts, check: Check) -> Floats:
+    def __call__(self, counts: WorkCounts, check: Check) -> Floats:
         del check
         return bent(self.context, self.blocked, self.side, self.size, counts=counts)
 
 
-def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, counts: Counts) -> Floats:
+def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, counts: WorkCounts) -> Floats:
     """Return the context's line, bent so that the point that touched passes to one side.
 
     Args:

@@ -7,8 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.planning.seeds.kind import SeedKind
-from trajopt.planning.seeds.source import Blocked, GivenSeed, MakeSeed, SeedContext, with_knots
+from trajopt.planning.seeds.source import Blocked, GivenSeed, MakeSeed, SeedContext, SeedKind, with_knots
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, floats, readonly, sequence
 from trajopt.values.errors import JointNotFound, ProblemError
@@ -50,7 +49,7 @@ def _knots(problem: Problem, name: str, seed: SeedLike) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class GivenPaths:
-    """The `Source` of given paths, each moved so that it leads from the start to a goal configuration.
+    """The `SeedSource` of given paths, each moved so that it leads from the start to a goal configuration.
 
     Attributes:
         paths: Their knots, shape (k, n) each.

@@ -12,7 +12,7 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.optimise.transcription.space_time import World
+from trajopt.optimise.transcription.space_time import DynamicObstacles
 from trajopt.planning.seeds.sampled import STEP, SURE, TURN
 from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Bools, Floats, Printed
@@ -39,7 +39,7 @@ class Exhausted(Exception):
 
 
 @dataclass(eq=False)
-class Stage(Printed):
+class SpaceTimeProblem(Printed):
     """Where and when a path is searched.
 
     Attributes:
@@ -53,7 +53,7 @@ class Stage(Printed):
         check: Called between pieces of work; may raise to stop.
     """
 
-    world: World
+    world: DynamicObstacles
     limits: JointLimits
     start: Floats
     goal: Floats
@@ -170,7 +170,7 @@ class _Tree:
         parents: The state before each; -1 of a root.
     """
 
-    stage: Stage
+    stage: SpaceTimeProblem
     side: float
     states: Floats
     parents: list[int] = field(default_factory=list[int])
@@ -206,7 +206,7 @@ class _Tree:
         return self.states[found[::-1]]
 
 
-def searched(stage: Stage, names: tuple[str, ...], rng: np.random.Generator) -> Trajectory | None:
+def searched(stage: SpaceTimeProblem, names: tuple[str, ...], rng: np.random.Generator) -> Trajectory | None:
     """Search a path through space and time.
 
     Args:
@@ -274,7 +274,7 @@ def _connected(forward: _Tree, backward: _Tree, soonest: float, rng: np.random.G
             return np.vstack((forward.way(there), backward.way(back)[-2::-1]))
 
 
-def _sample(stage: Stage, rng: np.random.Generator) -> Floats | None:
+def _sample(stage: SpaceTimeProblem, rng: np.random.Generator) -> Floats | None:
     """Return a random state that can be reached in time, and from which the goal can; None if it cannot."""
     positions = rng.uniform(*stage.box)
     sooner, later = stage.least(positions - stage.start), stage.latest - stage.least(stage.goal - positions)
@@ -291,7 +291,7 @@ def _met(tree: _Tree, state: Floats) -> int:
     return -1
 
 
-def _shortened(states: Floats, stage: Stage, rng: np.random.Generator) -> Floats:
+def _shortened(states: Floats, stage: SpaceTimeProblem, rng: np.random.Generator) -> Floats:
     """Return a path with straight branches between pairs of its moments where these are free."""
     for _ in range(SHORTCUTS):
         begin, end = np.sort(rng.uniform(0.0, states[-1, -1], 2))

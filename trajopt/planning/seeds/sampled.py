@@ -11,10 +11,9 @@ from itertools import count, pairwise
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query, SearchSpace, search_path
+from trajopt.geometry import Query, SearchSpace, WorkCounts, search_path
 from trajopt.optimise.kinematics.projection import Projection
-from trajopt.planning.seeds.kind import SeedKind
-from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
+from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
 from trajopt.values.arrays import Floats, Value
 
 CHECKED = 20_000
@@ -40,7 +39,7 @@ SURE = 1e-8
 
 @dataclass(frozen=True)
 class SampledPaths:
-    """The `Source` of paths of RRT-Connect, without end; they are searched longer and longer."""
+    """The `SeedSource` of paths of RRT-Connect, without end; they are searched longer and longer."""
 
     kind = SeedKind.SAMPLED
 
@@ -61,7 +60,7 @@ class _Sampled(Value):
     checked: int
     kept: float
 
-    def __call__(self, counts: Counts, check: Check) -> Floats:
+    def __call__(self, counts: WorkCounts, check: Check) -> Floats:
         return sampled(
             self.context, rng=self.rng, counts=counts, check=check, checked=self.checked, kept=self.kept
         )
@@ -71,7 +70,7 @@ def sampled(
     context: SeedContext,
     *,
     rng: np.random.Generator,
-    counts: Counts,
+    counts: WorkCounts,
     check: Check,
     checked: int = CHECKED,
     kept: float = KEPT[0],

@@ -1,21 +1,35 @@
-"""Source: where seeds of one kind come from, and what it is told."""
+"""Kinds of seeds, and the protocol of a source of seeds of one kind."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
 import numpy as np
 
-from trajopt.geometry import Counts
-from trajopt.planning.seeds.kind import SeedKind
+from trajopt.geometry import WorkCounts
 from trajopt.planning.seeds.waypoints import WaypointLine
 from trajopt.problem.requirements import Requirement
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value
 
+
+class SeedKind(Enum):
+    """Where a seed comes from; each value says so in words."""
+
+    STRAIGHT = "the straight line to the nearest goal configuration"
+    BRANCH = "the straight line to another goal configuration"
+    FREE_END = "the straight line, with the goal configuration free to change"
+    AROUND = "the line bent around what blocked an earlier attempt"
+    BUMP = "the line bent to a random side"
+    GIVEN = "a path that was given or remembered"
+    RUNNING = "what is left of the running motion"
+    SAMPLED = "the path of a sampling planner, shortened"
+
+
 Check = Callable[[], None]
 """Called between pieces of work; raises when it is time to stop."""
-MakeSeed = Callable[[Counts, Check], Floats]
+MakeSeed = Callable[[WorkCounts, Check], Floats]
 """Makes the knots of a seed, shape (N, n); counts its work. Raises `NoSeed` if it cannot."""
 
 
@@ -72,7 +86,7 @@ class GivenSeed(Value):
 
     knots: Floats
 
-    def __call__(self, counts: Counts, check: Check) -> Floats:
+    def __call__(self, counts: WorkCounts, check: Check) -> Floats:
         """Return them."""
         del counts, check
         return self.knots
@@ -93,7 +107,7 @@ def with_knots(knots: Floats, count: int) -> Floats:
     return np.stack([np.interp(at, along, knots[:, joint]) for joint in range(knots.shape[1])], axis=1)
 
 
-class Source(Protocol):
+class SeedSource(Protocol):
     """Makes seeds of one kind."""
 
     @property

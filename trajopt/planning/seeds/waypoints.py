@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import (
     HOLDABLE,
     MANY_STARTS,
@@ -15,8 +15,8 @@ from trajopt.optimise.kinematics.goal_candidates import (
     goal_candidates,
     holding_load,
 )
-from trajopt.optimise.kinematics.missed import missed_at
 from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.limits import EXCESS
@@ -57,7 +57,7 @@ def choose_waypoints(
     passing: Sequence[Sequence[Requirement]],
     *,
     rng: np.random.Generator,
-    counts: Counts,
+    counts: WorkCounts,
     effort: Floats | None = None,
     check: Callable[[], None] | None = None,
 ) -> WaypointChoice:

@@ -11,7 +11,7 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.optimise.methods.timing import tool_limits
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
 from trajopt.planning.infeasibility import reasons
@@ -19,7 +19,7 @@ from trajopt.planning.plan import NO_BOUNDS
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Status
-from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
 from trajopt.problem.tool_speed import ToolSpeed
@@ -184,7 +184,7 @@ class _Following:
     def on_curve(self) -> OnCurve:
         """The curve and the arm."""
         reduced = self.problem.reduced
-        return OnCurve(reduced, self.required, Query(reduced, Counts()), self.tracker)
+        return OnCurve(reduced, self.required, Query(reduced, WorkCounts()), self.tracker)
 
     def run(self) -> Followed:
         """Follow the curve until the budget ends."""
@@ -274,7 +274,7 @@ class _Following:
 
     def _judged(self, problem: Problem, on_curve: OnCurve, way: Track) -> Result | StopReason:
         """Place knots along a path, time them and have the motion judged; more tightly if it is refused."""
-        workspace, result = Workspace(problem, self.tracker), None
+        workspace, result = PlanningWorkspace(problem, self.tracker), None
         for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
             with on_curve.stage("densify"):
                 dense = densified(on_curve, way, tolerance=chord * on_curve.allowed)
@@ -284,7 +284,7 @@ class _Following:
             if isinstance(timed, RetimeFailure):
                 at = timed.place * on_curve.required.until
                 return stop_reason(on_curve, Status.NO_TIMING, at, timed.reason, joint=timed.joint)
-            result = workspace.judged(TimedMotion(path, timed.trajectory, timed))
+            result = workspace.judged(MotionCandidate(path, timed.trajectory, timed))
             if result.verified:
                 break
         assert result is not None
@@ -303,7 +303,7 @@ class _Following:
         return None
 
     def _nothing(self, why: StopReason, problem: Problem | None = None) -> Followed:
-        workspace = Workspace(problem or self.problem, self.tracker)
+        workspace = PlanningWorkspace(problem or self.problem, self.tracker)
         return self._followed(workspace.result(why.status, why.message), 0.0, why)
 
     def _followed(

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path as FilePath
 
 from trajopt.planning.result import Plan, Result
-from trajopt.planning.status import Certainty, Status
-from trajopt.planning.summary import Summary
+from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
 from trajopt.timing import Retimed
@@ -163,7 +162,7 @@ class Followed:
         after = f"after pose {self.stop.pose}, {in_length(self.stop.at)} along the curve"
         return f"{got}. {self.stop.status.name} {after}: {self.stop.status.value} ({self.stop.message})"
 
-    def explain(self) -> Summary:
+    def explain(self) -> OutcomeSummary:
         """Return how far the curve is followed, why not farther, and how that is known: print it."""
         if self.complete:
             certainty, grounds = Certainty.PROVEN, "the judge verified the motion along the whole curve"
@@ -171,7 +170,7 @@ class Followed:
             certainty = Certainty.EVIDENCE
             grounds = "the search found no motion that gets farther"
             grounds += "; the judge verified the motion so far" if self.verified else ""
-        return Summary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
+        return OutcomeSummary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
 
     @checked
     def write(self, path: FilePath | str) -> None:

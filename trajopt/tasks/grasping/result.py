@@ -8,8 +8,7 @@ import numpy as np
 
 from trajopt.planning.budget import Stop
 from trajopt.planning.result import Result
-from trajopt.planning.status import Certainty, Status
-from trajopt.planning.summary import Summary
+from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
@@ -240,14 +239,14 @@ class PickPlaceResult(Value):
         stage = "" if self.failed is None else f"; the farthest candidate failed in {self.failed.name}"
         return f"{self.status.name}: {self.status.value} (no sequence for {shown(self.name)}{stage})"
 
-    def explain(self) -> Summary:
+    def explain(self) -> OutcomeSummary:
         """Return what was planned, or for each grasp and place why it was rejected: print it."""
         if self.verified:
             grounds = "the judge verified every motion in the scene of its stage"
         else:
             ended = "" if self.stopped is None else "; the search was not finished"
             grounds = f"{len(self.refusals)} candidates were tried and rejected{ended}"
-        return Summary(
+        return OutcomeSummary(
             status=self.status,
             reason=self.reason,
             certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Counts, Query
+from trajopt.geometry import Query, WorkCounts
 from trajopt.geometry.gap import TOUCHING
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.budget import BudgetTracker
@@ -86,7 +86,7 @@ def track_line(
     Raises:
         Stopped: If the budget ends before.
     """
-    counts = Counts()
+    counts = WorkCounts()
     try:
         return _tracked(Query(reduced, counts), tool, at, away, lambda: tracker.check(counts))
     finally:

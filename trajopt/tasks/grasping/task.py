@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Counts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import goal_candidates
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.infeasibility import reasons
@@ -144,7 +144,7 @@ class Task:
         Raises:
             Stopped: If the budget ends before.
         """
-        tracker, counts = self.tracker, Counts()
+        tracker, counts = self.tracker, WorkCounts()
         with tracker.stage("inverse kinematics"):
             try:
                 found = goal_candidates(

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from trajopt.geometry import Kinematics
+from trajopt.geometry import JointPlacements
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene_object import SceneObject
 from trajopt.values.placement import Placement
@@ -49,7 +49,7 @@ class ObjectsDrawing:
         self._count, self._chosen = 0, ""
         self._gizmo = Gizmo(server, "/chosen", GIZMO, dragged)
 
-    def show(self, reduced: ReducedModel, kinematics: Kinematics) -> None:
+    def show(self, reduced: ReducedModel, kinematics: JointPlacements) -> None:
         """Draw the objects of a scene, where they are in the first of the configurations."""
         objects = reduced.scene.objects
         with self._server.atomic():
@@ -65,7 +65,7 @@ class ObjectsDrawing:
                     known.item = item
             self.move(reduced, kinematics)
 
-    def move(self, reduced: ReducedModel, kinematics: Kinematics) -> None:
+    def move(self, reduced: ReducedModel, kinematics: JointPlacements) -> None:
         """Place the objects as in the first of the configurations."""
         with self._server.atomic():
             for name, drawn in self._drawn.items():

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from trajopt.optimise.solvers import Iteration
+from trajopt.planning.budget import DOING
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
-from trajopt.planning.stages import DOING
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Value
 from trajopt.values.errors import TrajoptError

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.geometry import Kinematics
+from trajopt.geometry import JointPlacements
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.scene.whole_robot import whole_robot
@@ -137,7 +137,7 @@ class MirrorView(Served):
         self._reduced: ReducedModel = whole_robot(scene, self._joints, self.state.positions)
         self._clearance = ClearanceQuery(self._reduced, LONG)
 
-    def _at(self, positions: Floats) -> Kinematics:
+    def _at(self, positions: Floats) -> JointPlacements:
         """Return where everything is for positions of all joints, shape (k, number of joints)."""
         columns = self.scene.robot.index(self._joints)
         return self._clearance.query.kinematics(positions[:, columns])
@@ -156,7 +156,7 @@ class MirrorView(Served):
         self._events.content = events_html(state.events, EVENTS) if state.events else ""
         self._say()
 
-    def _line(self, along: Kinematics) -> Floats:
+    def _line(self, along: JointPlacements) -> Floats:
         joint, held = self._reduced.attachment(self._hand)
         return along.rotation[:, joint] @ held.translation + along.translation[:, joint]
 

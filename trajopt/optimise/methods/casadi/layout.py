@@ -22,7 +22,7 @@ class Equalities:
     stage: Ints
 
 
-class Layout(Protocol):
+class KnotLayout(Protocol):
     """Variables from which the ends of all segments follow."""
 
     @property

@@ -28,7 +28,7 @@ FAR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class SegmentEnds:
     """The samples of a motion between the ends of its segments, which need not meet.
 
     Attributes:
@@ -166,7 +166,7 @@ def links_of_pairs(reduced: ReducedModel) -> Ints:
     return np.maximum(joint[pairs.first], joint[pairs.second])
 
 
-class Measured(ca.Callback):
+class MeasuredRows(ca.Callback):
     """The slots' values as a function of the ends of all segments, (2 n, N - 1) column by column.
 
     Keep a reference as long as the program lives.
@@ -175,7 +175,7 @@ class Measured(ca.Callback):
         failure: What a user's function raised, if one did.
     """
 
-    def __init__(self, ends: Ends, slots: Slots) -> None:
+    def __init__(self, ends: SegmentEnds, slots: Slots) -> None:
         """Lay out the Jacobian: a slot depends on the ends of its segment."""
         super().__init__()
         self._ends, self._slots = ends, slots
@@ -262,7 +262,7 @@ class Measured(ca.Callback):
 class _Slope(ca.Callback):
     """The Jacobian of measured slots; its own derivative is taken as zero."""
 
-    def __init__(self, of: Measured) -> None:
+    def __init__(self, of: MeasuredRows) -> None:
         super().__init__()
         self._of = of
         self._inputs = of.get_sparsity_in(0).size1()

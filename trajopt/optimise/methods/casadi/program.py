@@ -5,13 +5,18 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from trajopt.optimise.methods.casadi.layout import Layout, Plain, Staged
-from trajopt.optimise.methods.casadi.measured import Ends, EverySample, Measured, NearestRows, links_of_pairs
+from trajopt.optimise.methods.casadi.layout import KnotLayout, Plain, Staged
+from trajopt.optimise.methods.casadi.measured import (
+    EverySample,
+    MeasuredRows,
+    NearestRows,
+    SegmentEnds,
+    links_of_pairs,
+)
 from trajopt.optimise.methods.casadi.nlpsol import CasadiProgram
 from trajopt.optimise.terms.clearance import Clearance
 from trajopt.optimise.terms.line_of_sight import SightClearance
-from trajopt.optimise.terms.penalty import Exceeded
-from trajopt.optimise.terms.requirement import constrain
+from trajopt.optimise.terms.requirement import Exceeded, constrain
 from trajopt.optimise.terms.residual_from_function import FunctionResidual
 from trajopt.optimise.terms.singularity_distance import LostManipulability, SmallestSingularValue
 from trajopt.optimise.terms.symbolic import Symbolic, SymbolicKinematics
@@ -66,9 +71,9 @@ class CasadiTranscription:
     """
 
     nlp: KnotsNlp
-    layout: Layout
+    layout: KnotLayout
     sampling: Ints
-    callbacks: list[Measured] = field(default_factory=list[Measured])
+    callbacks: list[MeasuredRows] = field(default_factory=list[MeasuredRows])
 
     def program(self) -> CasadiProgram:
         """Write it down."""
@@ -107,7 +112,7 @@ class _Writer:
         motion = Motion.through(np.zeros_like(nlp.lower), given.sampling, nlp.query)
         segment = motion.support[:, 0]
         self._moves = np.any(nlp.lower < nlp.upper, axis=1)
-        self._ends = Ends(segment, motion.weight[:, 1], self._last, nlp.query)
+        self._ends = SegmentEnds(segment, motion.weight[:, 1], self._last, nlp.query)
         self._objective = ca.MX(0.0)
         self._slacks: list[ca.MX] = []
         equal = self._layout.equalities
@@ -217,7 +222,7 @@ class _Writer:
 
     def _at_every_sample(self, residual: Residual, samples: Ints) -> tuple[ca.MX, Ints]:
         nlp, ends = self._given.nlp, self._ends
-        taken = Ends(ends.segment[samples], ends.fraction[samples], ends.segments, ends.query)
+        taken = SegmentEnds(ends.segment[samples], ends.fraction[samples], ends.segments, ends.query)
         probe = residual.linearise(Motion.each(nlp.query.reduced.start_positions[None], nlp.query))
         components = int(probe.component.max(initial=-1)) + 1
         segment = np.repeat(taken.segment, components)
@@ -232,12 +237,12 @@ class _Writer:
             links = int(link.max(initial=0)) + 1
         samples = self._samples(item.window, constrained=True)
         ends = self._ends
-        taken = Ends(ends.segment[samples], ends.fraction[samples], ends.segments, ends.query)
+        taken = SegmentEnds(ends.segment[samples], ends.fraction[samples], ends.segments, ends.query)
         slots = NearestRows(item, link, links, self._last)
         return self._measured(taken, slots), slots.segment
 
-    def _measured(self, ends: Ends, slots: EverySample | NearestRows) -> ca.MX:
-        callback = Measured(ends, slots)
+    def _measured(self, ends: SegmentEnds, slots: EverySample | NearestRows) -> ca.MX:
+        callback = MeasuredRows(ends, slots)
         self._given.callbacks.append(callback)
         joined = ca.vertcat(self._layout.first, self._layout.second)
         return callback(ca.vec(joined))

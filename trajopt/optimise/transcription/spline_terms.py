@@ -1,4 +1,4 @@
-"""Rates of a spline over time: velocities, accelerations and jerks as shares of their limits.
+"""Terms of a spline in time: derivatives of its positions, and torques.
 
 The derivative of a spline is a spline that lies between its control points D^r c / T^r, which are linear in
 the control points c: what bounds these bounds the rate at all times, not at samples only.
@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.problem.motion import Motion
-from trajopt.values.arrays import Floats, Ints, Rows, Value
+from trajopt.values.arrays import Floats, Ints, Printed, Rows, Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,3 +48,36 @@ class SplineRate(Value):
             np.tile(limited.astype(np.int64), count),
             np.repeat(self.place, size),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class SplineTorque(Printed):
+    """Torques at some moments of a motion whose knots are the control points of a spline.
+
+    Attributes:
+        dynamics: With what is carried; its owner's, so one per thread.
+        support: The control points that each moment depends on, shape (s, k).
+        weights: Their factors in position, velocity and acceleration there, shape (3, s, k).
+        effort: Limits, shape (n,) [Nm | N]; inf for none.
+        listed: Share from which on a torque gets a row.
+        place: Of each moment along the motion, in knots of a polyline, shape (s,).
+    """
+
+    dynamics: DynamicsQuery
+    support: Ints
+    weights: Floats
+    effort: Floats
+    listed: float
+    place: Floats
+    name = "torque limit"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate the moments, and differentiate by the control points where a joint needs much."""
+        states = np.einsum("rsk,skn->rsn", self.weights, motion.knots[self.support])
+        share = self.dynamics.torque(*states) / self.effort
+        moment, joint = np.nonzero(np.abs(share) >= self.listed)
+        near, which = np.unique(moment, return_inverse=True)
+        slopes = self.dynamics.torque_slopes(*states[:, near])
+        by_state = np.stack((slopes.position, slopes.velocity, slopes.acceleration))[:, which, joint]
+        jacobian = np.einsum("rmn,rmk->mkn", by_state / self.effort[joint, None], self.weights[:, moment])
+        return Rows(share[moment, joint], jacobian, self.support[moment], joint, self.place[moment])

@@ -1,0 +1,237 @@
+"""Proofs from the joints' own limits of speed, acceleration and jerk: how far, how fast, how late."""
+
+from collections.abc import Iterator
+from math import inf, isfinite, sqrt
+
+import numpy as np
+
+from trajopt.geometry import Query
+from trajopt.optimise.terms.joint_positions import joint_box
+from trajopt.planning.infeasibility.reach import Chain
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import FramePlacement
+from trajopt.robot.limits import EXCESS, JointLimits, LimitKind
+from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.printed import in_unit
+
+START_ERROR = 1e-6
+"""Motions may begin so far beside the start, and so much faster [rad | m, rad/s | m/s]."""
+
+
+def by_then(problem: Problem, time: float) -> tuple[Floats, Floats]:
+    """Return a box that holds every configuration of every motion of a problem up to a time.
+
+    Each joint is bounded by its own limits of position, velocity, acceleration and jerk alone, so the
+    bound holds whatever the others do.
+
+    Args:
+        problem: The problem; its start may be in motion.
+        time: From the start [s].
+
+    Returns:
+        Lower and upper bounds, shape (n,) each [rad | m]; infinite where no limit bounds a joint.
+    """
+    limits, start = problem.limits, problem.reduced.start_positions
+    rows = zip(
+        problem.start_velocities.tolist(),
+        problem.start_accelerations.tolist(),
+        (limits.velocity * (1.0 + EXCESS)).tolist(),
+        (limits.acceleration * (1.0 + EXCESS)).tolist(),
+        (limits.jerk * (1.0 + EXCESS)).tolist(),
+        strict=True,
+    )
+    ways = np.array(
+        [
+            [farthest(time, side * speed, side * gain, *bounds) for side in (-1.0, 1.0)]
+            for speed, gain, *bounds in rows
+        ]
+    ).reshape(-1, 2)
+    lower, upper = start - ways[:, 0] - START_ERROR, start + ways[:, 1] + START_ERROR
+    return np.maximum(lower, limits.lower - START_ERROR), np.minimum(upper, limits.upper + START_ERROR)
+
+
+def farthest(time: float, speed: float, gain: float, fastest: float, hardest: float, jerk: float) -> float:
+    """Bound how far a joint can get one way in a time: gaining as hard as it may from the beginning.
+
+    Args:
+        time: From the start [s].
+        speed: Its velocity that way; the other way counts as none.
+        gain: Its acceleration that way; the other way counts as none.
+        fastest: Limit of its velocity, may be infinite.
+        hardest: Limit of its acceleration, may be infinite.
+        jerk: Limit of its jerk, may be infinite.
+
+    Returns:
+        The travel [rad | m].
+    """
+    speed, gain = max(speed, 0.0) + START_ERROR, max(gain, 0.0)
+    fastest, hardest = max(fastest, speed), max(hardest, gain)
+    travel, left = 0.0, time
+    if isfinite(jerk):
+        reached = (sqrt(gain**2 + 2.0 * jerk * (fastest - speed)) - gain) / jerk
+        t = min(left, (hardest - gain) / jerk, reached)
+        travel = t * (speed + t * (gain / 2.0 + t * jerk / 6.0))
+        speed += t * (gain + t * jerk / 2.0)
+        left -= t
+    if isfinite(hardest) and left > 0.0:
+        t = min(left, max(fastest - speed, 0.0) / hardest) if hardest > 0.0 else left
+        travel += t * (speed + t * hardest / 2.0)
+        left -= t
+    return travel + (left * fastest if left > 0.0 else 0.0) if fastest < inf or left <= 0.0 else inf
+
+
+def too_fast(problem: Problem) -> str:
+    """Say which joint must leave its limits however hard it brakes; empty if none must.
+
+    Braking is bounded by the joint's own limits of acceleration and jerk alone, so what is said is proven.
+
+    Args:
+        problem: The problem; its start may be in motion.
+    """
+    if not problem.starts_moving:
+        return ""
+    limits, start = problem.limits, problem.reduced.start_positions
+    rows = zip(
+        limits.joint_names,
+        start.tolist(),
+        problem.start_velocities.tolist(),
+        problem.start_accelerations.tolist(),
+        limits.lower.tolist(),
+        limits.upper.tolist(),
+        limits.velocity.tolist(),
+        limits.acceleration.tolist(),
+        limits.jerk.tolist(),
+        strict=True,
+    )
+    for joint, position, velocity, acceleration, lower, upper, fastest, hardest, jerk in rows:
+        units = [joint_unit(problem.scene.robot.model, joint, order=order) for order in range(3)]
+        for side, limit, kind in ((1.0, upper, LimitKind.UPPER), (-1.0, lower, LimitKind.LOWER)):
+            speed, gain, room = side * velocity, side * acceleration, side * (limit - position)
+            needed = least_travel(speed, gain, hardest, jerk)
+            if needed > room + EXCESS:
+                return (
+                    f"{joint} moves at {in_unit(velocity, units[1])}, {in_unit(room, units[0])} before its "
+                    f"{kind.value} limit{limits.because(joint, kind)}; to stop takes it "
+                    f"{in_unit(needed, units[0])}, braking as hard as its limits allow"
+                )
+            reached = speed + (gain**2 / (2.0 * jerk) if gain > 0.0 else 0.0)
+            if reached > fastest * (1.0 + EXCESS):
+                return (
+                    f"{joint} gains {in_unit(acceleration, units[2])} at the start and so reaches "
+                    f"{in_unit(reached, units[1])}, however its jerk limit is used; its velocity limit is "
+                    f"{in_unit(fastest, units[1])}{limits.because(joint, LimitKind.VELOCITY)}"
+                )
+    return ""
+
+
+def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> float:
+    """Return how far a joint still goes before it turns back at the soonest [rad | m].
+
+    Args:
+        speed: Its velocity.
+        gain: Its acceleration, at most `hardest`.
+        hardest: Limit of the acceleration.
+        jerk: Limit of the jerk, may be infinite.
+
+    Returns:
+        The travel; minus infinity where it need not go that way at all.
+    """
+    if not isfinite(jerk):
+        return speed**2 / (2.0 * hardest) if speed > 0.0 else -inf
+    if speed <= 0.0 and (gain <= 0.0 or gain**2 + 2.0 * jerk * speed <= 0.0):
+        return -inf
+    turned, settled = (gain + sqrt(gain**2 + 2.0 * jerk * speed)) / jerk, (gain + hardest) / jerk
+    t = min(turned, settled)
+    travel, left = t * (speed + t * (gain / 2.0 - t * jerk / 6.0)), speed + t * (gain - t * jerk / 2.0)
+    return travel + (left**2 / (2.0 * hardest) if settled < turned else 0.0)
+
+
+def too_late(problem: Problem) -> str:
+    """Say why no motion meets the deadline of a problem; empty where that cannot be proven.
+
+    Nothing but limits of joints is used: no joint gets from start to goal in less time than its own velocity,
+    acceleration and jerk allow, and no frame moves faster than all joints at full speed could move it.
+
+    Args:
+        problem: With one goal.
+    """
+    if problem.finish_by is None:
+        return ""
+    needed, words = max((*_joints(problem), *_frames(problem)), default=(0.0, ""))
+    # What the judge lets limits be exceeded by makes a motion shorter by no more than that.
+    if needed * (1.0 - 2.0 * EXCESS) <= problem.finish_by:
+        return ""
+    within = "by the limits of the joints"
+    return f"{words} takes {needed:.3f} s at least, {within}; the deadline is {problem.finish_by:g} s"
+
+
+def least_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
+    """Return the least time from rest to rest over a distance [s]; limits may be infinite.
+
+    The larger of two: that of full acceleration, and that of full jerk.
+
+    Args:
+        distance: Not negative [rad | m].
+        velocity: Limit [rad/s | m/s].
+        acceleration: Limit [rad/s^2 | m/s^2].
+        jerk: Limit [rad/s^3 | m/s^3].
+    """
+    if distance == 0.0:
+        return 0.0
+    if distance * acceleration >= velocity**2:
+        hurried = distance / velocity + (velocity / acceleration if isfinite(acceleration) else 0.0)
+    else:
+        hurried = 2.0 * sqrt(distance / acceleration)
+    return max(hurried, (32.0 * distance / jerk) ** (1.0 / 3.0))
+
+
+def _joints(problem: Problem) -> Iterator[tuple[float, str]]:
+    """Yield the least time of each joint that a goal of joints moves."""
+    reduced, limits = problem.reduced, problem.limits
+    lower, upper = joint_box(problem.goals, reduced)
+    start = reduced.start_positions
+    away = np.maximum(lower - start, start - upper) - EXCESS
+    for place in (int(each) for each in np.flatnonzero(away > 0.0)):
+        joint, distance = limits.joint_names[place], float(away[place])
+        unit = joint_unit(problem.scene.robot.model, joint)
+        yield (
+            _least_of_joint(problem, limits, place, distance),
+            f"{joint} alone, {in_unit(distance, unit)} away,",
+        )
+
+
+def _least_of_joint(problem: Problem, limits: JointLimits, place: int, distance: float) -> float:
+    velocity = float(limits.velocity[place])
+    if velocity <= 0.0:
+        return inf
+    if problem.starts_moving:
+        return distance / velocity
+    return least_time(distance, velocity, float(limits.acceleration[place]), float(limits.jerk[place]))
+
+
+def _frames(problem: Problem) -> Iterator[tuple[float, str]]:
+    """Yield the least time of each frame that a goal places in the world."""
+    reduced = problem.reduced
+    for goal in problem.goals:
+        if not isinstance(goal, FramePlacement) or any(map(problem.scene.carrier, goal.frames)):
+            continue
+        missing = _missing(goal, reduced)
+        carrier, place = reduced.attachment(goal.frame)
+        levers = Chain(reduced).point_levers(carrier, place * goal.offset)
+        fastest = float(levers @ np.where(levers > 0.0, problem.limits.velocity, 0.0))
+        if missing > 0.0 and fastest > 0.0:
+            yield missing / fastest, f"{goal.frame}, {missing:.3f} m away,"
+
+
+def _missing(goal: FramePlacement, reduced: ReducedModel) -> float:
+    """Return how far a frame has to go at least [m]; 0 where that depends on what moves."""
+    reference, where = reduced.attachment(goal.reference)
+    carrier, place = reduced.attachment(goal.frame)
+    if reference != 0 or carrier == 0:
+        return 0.0
+    at = Query(reduced).kinematics(reduced.start_positions[None])
+    point = at.rotation[0, carrier] @ (place * goal.offset) + at.translation[0, carrier]
+    away = float(np.linalg.norm(where * goal.placement.translation - point))
+    return max(away - float(np.linalg.norm(goal.position_tolerance)) - EXCESS, 0.0)
