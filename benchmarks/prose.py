@@ -22,7 +22,7 @@ PATTERNS = {
         r"\bwhere (?:it|that|this|there|nothing|nobody|one|no|a|the|they|any|both|these|such)\b"
     ),
     "so many, much, long, far": r"\bso (?:many|much|long|far|often)\b",
-    "is no, are no": r"\b(?:is|are|was|were|has|have) no\b(?! (?:longer|more than|other)\b)",
+    "is no, are no": r"(?<!there )\b(?:is|are|was|were) no\b(?! (?:longer|more than)\b)",
     "the same of, that of, as of": r"\b(?:the same of|that of|those of|as of)\b",
     "at once, anew, beside": r"\b(?:at once|anew|besides?)\b",
     "whoever, whatever, nobody": r"\b(?:whoever|whatever|nobody|whichever)\b",

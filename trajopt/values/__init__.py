@@ -1,1 +1,1 @@
-"""Values that everything is made of: arrays, placements, shapes, curves, errors and files."""
+"""Basic values: arrays, placements, shapes, curves, trajectories, errors and documents."""

@@ -1,4 +1,4 @@
-"""Arrays that took long to compute, kept on disk for the next time."""
+"""A cache on disk for arrays that are expensive to compute."""
 
 import hashlib
 import os
@@ -17,16 +17,15 @@ Arrays: TypeAlias = Mapping[str, NDArray[Any]]
 def cached_arrays(
     kind: str, key: Iterable[bytes], names: Sequence[str], make: Callable[[], Arrays]
 ) -> Arrays:
-    """Return arrays from the cache folder, $TRAJOPT_CACHE_DIR or else the user's; made if not there.
+    """Return arrays from the cache folder, or compute and store them.
 
-    A file that is damaged, or was cut off, is made again. Where the folder cannot be written nothing
-    is kept: that costs time, no more.
+    A damaged file is computed again. If the folder is not writable, nothing is stored.
 
     Args:
-        kind: What they are: the file's name begins so.
-        key: All that they depend on, the version of the algorithm included.
-        names: Their names.
-        make: Computes them.
+        kind: First part of the file's name.
+        key: All inputs of the computation, including the version of the algorithm.
+        names: Names of the arrays.
+        make: Computes the arrays.
     """
     digest = hashlib.sha256()
     for part in key:
@@ -40,7 +39,7 @@ def cached_arrays(
 
 
 def cache_folder() -> Path:
-    """Return $TRAJOPT_CACHE_DIR, or the platform's folder for what can be computed again."""
+    """Return $TRAJOPT_CACHE_DIR, or the cache folder of the platform."""
     if chosen := os.environ.get("TRAJOPT_CACHE_DIR"):
         return Path(chosen)
     if sys.platform == "win32":

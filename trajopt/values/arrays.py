@@ -1,4 +1,4 @@
-"""Read-only float arrays, immutable values, and checks of arguments."""
+"""Read-only float arrays, immutable values, and argument checks."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -23,7 +23,7 @@ F = TypeVar("F")
 
 
 NUMBERS = "iufO"
-"""Kinds of arrays that hold numbers: numpy makes them of text, truth values and dates as well."""
+"""Array kinds that hold numbers; numpy would also convert text, truth values and dates."""
 
 
 def readonly(array: Floats) -> Floats:
@@ -44,14 +44,14 @@ def floats(
     Args:
         name: Name of the argument, for the error.
         value: Anything that numpy can read.
-        shape: Required shape; None stands for any length.
-        infinite: Whether infinities are allowed (not-a-number never is).
+        shape: Required shape; None matches any length.
+        infinite: Whether infinities are allowed (NaN never is).
 
     Returns:
-        A fresh read-only array of that shape.
+        A new read-only array of that shape.
 
     Raises:
-        ShapeError: If the shape differs, or a number is not finite, or is text or a truth value.
+        ShapeError: If the shape differs, or an entry is not finite, or is text or a truth value.
     """
     what = "must be a number" if not tuple(shape) else "must be numbers"
     try:
@@ -106,20 +106,19 @@ def indices(name: str, value: object, width: int, count: int) -> Ints:
 
 
 def _holds_truth_values(rows: object) -> bool:
-    """Whether nested sequences hold a bool, which numpy would take for 0 or 1."""
     entries: NDArray[Any] = np.asarray(rows, dtype=np.object_)
     return any(type(entry) in (bool, np.bool_) for entry in entries.flat)
 
 
 def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
-    """Return one number, or an array of them, as a float array; cheap, for what is asked a million times.
+    """Return a number or an array of numbers as a float array, at low cost.
 
     Args:
         name: Name of the argument, for the error.
         value: Anything that numpy can read as whole or real numbers.
 
     Raises:
-        ShapeError: If it holds something else, or what is not a number.
+        ShapeError: If an entry is not a number.
     """
     try:
         given = np.asarray(value)
@@ -146,10 +145,10 @@ def number(name: str, value: float, *, infinite: bool = False) -> float:
 
 
 def at_least(options: object, least: float, *names: str) -> None:
-    """Check fields of options that must not be smaller than a bound.
+    """Check that fields of options are not below a bound.
 
     Raises:
-        ShapeError: If one is no number.
+        ShapeError: If one is not a number.
         ProblemError: If one is smaller.
     """
     for name in names:
@@ -159,10 +158,10 @@ def at_least(options: object, least: float, *names: str) -> None:
 
 
 def above_zero(options: object, *names: str) -> None:
-    """Check fields of options that must be positive.
+    """Check that fields of options are positive.
 
     Raises:
-        ShapeError: If one is no number.
+        ShapeError: If one is not a number.
         ProblemError: If one is not positive.
     """
     for name in names:
@@ -172,25 +171,25 @@ def above_zero(options: object, *names: str) -> None:
 
 
 class Printed:
-    """A dataclass that prints in one line: each field cut short, large arrays by their shape."""
+    """A dataclass that prints on one line; long fields are shortened, large arrays are shown by shape."""
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Keep the printed form of the base: `dataclass` writes its own where the class holds none."""
+        """Keep the printed form of this class: `dataclass` would replace it."""
         super().__init_subclass__(**options)
         if "__repr__" not in cls.__dict__:
             cls.__repr__ = cls.__repr__
 
     def __repr__(self) -> str:
-        """Show the fields, each cut short."""
+        """Return the shortened fields."""
         shown_fields = (item for item in fields(cast("Any", self)) if item.repr)
         parts = (f"{item.name}={shown(getattr(self, item.name))}" for item in shown_fields)
         return f"{type(self).__name__}({', '.join(parts)})"
 
 
 class Value(Printed):
-    """An immutable dataclass whose copies and pickles are as immutable as itself.
+    """An immutable dataclass whose copies and pickles are immutable too.
 
-    They hold its fields, nothing computed from them, and arrays that were read-only stay so.
+    Copies and pickles contain the fields only, and read-only arrays stay read-only.
     """
 
     def __getstate__(self) -> dict[str, object]:
@@ -198,7 +197,7 @@ class Value(Printed):
         return {item.name: _kept(getattr(self, item.name)) for item in fields(cast("Any", self))}
 
     def __copy__(self) -> Self:
-        """Return another value of the same fields."""
+        """Return another value with the same fields."""
         other = object.__new__(type(self))
         for item in fields(cast("Any", self)):
             object.__setattr__(other, item.name, getattr(self, item.name))
@@ -206,7 +205,7 @@ class Value(Printed):
 
 
 class _ReadOnly:
-    """Stands for a read-only array in a pickle: numpy itself forgets that it was."""
+    """A read-only array in a pickle; numpy does not preserve the flag."""
 
     def __init__(self, array: NDArray[Any]) -> None:
         self._array = array
@@ -221,7 +220,6 @@ def _closed(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _kept(item: object) -> object:
-    """Return what to pickle in place of a field."""
     if isinstance(item, np.ndarray):
         array = cast("NDArray[Any]", item)
         return array if array.flags.writeable else _ReadOnly(array)
@@ -240,7 +238,7 @@ def mapping(name: str, value: Mapping[K, V]) -> Mapping[K, V]:
     """Return a mapping.
 
     Raises:
-        ProblemError: If it is none.
+        ProblemError: If the value is not a mapping.
     """
     if not isinstance(value, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"{name} must be a mapping by name, is {shown(value)}")
@@ -251,7 +249,7 @@ def sequence(name: str, value: Iterable[V]) -> Sequence[V]:
     """Return the items of a collection.
 
     Raises:
-        ProblemError: If it is none, or a single text.
+        ProblemError: If the value is not a collection, or is text.
     """
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
         raise ProblemError(f"{name} must be a list or another collection, is {shown(value)}")
@@ -262,7 +260,7 @@ def one_of(name: str, value: object, kind: type[V]) -> V:
     """Return a value of a class.
 
     Raises:
-        ProblemError: If it is of another.
+        ProblemError: If it is an instance of another class.
     """
     if not isinstance(value, kind):
         raise ProblemError(f"{name} must be {kind_words(kind)}, is {shown(value)}")
@@ -279,10 +277,10 @@ def unless_none(name: str, value: object, kind: type[V]) -> V | None:
 
 
 def function(name: str, value: F) -> F:
-    """Return a function, or whatever else can be called; None where there is none.
+    """Return a callable, or None.
 
     Raises:
-        ProblemError: If it is neither.
+        ProblemError: If the value is neither.
     """
     if value is not None and not callable(value):
         raise ProblemError(f"{name} must be a function, is {shown(value)}")
@@ -293,7 +291,7 @@ def several(name: str, value: Iterable[V], kind: type[V]) -> tuple[V, ...]:
     """Return the items of a collection that are all of a class.
 
     Raises:
-        ProblemError: If it is no collection, or an item is of another class.
+        ProblemError: If the value is not a collection, or an item is of another class.
     """
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
         words = "a list of names" if kind is str else f"{kind_words(kind)} or several"
@@ -305,7 +303,7 @@ def path(name: str, value: Path | str) -> Path:
     """Return the path of a file.
 
     Raises:
-        ProblemError: If it is none.
+        ProblemError: If the value is not a path.
     """
     if not isinstance(value, Path | str):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"{name} must be the path of a file, is {shown(value)}")
@@ -313,14 +311,14 @@ def path(name: str, value: Path | str) -> Path:
 
 
 def name_of(what: str, value: str) -> str:
-    """Return a name that files can hold.
+    """Return a name that can be written to files.
 
     Args:
-        what: What it names, for the error.
+        what: The named thing, for the error.
         value: The name.
 
     Raises:
-        ModelError: If it has a lone surrogate, which UTF-8 cannot encode.
+        ModelError: If the name has a lone surrogate, which UTF-8 cannot encode.
     """
     name = one_of(what, value, str)
     if any("\ud800" <= letter <= "\udfff" for letter in name):
@@ -334,7 +332,7 @@ def direction_of(name: str, value: ArrayLike) -> Floats:
     """Return a vector scaled to length one, shape (3,).
 
     Raises:
-        ShapeError: If it has no length or is no vector.
+        ShapeError: If the value is not a vector or has length zero.
     """
     vector = floats(name, value, (3,))
     length = float(np.linalg.norm(vector))
@@ -347,7 +345,7 @@ def positive(name: str, value: float, *, infinite: bool = False) -> float:
     """Return a number that must be positive.
 
     Raises:
-        ShapeError: If it is no number.
+        ShapeError: If the value is not a number.
         ProblemError: If it is not positive.
     """
     checked = number(name, value, infinite=infinite)
@@ -357,7 +355,7 @@ def positive(name: str, value: float, *, infinite: bool = False) -> float:
 
 
 class Loss(Enum):
-    """How a residual r with weight w is penalised as a cost."""
+    """Loss function of a residual r with weight w in a cost."""
 
     SQUARED = "w r^2"
     ABSOLUTE = "w |r|"
@@ -370,9 +368,9 @@ class Rows(Value):
 
     Attributes:
         value: Residuals, shape (m,).
-        jacobian: Derivatives by the knots of the stencil, shape (m, k, n).
+        jacobian: Derivatives with respect to the knots of the stencil, shape (m, k, n).
         knots: The knots of each row's stencil, shape (m, k).
-        component: Which component of the residual (or which pair) each row is, shape (m,).
+        component: Component of the residual, or pair, of each row, shape (m,).
         place: Location of each row along the motion, in knots, shape (m,).
     """
 
@@ -384,14 +382,14 @@ class Rows(Value):
 
 
 LARGEST_SIZE = 50.0
-"""Sizes beyond this [m] are taken for millimetres and refused; planes have none."""
+"""Larger sizes [m] are refused as likely millimetres."""
 
 
 def length(name: str, value: float) -> float:
     """Return a length of a shape [m].
 
     Raises:
-        SizeError: If it is not positive, or larger than any shape may be.
+        SizeError: If it is not positive, or larger than `LARGEST_SIZE`.
     """
     checked = number(name, value)
     if checked <= 0.0:

@@ -1,4 +1,4 @@
-"""Caches of what is derived from immutable values."""
+"""Caches of results that are derived from immutable values."""
 
 import atexit
 from collections.abc import Callable
@@ -11,11 +11,11 @@ Made = TypeVar("Made")
 
 
 def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
-    """Return a function that computes its result once for each value, and forgets it with the value.
+    """Return a function that computes its result once for each value, as long as the value exists.
 
-    What is made must be as immutable as the value, since all threads share it, and must not refer to the
-    value, which would then never be freed: `cached_in_value` is for that. At worst two threads that call at
-    once both compute it.
+    The result must be immutable, since all threads share it, and must not refer to the value, which would
+    then never be freed; use `cached_in_value` for that. Two threads that call it simultaneously may both
+    compute it.
     """
     made: dict[int, tuple[ref[Owner], Made]] = {}
     atexit.register(made.clear)  # what the cores made must not outlive the interpreter
@@ -34,10 +34,10 @@ def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
 
 
 def cached_in_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
-    """Return a function that computes its result once for each value, and keeps it in the value.
+    """Return a function that computes its result once for each value, and stores it in the value.
 
-    So what is made may refer to the value: both are freed together. The value must have a `__dict__`, of
-    which its copies and pickles do not take more than its fields. The rest is as in `cached_per_value`.
+    The result may refer to the value: both are freed together. The value must have a `__dict__` whose cached
+    entries are left out of copies and pickles. Otherwise as `cached_per_value`.
     """
     name = f"{make.__module__}.{make.__qualname__}"
 
@@ -56,24 +56,23 @@ Value = TypeVar("Value")
 
 
 class LruCache(Generic[Key, Value]):
-    """The values of a few keys, those used last.
+    """The values of the most recently used keys.
 
-    Keys are compared one by one, so that they need no hash, and long shared ones compare
-    quickly. Threads may share a memory: the entries are replaced as a whole, so that at worst two
-    threads compute the same value, or one computes it again.
+    Keys are compared one by one, so they need no hash, and long shared keys compare quickly. Threads may
+    share a cache: entries are replaced as a whole, so at worst a value is computed twice.
     """
 
     def __init__(self, size: int) -> None:
-        """Remember nothing yet.
+        """Create an empty cache.
 
         Args:
-            size: How many values are kept, at least 1.
+            size: Number of values, at least 1.
         """
         self._size = size
         self._entries: tuple[tuple[Key, Value], ...] = ()
 
     def get(self, key: Key, make: Callable[[], Value]) -> Value:
-        """Return the value of a key, computed unless it is remembered."""
+        """Return the value of a key; compute it if it is not cached."""
         entries = self._entries
         for place, entry in enumerate(entries):
             if entry[0] == key:

@@ -1,7 +1,7 @@
-"""Curve: the path of a frame through space, as a value: pieces of polynomials and arcs, over their length.
+"""Curve: the path of a frame through space, as polynomial pieces and arcs over arc length.
 
-Rotations are polynomials of rotation vectors, R(u) = R_0 exp(w(u)), so that turning evenly about one axis
-(slerp) is a polynomial of degree one.
+Rotations are polynomials of rotation vectors, R(u) = R_0 exp(w(u)), so that a turn at constant rate about one
+axis (slerp) is a polynomial of degree one.
 """
 
 from collections.abc import Sequence
@@ -18,27 +18,28 @@ from trajopt.values.placement import Placement
 from trajopt.values.printed import in_degrees, in_length, in_number
 
 TURN_LENGTH = 1.0 / 3.5
-"""Length that turning by one radian counts as, where turning takes longer than moving [m/rad].
+"""Length that a turn by one radian counts as [m/rad], if turning takes longer than moving.
 
-MoveIt's ratio (`MaxEEFStep`): a step of 1 m goes with one of 3.5 rad."""
+The ratio of MoveIt (`MaxEEFStep`): a step of 1 m corresponds to 3.5 rad.
+"""
 JOINED = 1e-7
-"""Pieces that follow each other must meet this well [m | rad]."""
+"""Largest gap between consecutive pieces [m | rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Piece(Value):
     """A smooth piece of a curve, over a parameter u from 0 to 1.
 
-    The point is b(u) + cosine cos(sweep u) + sine sin(sweep u), b the Bezier polynomial of `points`; the
-    rotation is `rotation` exp(w(u)), w the Bezier polynomial of `turns`.
+    The point is b(u) + cosine cos(sweep u) + sine sin(sweep u), with b the Bezier polynomial of `points`; the
+    rotation is `rotation` exp(w(u)), with w the Bezier polynomial of `turns`.
 
     Attributes:
         points: Control points, shape (d + 1, 3) [m].
-        rotation: Where rotation vectors are counted from, shape (3, 3).
+        rotation: Reference rotation of the rotation vectors, shape (3, 3).
         turns: Control points of rotation vectors, shape (e + 1, 3) [rad].
-        length: What the piece counts along the curve [m].
-        cosine: Arm of an arc at its beginning, shape (3,) [m]; zero where the piece is no arc.
-        sine: Arm of the arc a right angle later, shape (3,) [m].
+        length: Length of the piece along the curve [m].
+        cosine: Radius vector of an arc at its start, shape (3,) [m]; zero if the piece is not an arc.
+        sine: Radius vector of the arc a right angle later, shape (3,) [m].
         sweep: Angle of the arc [rad].
     """
 
@@ -51,7 +52,7 @@ class Piece(Value):
     sweep: float = 0.0
 
     def __call__(self, u: Floats) -> "Places":
-        """Return places at parameters of shape (s,)."""
+        """Return placements at parameters of shape (s,)."""
         from scipy.spatial.transform import Rotation
 
         angle = (self.sweep * u)[:, None]
@@ -62,7 +63,7 @@ class Piece(Value):
 
 @dataclass(frozen=True, eq=False)
 class Places(Value):
-    """Placements of a frame at s places of a curve.
+    """Placements of a frame at s points of a curve.
 
     Attributes:
         rotation: Shape (s, 3, 3).
@@ -77,19 +78,19 @@ class Places(Value):
 class Curve(Value):
     """A path through space that a frame can be required to follow; pieces joined end to end.
 
-    Locations are given by s, the length along the curve [m]: that of the point's path, or `TURN_LENGTH` times
-    the angle where that is more.
+    Locations are given by s, the length along the curve [m]: the length of the point's path, or `TURN_LENGTH`
+    times the angle if that is larger.
 
     Attributes:
-        pieces: In order; each begins where the one before it ends.
-        poses: Where along the curve the poses that it was made from are, increasing, shape (p,) [m].
+        pieces: In order; each starts at the end of the previous one.
+        poses: Locations of the poses that the curve was made from, increasing, shape (p,) [m].
     """
 
     pieces: tuple[Piece, ...]
     poses: Floats
 
     def __post_init__(self) -> None:
-        """Refuse a curve without length, or with gaps."""
+        """Refuse a curve without length or with gaps."""
         if not self.pieces or not all(piece.length > 0.0 for piece in self.pieces):
             raise ProblemError("a curve needs pieces with a length")
         at = np.array((0.0, 1.0))
@@ -105,23 +106,23 @@ class Curve(Value):
 
     @cached_property
     def edges(self) -> Floats:
-        """Where pieces begin and end, shape (number of pieces + 1,) [m]."""
+        """Locations of the ends of the pieces, shape (number of pieces + 1,) [m]."""
         lengths = [piece.length for piece in self.pieces]
         return readonly(np.concatenate(((0.0,), np.cumsum(lengths))))
 
     @property
     def length(self) -> float:
-        """Of the whole curve [m]."""
+        """Length of the whole curve [m]."""
         return float(self.edges[-1])
 
     def __call__(self, s: Floats) -> Places:
-        """Return places at lengths along the curve, which are clipped to it.
+        """Return placements at lengths along the curve, which are clipped to it.
 
         Args:
             s: Shape (m,) [m].
 
         Raises:
-            ShapeError: If they are no numbers, or not in a row.
+            ShapeError: If an entry is not a number, or the array is not one-dimensional.
         """
         lengths = floats_of_any_shape("s", s)
         if lengths.ndim != 1:
@@ -143,20 +144,20 @@ class Curve(Value):
 
     @checked
     def pose_before(self, s: float) -> int:
-        """Return the number, from 0, of the last pose that is reached before or at a length [m]."""
+        """Return the index of the last pose at or before a length [m]."""
         return int(np.searchsorted(self.poses, s + JOINED, side="right")) - 1
 
     def __add__(self, other: "Curve") -> "Curve":
-        """Join another curve, which begins where this one ends.
+        """Append another curve, which starts at the end of this one.
 
         Raises:
-            ProblemError: If it does not.
+            ProblemError: If it starts elsewhere.
         """
         poses = np.concatenate((self.poses, self.length + other.poses[1:]))
         return Curve((*self.pieces, *other.pieces), readonly(poses))
 
     def __repr__(self) -> str:
-        """Show length, pieces and ends."""
+        """Return length, number of pieces and ends."""
         first, last = self.placement(0.0), self.placement(self.length)
         return f"Curve({self.length:.4g} m, {in_number(self.pieces, 'piece')}, from {first} to {last})"
 
@@ -166,7 +167,7 @@ def joined(curves: Sequence[Curve]) -> Curve:
     """Join curves end to end.
 
     Raises:
-        ProblemError: If there is none, or one does not begin where the one before it ends.
+        ProblemError: If there is none, or one does not start at the end of the previous one.
     """
     if not curves:
         raise ProblemError("a curve needs pieces that go somewhere")
@@ -178,6 +179,8 @@ def joined(curves: Sequence[Curve]) -> Curve:
 
 def bezier(control: Floats, u: Floats) -> Floats:
     """Evaluate a Bezier polynomial by de Casteljau's algorithm.
+
+    Source: Farin, Curves and Surfaces for CAGD, section 4.2.
 
     Args:
         control: Control points, shape (d + 1, k).

@@ -1,7 +1,6 @@
-"""Numbers that are likely in another unit: degrees given for radians, millimetres for metres.
+"""Numbers in a likely wrong unit: degrees for radians, millimetres for metres.
 
-What can be meant as it is given is taken, with a warning; where it is refused anyway, the refusal says what
-was likely meant.
+A plausible number is accepted with a warning; the error of a refused one suggests the likely unit.
 """
 
 from collections.abc import Sequence
@@ -13,38 +12,34 @@ from trajopt.values.arrays import Floats, floats, number, one_of, readonly
 from trajopt.values.errors import shown, warn_of_unit
 
 WHOLE_TURN = 6.3
-"""Two pi, rounded up. Angles that differ by whole turns are the same orientation: none has to be beyond one
-[rad]."""
+"""Two pi, rounded up [rad]: an orientation never needs a larger angle."""
 SHARE = 0.05
-"""What does not fit was likely meant in the smaller unit if, in that, it fits and takes at least this share
-of the room. Less of it is seldom meant, and far too many metres or radians are not so seldom."""
+"""A value out of range is likely in the smaller unit if it then fits and uses at least this share of the
+range.
+"""
 FARTHEST_OBJECT = 50.0
-"""As far away as shapes may be large: objects beyond were likely placed in millimetres [m]."""
+"""Objects farther away are likely placed in millimetres [m]; the largest size of shapes."""
 
 FAR_APART = 4.0
-"""Distances to keep from this on were likely meant in millimetres: no arm reaches so far, so it would have no
-room [m]."""
+"""Larger clearances are likely in millimetres [m]: no arm reaches that far."""
 
 WIDE_MESH = 20.0
-"""Meshes wider than this were likely drawn in millimetres: a part of 20 mm read as metres is so wide, and
-robot cells are narrower [m]."""
+"""Wider meshes are likely in millimetres [m]: a 20 mm part read in metres, and robot cells are narrower."""
 WIDE = 2.0
-"""Tolerances from this on were likely meant in millimetres: what may be as far off as the whole of an arm's
-workspace is wide is not asked for [m]."""
+"""Larger tolerances are likely in millimetres [m]: they cover the whole workspace of an arm."""
 FASTEST = {"m/s": 10.0, "rad/s": 30.0}
-"""Limits of speed from these on were likely meant in the smaller unit: no arm moves its tool so fast, and
-as a limit they would bind nothing."""
+"""Larger speed limits are likely in the smaller unit: no arm moves its tool that fast."""
 DEEP = 1.0
-"""Deeper inside a thing than this an arm is where its size or place was likely meant in millimetres [m]."""
+"""If an arm is deeper inside an object, its size or position is likely in millimetres [m]."""
 
 
 def stated_angle(
     name: str, value: float | None, *, degrees: bool, default: float = 0.0, infinite: bool = False
 ) -> float:
-    """Return an angle [rad] that is given in radians or degrees, or the default [rad] where none is.
+    """Return an angle [rad] that is given in radians or degrees, or the default [rad].
 
     Raises:
-        ShapeError: If it is no number, or not finite where it must be.
+        ShapeError: If it is not a number, or not finite although it must be.
         ProblemError: If `degrees` is neither true nor false.
     """
     one_of("degrees", degrees, bool)
@@ -60,7 +55,7 @@ def stated_angles(
     """Return angles of an orientation [rad] that are given in radians or degrees.
 
     Raises:
-        ShapeError: If they are not of the shape, or not finite where they must be.
+        ShapeError: If the shape is wrong, or they are not finite although they must be.
         ProblemError: If `degrees` is neither true nor false.
 
     Warns:
@@ -79,7 +74,7 @@ def stated_angles(
 
 
 def meant_in_joint(joint: str, value: float, lower: float, upper: float, unit: str) -> str:
-    """Say what the position of a joint beyond its limits was likely meant to be; empty if nothing is.
+    """Suggest the likely unit of a joint position beyond its limits; empty without a likely one.
 
     Args:
         joint: The joint's name.
@@ -97,11 +92,11 @@ def meant_in_joint(joint: str, value: float, lower: float, upper: float, unit: s
 
 
 def meant_at_distance(distance: float, room: float) -> str:
-    """Say that a place out of reach was likely meant in millimetres; empty where it was not.
+    """Suggest millimetres for a place out of reach; empty if that is unlikely.
 
     Args:
-        distance: How far away it is [m].
-        room: How far away it may be [m].
+        distance: Its distance [m].
+        room: The largest possible distance [m].
     """
     if SHARE * room <= distance / 1e3 <= room:
         return "; were millimetres meant? Lengths are in metres"
@@ -109,12 +104,12 @@ def meant_at_distance(distance: float, room: float) -> str:
 
 
 def meant_at_speed(speed: float, limit: float, unit: str) -> str:
-    """Say that a speed beyond its limit was likely meant in degrees or millimetres; empty where it was not.
+    """Suggest degrees or millimetres for a speed beyond its limit; empty if that is unlikely.
 
     Args:
         speed: The speed or acceleration, positive.
         limit: Its limit.
-        unit: Their unit, from radians or metres.
+        unit: Their unit, in radians or metres.
     """
     name, size = ("degrees", np.degrees(1.0)) if unit.startswith("rad") else ("millimetres", 1e3)
     if SHARE * limit <= speed / size <= limit:
@@ -123,11 +118,11 @@ def meant_at_speed(speed: float, limit: float, unit: str) -> str:
 
 
 def warn_of_far_object(name: str, xyz: Floats) -> None:
-    """Warn of an object that is farther away than any shape may be large.
+    """Warn of an object that is farther away than the largest shape.
 
     Args:
-        name: What is placed.
-        xyz: Where it is in its frame, shape (3,) [m].
+        name: Name of the object.
+        xyz: Its position in its frame, shape (3,) [m].
     """
     if float(np.linalg.norm(xyz)) > FARTHEST_OBJECT:
         metres, fewer = (", ".join(f"{value:g}" for value in (size * xyz).tolist()) for size in (1.0, 1e-3))
@@ -147,11 +142,11 @@ def warn_of_wide_mesh(name: str, vertices: Floats) -> None:
 
 
 def warn_of_far_apart(name: str, distance: float) -> None:
-    """Warn of a distance to keep that no arm can keep from what it works on.
+    """Warn of a clearance that no arm can keep from its work.
 
     Args:
-        name: What is kept.
-        distance: How far apart things shall stay [m].
+        name: Name of the clearance.
+        distance: Its value [m].
     """
     if distance >= FAR_APART:
         warn_of_unit(
@@ -160,20 +155,20 @@ def warn_of_far_apart(name: str, distance: float) -> None:
 
 
 def meant_at_depth(depth: float) -> str:
-    """Say that what an arm is deep inside of was likely meant in millimetres; empty where it was not.
+    """Suggest millimetres for an object that the arm is deep inside; empty if that is unlikely.
 
     Args:
-        depth: How deep [m].
+        depth: Penetration depth [m].
     """
     return "; were millimetres meant? Lengths are in metres" if depth > DEEP else ""
 
 
 def warn_of_wide_tolerance(name: str, tolerance: ArrayLike) -> None:
-    """Warn of a tolerance that leaves a place free within all of an arm's reach.
+    """Warn of a tolerance that covers the whole reach of an arm.
 
     Args:
-        name: What it is called.
-        tolerance: One for all axes or one each [m]; infinite ones are meant so.
+        name: Name of the tolerance.
+        tolerance: One for all axes or one for each [m]; infinite ones are accepted without a warning.
     """
     given = np.asarray(tolerance, dtype=np.float64)
     wide = given[np.isfinite(given) & (given >= WIDE)]
@@ -185,10 +180,10 @@ def warn_of_wide_tolerance(name: str, tolerance: ArrayLike) -> None:
 
 
 def warn_of_fast_limit(name: str, limit: float, unit: str) -> None:
-    """Warn of a limit of speed that no arm comes near.
+    """Warn of a speed limit that no arm comes near.
 
     Args:
-        name: What is limited.
+        name: Name of the limit.
         limit: The limit; inf for none.
         unit: "m/s" or "rad/s".
     """

@@ -1,4 +1,4 @@
-"""Modules whose name changed in version 0.2: an import of the old name raises an error with the new one."""
+"""Modules that were renamed in version 0.2: importing an old name raises an error with the new one."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -51,7 +51,7 @@ MOVED: Mapping[str, str] = {
 
 
 def new_name(old: str) -> str | None:
-    """Return the new name of a module whose name changed; None for every other name.
+    """Return the new name of a renamed module; None for any other name.
 
     Args:
         old: Dotted name that begins with `trajopt.`.
@@ -65,7 +65,7 @@ def new_name(old: str) -> str | None:
 
 
 class _MovedFinder:
-    """Last of the finders of Python's import system: it sees only modules that do not exist."""
+    """Last finder of Python's import system: it sees only modules that do not exist."""
 
     @staticmethod
     def find_spec(fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> None:
@@ -76,6 +76,6 @@ class _MovedFinder:
 
 
 def watch_imports() -> None:
-    """Have imports of old names raise an error with the new name."""
+    """Make imports of old names raise an error with the new name."""
     if _MovedFinder not in sys.meta_path:
         sys.meta_path.append(_MovedFinder)

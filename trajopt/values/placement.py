@@ -1,4 +1,4 @@
-"""Placement: where one frame is, seen from another (an element of SE(3))."""
+"""Placement: pose of one frame relative to another (an element of SE(3)), and rotations."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.likely_units import stated_angles
 
 WORLD = "world"
-"""Name of the frame that all others are placed in in the end."""
+"""Name of the root frame."""
 
 
 FARTHEST = 1e6
-"""Coordinates of a given placement are within this [m]."""
+"""Largest coordinate of a placement [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placement(Value):
-    """Rotation and translation of a frame, seen from a reference frame.
+    """Rotation and translation of a frame relative to a reference frame.
 
     A point with coordinates x in the placed frame has `rotation @ x + translation` in the
     reference frame. Build one with `placement(...)`, which checks its input.
@@ -57,7 +57,7 @@ class Placement(Value):
         return other @ self.rotation.T + self.translation
 
     def inverse(self) -> Placement:
-        """Return the placement of the reference frame, seen from the placed one."""
+        """Return the placement of the reference frame relative to the placed frame."""
         return Placement(readonly(self.rotation.T.copy()), readonly(-self.rotation.T @ self.translation))
 
     @property
@@ -91,25 +91,26 @@ class Placement(Value):
         return hash((self.rotation.tobytes(), self.translation.tobytes()))
 
     def __str__(self) -> str:
-        """Say the position in metres and, unless it is none, the rotation in degrees."""
+        """Return the position in metres, and the rotation in degrees unless it is the identity."""
         xyz = ", ".join(f"{value + 0.0:.4g}" for value in self.translation.round(4).tolist())
         rpy = [f"{value + 0.0:.4g}" for value in np.rad2deg(self.rpy).round(2).tolist()]
         turned = "" if rpy == ["0", "0", "0"] else f" turned by rpy ({', '.join(rpy)}) deg"
         return f"({xyz}) m{turned}"
 
     def __repr__(self) -> str:
-        """Show position and roll-pitch-yaw."""
+        """Return position and roll-pitch-yaw."""
         x, y, z = (round(float(value), 6) + 0.0 for value in self.translation)
         roll, pitch, yaw = (round(value, 6) + 0.0 for value in self.rpy)
         return f"placement(xyz=({x}, {y}, {z}), rpy=({roll}, {pitch}, {yaw}))"
 
 
 PlacementLike: TypeAlias = Placement | pin.SE3 | ArrayLike | tuple[ArrayLike, ArrayLike]
-"""What is accepted as a placement: a `Placement`, Pinocchio's SE3, a homogeneous matrix of shape (4, 4), or a
-pair (position [m], quaternion (x, y, z, w))."""
+"""Accepted as a placement: a `Placement`, Pinocchio's SE3, a homogeneous matrix of shape (4, 4), or a
+pair (position [m], quaternion (x, y, z, w)).
+"""
 
 IDENTITY = Placement()
-"""Where a frame is, seen from itself; it costs nothing to compose with."""
+"""The identity; composing with it costs nothing."""
 
 
 @checked
@@ -126,17 +127,17 @@ def placement(
     Args:
         xyz: Position of the frame's origin, shape (3,) [m].
         rpy: Roll, pitch, yaw about the fixed axes x, y, z in this order (URDF's), shape (3,) [rad].
-        quaternion: (x, y, z, w), shape (4,); normalised here.
+        quaternion: (x, y, z, w), shape (4,); it is normalised.
         rotation: Rotation matrix, shape (3, 3), orthonormal to 1e-6, right-handed.
         degrees: Whether `rpy` is in degrees.
 
     Returns:
-        The placement; identity orientation when none of the three is given.
+        The placement; with identity orientation if none of the three is given.
 
     Raises:
-        ShapeError: If a number is not finite, the quaternion has no length, the matrix is no
+        ShapeError: If a number is not finite, the quaternion is zero, the matrix is not a
             rotation, or more than one orientation is given.
-        SizeError: If the position is farther than 1e6 m: there a micrometre would be lost in rounding.
+        SizeError: If the position is farther than 1e6 m: there rounding exceeds a micrometre.
         ProblemError: If `degrees` is neither true nor false.
 
     Warns:
@@ -162,7 +163,7 @@ def placement(
 
 
 def as_placement(name: str, value: PlacementLike) -> Placement:
-    """Return an argument as a placement: every function that takes one converts it here.
+    """Convert an argument to a placement.
 
     Args:
         name: Name of the argument, for the error.
@@ -170,7 +171,7 @@ def as_placement(name: str, value: PlacementLike) -> Placement:
             a pair (position [m], quaternion (x, y, z, w)).
 
     Raises:
-        ShapeError: If it is none of these, a number is not finite, or its rotation is no rotation.
+        ShapeError: If it is none of these, a number is not finite, or its rotation is invalid.
         SizeError: If its position is farther than 1e6 m.
     """
     if value is IDENTITY:
@@ -210,11 +211,11 @@ def _rotation(name: str, value: ArrayLike) -> Floats:
 
 
 _GIMBAL = 1e-9
-"""Where the cosine of the pitch is smaller, roll and yaw turn about one axis."""
+"""Below this cosine of the pitch, roll and yaw are about the same axis."""
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Floats:
-    """Return the matrix (3, 3) of turns about the fixed axes x, y, z in this order [rad]."""
+    """Return the rotation matrix (3, 3) of roll, pitch and yaw about the fixed axes x, y, z [rad]."""
     (cr, sr), (cp, sp), (cy, sy) = ((cos(angle), sin(angle)) for angle in (roll, pitch, yaw))
     return np.array(
         (
@@ -239,7 +240,7 @@ def from_quaternion(x: float, y: float, z: float, w: float) -> Floats:
 def as_quaternion(rotation: Floats) -> Floats:
     """Return the unit quaternion (x, y, z, w), shape (4,), w >= 0, of a matrix (3, 3).
 
-    The largest of the four is found first, so that nothing is divided by a small number. Source: Shepperd,
+    The largest of the four is computed first, so that no division is by a small number. Source: Shepperd,
     Quaternion from rotation matrix, Journal of Guidance and Control 1978.
     """
     a, b, c = np.diagonal(rotation).tolist()
@@ -258,7 +259,7 @@ def as_quaternion(rotation: Floats) -> Floats:
 
 
 def as_rpy(rotation: Floats) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw [rad] of a matrix (3, 3); no yaw where roll does the same."""
+    """Return roll, pitch and yaw [rad] of a matrix (3, 3); yaw is zero in gimbal lock."""
     (r00, r01, _), (r10, r11, _), (r20, r21, r22) = rotation.tolist()
     level = hypot(r00, r10)
     pitch = atan2(-r20, level)
@@ -268,7 +269,7 @@ def as_rpy(rotation: Floats) -> tuple[float, float, float]:
 
 
 def from_rotation_vector(vector: Floats) -> Floats:
-    """Return the matrix (3, 3) of a turn about a vector (3,) by its length [rad], by Rodrigues' formula."""
+    """Return the rotation matrix (3, 3) of a rotation vector (3,) [rad], by Rodrigues' formula."""
     angle = float(np.linalg.norm(vector))
     if angle == 0.0:
         return np.eye(3)

@@ -1,4 +1,4 @@
-"""How numbers are printed: short, in the units that people use: mm, m, deg, s, Nm."""
+"""Short printed numbers in common units: mm, m, deg, s, Nm."""
 
 from collections.abc import Sequence, Sized
 
@@ -9,15 +9,15 @@ from trajopt.values.arrays import Floats
 SMALL = 0.1
 """Lengths below this are printed in millimetres [m]."""
 ROUNDING = 1e-9
-"""Lengths below this are rounding of numbers of metres, and print as nothing [m]."""
+"""Lengths below this are rounding errors and print as 0 [m]."""
 PRINTED_UNITS = {"m": ("mm", 1e3), "rad": ("deg", float(np.degrees(1.0)))}
-"""What metres and radians are printed in, and how many of it one of them is."""
+"""Unit -> printed unit and factor, for metres and radians."""
 LONGEST_LINE = 200
-"""Characters of what prints in one line."""
+"""Largest number of characters on a printed line."""
 
 
 def in_length(metres: float) -> str:
-    """Print a length: 12 mm, or 0.25 m; what rounding makes of none as 0 mm."""
+    """Print a length: 12 mm, or 0.25 m; rounding errors print as 0 mm."""
     if abs(metres) < ROUNDING:
         return "0 mm"
     return f"{metres * 1e3:.3g} mm" if abs(metres) < SMALL else f"{metres:.4g} m"
@@ -29,9 +29,9 @@ def in_degrees(radians: float) -> str:
 
 
 def shown_in(unit: str) -> tuple[str, float]:
-    """Return the unit that numbers of a unit are printed in, and what to multiply them by.
+    """Return the printed unit of a unit, and the factor.
 
-    Millimetres for metres and degrees for radians, in speeds and accelerations too; others stay.
+    Millimetres for metres and degrees for radians, also in speeds and accelerations; other units stay.
     """
     base, per, rest = unit.partition("/")
     name, size = PRINTED_UNITS.get(base, (base, 1.0))
@@ -39,7 +39,7 @@ def shown_in(unit: str) -> tuple[str, float]:
 
 
 def in_unit(value: float, unit: str) -> str:
-    """Print a number of a unit: 0.004 m as 4 mm, 0.5 rad/s as 28.65 deg/s, others as they are."""
+    """Print a number with its unit: 0.004 m as 4 mm, 0.5 rad/s as 28.65 deg/s."""
     if unit == "m":
         return in_length(value)
     name, size = shown_in(unit)
@@ -47,7 +47,7 @@ def in_unit(value: float, unit: str) -> str:
 
 
 def in_unit_apart(value: float, other: float, unit: str) -> tuple[str, str]:
-    """Print two numbers of a unit with as many digits as tell them apart: 229.2 deg/s and 229.18 deg/s."""
+    """Print two numbers of a unit with enough digits to distinguish them: 229.2 deg/s and 229.18 deg/s."""
     name, size = shown_in(unit)
     texts = in_unit(value, unit), in_unit(other, unit)
     for digits in range(5, 18):
@@ -58,7 +58,7 @@ def in_unit_apart(value: float, other: float, unit: str) -> tuple[str, str]:
 
 
 def in_joint_position(value: float, unit: str) -> str:
-    """Print where a joint is: 171.9 deg (3.0000 rad), or 12.5 mm."""
+    """Print a joint position: 171.9 deg (3.0000 rad), or 12.5 mm."""
     return in_unit(value, unit) + (f" ({value:.4f} rad)" if unit == "rad" else "")
 
 
@@ -75,12 +75,12 @@ def in_short(text: str, length: int = LONGEST_LINE) -> str:
 
 
 def in_number(items: Sized, one: str, several: str = "") -> str:
-    """Print how many there are: 1 joint, 7 joints."""
+    """Print a count with its noun: 1 joint, 7 joints."""
     return f"{len(items)} {one if len(items) == 1 else several or one + 's'}"
 
 
 def in_stated_angle(angle: float, *, degrees: bool) -> str:
-    """Print an angle that was given wrong [rad]; of one given in radians, what it would be in degrees."""
+    """Print an invalid angle [rad]; if it was given in radians, with its value in degrees."""
     if degrees:
         return f"{np.rad2deg(angle):g} deg"
     meant = f" rad: were degrees meant? {angle:g} deg are {np.deg2rad(angle):.4g} rad"
@@ -93,7 +93,7 @@ def in_point(xyz: Floats) -> str:
 
 
 def in_axis(direction: Floats) -> str:
-    """Print a unit vector: the name of the axis that it is, or its coordinates."""
+    """Print a unit vector: the name of an axis, or its coordinates."""
     for index, name in enumerate("xyz"):
         if abs(float(direction[index])) > 1.0 - 1e-9:
             return name if direction[index] > 0.0 else f"-{name}"
@@ -101,14 +101,14 @@ def in_axis(direction: Floats) -> str:
 
 
 ON_AXIS = float(np.cos(np.deg2rad(0.5)))
-"""Directions nearer to an axis than half a degree are said to be along it."""
+"""Directions within half a degree of an axis print as that axis."""
 
 
 def in_direction(direction: Floats, reference: str) -> str:
-    """Say where a unit vector points: "up", "along -x", "along (0.5, 0, -0.866), 60 deg down".
+    """Print a direction: "up", "along -x", "along (0.5, 0, -0.866), 60 deg down".
 
     Args:
-        direction: Its coordinates in the reference, shape (3,).
+        direction: Unit vector in the reference, shape (3,).
         reference: "world", whose z is up, or the name of another frame.
     """
     coordinates = direction.tolist()
@@ -126,12 +126,12 @@ def in_direction(direction: Floats, reference: str) -> str:
 
 
 def of_frame(reference: str) -> str:
-    """Name the frame whose axes are meant, unless it is the world."""
+    """Name the frame of the axes, unless it is the world."""
     return "" if reference == "world" else f" of {reference}"
 
 
 def seen_from(reference: str) -> str:
-    """Name the frame that coordinates are relative to, unless it is the world."""
+    """Name the reference frame of coordinates, unless it is the world."""
     return "" if reference == "world" else f" from {reference}"
 
 
@@ -144,10 +144,10 @@ def aligned(rows: Sequence[Sequence[str]], *, right: frozenset[int]) -> list[str
 
     Args:
         rows: Rows of equal length.
-        right: Columns that are flush right.
+        right: Right-aligned columns.
 
     Returns:
-        One line a row, without trailing blanks.
+        One line for each row, without trailing blanks.
     """
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     return [

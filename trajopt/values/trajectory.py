@@ -25,8 +25,9 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_number
 
 MEETING = 1e-5
-"""How much two motions may be apart where one follows the other [rad | m, by second, by second squared]: the
-judge takes a tenth of it for the start state."""
+"""Largest difference of two motions at their junction [rad | m, by second, by second squared]: the judge
+allows a tenth of it for the start state.
+"""
 
 
 @checked
@@ -50,7 +51,7 @@ class Path(Value):
             raise ShapeError("knots", "a path needs at least two")
 
     def __repr__(self) -> str:
-        """Say knots and joints."""
+        """Return the numbers of knots and joints."""
         return f"Path({in_number(self.knots, 'knot')}, {in_number(self.joint_names, 'joint')})"
 
     @property
@@ -60,21 +61,23 @@ class Path(Value):
 
 
 _INSTANT = 1e-9
-"""Times nearer than this count as equal [s]."""
+"""Times closer than this are equal [s]."""
 
 
 _LARGEST = 1e100
-"""Coefficients that are larger overflow where their polynomials are differentiated and multiplied."""
+"""Larger coefficients would overflow in derivatives and products."""
 LONGEST = 1e9
-"""No trajectory takes longer: thirty years [s]."""
+"""Longest duration of a trajectory: thirty years [s]."""
 _MOST_SAMPLES = 1_000_000
-"""Of more samples the rate is a mistake: a quarter of an hour at the fastest controllers' 1 kHz."""
+"""More samples are a mistake in the rate: this is a quarter of an hour at 1 kHz."""
 _LEAST_STEP = 0.01
-"""Share of a step that the last one is at least: over less, rounding of positions reads as acceleration."""
+"""Smallest last step, as a share of a step: over a shorter one, rounding of positions appears as
+acceleration.
+"""
 
 
 class Interpolation(Enum):
-    """What a trajectory does between its points."""
+    """Interpolation between the points of a trajectory."""
 
     LINEAR = 1
     CUBIC = 3
@@ -87,7 +90,7 @@ class Trajectory(Value):
     """Joint positions over time: polynomials between points.
 
     With accelerations the polynomials are quintic, with velocities cubic, with neither linear
-    (which is how `trajectory_msgs/JointTrajectory` is executed).
+    (as `trajectory_msgs/JointTrajectory` is executed).
 
     Attributes:
         joint_names: Names of the n joints.
@@ -126,11 +129,11 @@ class Trajectory(Value):
 
     @checked
     def ordered(self, joint_names: tuple[str, ...]) -> Trajectory:
-        """Return the same motion with its joints in another order; itself where that is its own.
+        """Return the motion with its joints in another order; itself if the order is the same.
 
         Raises:
             JointNotFound: If a joint is missing.
-            ShapeError: If it moves joints that are not named.
+            ShapeError: If it has joints that are not named.
         """
         if joint_names == self.joint_names:
             return self
@@ -152,14 +155,14 @@ class Trajectory(Value):
 
     @checked
     def between(self, begin: float, end: float) -> Trajectory:
-        """Return the part of the motion from one time to another, its own time starting at 0.
+        """Return the part of the motion between two times, with its own time starting at 0.
 
         Args:
-            begin: Time at which it begins, at least 0 [s].
-            end: Time at which it ends, later, at most the duration [s].
+            begin: Start time, at least 0 [s].
+            end: End time, later, at most the duration [s].
 
         Raises:
-            ShapeError: If that is not a part of the motion.
+            ShapeError: If the times are not in order or not within the motion.
         """
         if not 0.0 <= begin < end <= self.duration:
             raise ShapeError("part", f"from {begin:g} to {end:g} s is none of 0 to {self.duration:g} s")
@@ -180,15 +183,15 @@ class Trajectory(Value):
         return Trajectory(self.joint_names, times - begin, *values)
 
     def followed_by(self, other: Trajectory) -> Trajectory:
-        """Return this motion and then another, as one.
+        """Return this motion followed by another.
 
         Args:
-            other: Begins where this one ends, as fast and with the same acceleration, as far as both state
-                that, for the same joints in the same order.
+            other: Starts at the end of this one, with the same velocity and acceleration as far as both state
+                them, for the same joints in the same order.
 
         Raises:
-            ShapeError: If it does not.
-            ProblemError: If it is no trajectory.
+            ShapeError: If the motions do not meet.
+            ProblemError: If `other` is not a trajectory.
         """
         one_of("other", other, Trajectory)
         if other.joint_names != self.joint_names or other.interpolation is not self.interpolation:
@@ -208,19 +211,18 @@ class Trajectory(Value):
         return Trajectory(self.joint_names, times, *rows)
 
     def sampled(self, hz: float) -> Trajectory:
-        """Return the motion at a fixed rate, as a controller reads it.
+        """Return the motion at a fixed rate, for a controller.
 
-        The times are 0, 1/hz, 2/hz, ... and last the duration itself, so the last step may be shorter than
-        the others, or longer by a hundredth; positions, velocities and accelerations are arrays of shape
-        (k, n), and the last row is exactly the end. They are the motion's own at these times; between them
-        the result is quintic, which comes as near to the motion as the rate is high. (`judge` tells whether
-        it still holds everything.)
+        The times are 0, 1/hz, 2/hz, ... and the duration, so the last step may be shorter than the others, or
+        longer by a hundredth; positions, velocities and accelerations have shape (k, n), and the last row is
+        exactly the end. At these times the values are exact; between them the result is a quintic that
+        approximates the motion. `judge` checks whether it still meets all requirements.
 
         Args:
             hz: Samples per second [1/s].
 
         Raises:
-            ShapeError: If the rate is not positive, or so high that there are more than a million samples.
+            ShapeError: If the rate is not positive, or leads to more than a million samples.
         """
         rate = number("hz", hz)
         if rate <= 0.0 or self.duration * rate > _MOST_SAMPLES:
@@ -241,7 +243,7 @@ class Trajectory(Value):
         """Return `joint_names` and `points` as plain data, for `trajopt.files.moveit.read_trajectory`.
 
         Each point has `time_from_start` [s] and `positions`, and `velocities` and `accelerations`
-        where the trajectory has them.
+        if the trajectory has them.
         """
         columns = (
             ("positions", self.positions),
@@ -256,7 +258,7 @@ class Trajectory(Value):
 
     @property
     def interpolation(self) -> Interpolation:
-        """What happens between the points."""
+        """Interpolation between the points."""
         if self.accelerations is not None:
             return Interpolation.QUINTIC
         return Interpolation.LINEAR if self.velocities is None else Interpolation.CUBIC
@@ -270,10 +272,10 @@ class Trajectory(Value):
     def coefficients(self) -> Floats:
         """Polynomial coefficients, shape (degree + 1, k - 1, n), highest power first.
 
-        Of the time since the start of each segment, as in `scipy.interpolate.PPoly`.
+        In the time since the start of each segment, as in `scipy.interpolate.PPoly`.
 
         Raises:
-            ShapeError: If numbers are so large, or two times so near, that they overflow.
+            ShapeError: If the numbers are too large, or two times too close, so that they overflow.
         """
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             found = _hermite(self)
@@ -309,7 +311,7 @@ class Trajectory(Value):
             Shape t.shape + (n,).
 
         Raises:
-            ShapeError: If a time is no number, or the order is not 0 to 3.
+            ShapeError: If a time is not a number, or the order is not 0 to 3.
         """
         if order not in (0, 1, 2, 3):
             raise ShapeError("order", f"must be 0 to 3, is {order}")
@@ -323,7 +325,7 @@ class Trajectory(Value):
         return value
 
     def __repr__(self) -> str:
-        """Say points, joints and duration."""
+        """Return the numbers of points and joints, and the duration."""
         return (
             f"Trajectory({in_number(self.times, 'point')}, {in_number(self.joint_names, 'joint')}, "
             f"{self.duration:.3f} s, {self.interpolation.name.lower()})"
@@ -358,13 +360,16 @@ def _hermite(trajectory: Trajectory) -> Floats:
 
 
 def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> Floats:
-    """Return piecewise polynomials on finer pieces, by Taylor's formula; they rest outside their own times.
+    """Return piecewise polynomials on finer pieces, by Taylor's formula.
+
+    They are constant outside their own times.
 
     Args:
-        times: Ends of the k finer pieces, among them all of their own that lie within, shape (k + 1,) [s].
-        knots: Ends of their own j pieces, shape (j + 1,) [s].
-        coefficients: By the time since the start of each piece, highest power first, shape (d + 1, j, n).
-        degree: How many powers the result has, d + 1 or more.
+        times: Ends of the k finer pieces, which include all inner ends of the coarse pieces, shape (k + 1,)
+            [s].
+        knots: Ends of the j coarse pieces, shape (j + 1,) [s].
+        coefficients: In the time since the start of each piece, highest power first, shape (d + 1, j, n).
+        degree: Number of powers of the result, d + 1 or more.
 
     Returns:
         Shape (degree, k, n).
@@ -383,8 +388,7 @@ def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> 
 def state_of(trajectory: Trajectory, t: float) -> Floats:
     """Return positions, velocities and accelerations at a time, which is clipped to the duration.
 
-    As from `trajectory(t, order)`, in one step, and as they are stated at the ends of a trajectory that
-    states them all.
+    As `trajectory(t, order)` for three orders; at the ends exactly the stated values, if there are any.
 
     Args:
         trajectory: Of n joints.

@@ -1,1 +1,1 @@
-"""Files: text, YAML and JSON read with every value checked."""
+"""Text, YAML and JSON documents, read with every value checked."""

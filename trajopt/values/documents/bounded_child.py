@@ -1,6 +1,6 @@
-"""Runs a script with bounds on the CPU time and the memory that it takes; it writes no file.
+"""Run a script with bounds on CPU time and memory, and without write access to files.
 
-Run as a script itself: `python bounded_child.py SCRIPT SECONDS BYTES`.
+Started as a script itself: `python bounded_child.py SCRIPT SECONDS BYTES`.
 """
 
 import runpy
@@ -8,10 +8,10 @@ import sys
 
 
 def bound(seconds: int, memory: int) -> None:
-    """Bound this process; where the system cannot (Windows), its parent's patience is the only bound.
+    """Limit this process; on Windows, which has no such limits, only the parent's time-out applies.
 
     Args:
-        seconds: Of CPU time.
+        seconds: CPU time [s].
         memory: Address space [bytes].
     """
     try:

@@ -1,4 +1,4 @@
-"""Files from others are read by libraries that some of them crash: in a process of its own, with bounds."""
+"""Read untrusted files in a child process with bounds: some parsers crash or take all memory."""
 
 import os
 import signal
@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 SECONDS, MEMORY = 30, 2**32
-"""Most CPU time [s] and address space [bytes]: the largest files of real robots take a tenth of either."""
+"""Largest CPU time [s] and address space [bytes]: ten times the need of the largest real robots."""
 REFUSED = 3
-"""Exit status of a script that refuses a request; standard output is the reason then."""
+"""Exit status of a script that refuses a request; its standard output is the reason."""
 _CHILD = Path(__file__).with_name("bounded_child.py")
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
 class ProcessRefused(Exception):
-    """The process did not answer; the message is the reason."""
+    """The process returned no answer; the message is the reason."""
 
 
 def answer_of(
@@ -30,15 +30,15 @@ def answer_of(
     """Return the answer of a script that reads a request from standard input.
 
     Args:
-        script: The script: writes its answer to standard output, and ends with 0, or with `REFUSED` after the
-            reason why there is none.
+        script: The script. It writes its answer to standard output and exits with 0, or writes the reason and
+            exits with `REFUSED`.
         request: The request.
-        environment: Environment variables that it sees; those of this process when None.
-        seconds: Most CPU time [s]; of any time, twice that.
-        memory: Most address space [bytes].
+        environment: Environment variables of the script; those of this process if None.
+        seconds: Largest CPU time [s]; the wall-clock limit is twice that.
+        memory: Largest address space [bytes].
 
     Raises:
-        ProcessRefused: If it refuses, takes too much, or crashes.
+        ProcessRefused: If the script refuses, exceeds a limit, or crashes.
     """
     known = os.environ if environment is None else environment
     try:

@@ -1,4 +1,4 @@
-"""Documents on disk, read value by value: every error names the file and the place in it."""
+"""Documents read value by value: each error names the file and the place in it."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from trajopt.values.errors import FileFormatError, shown
 
 @dataclass(frozen=True)
 class Node:
-    """One value of a document, and where it is.
+    """One value of a document, and its place.
 
     Attributes:
-        value: What the parser made of it; None where the document has nothing.
+        value: The parsed value; None if missing.
         path: The file.
         place: The path to it from the top, such as `world.collision_objects[3].pose`.
     """
@@ -28,23 +28,23 @@ class Node:
     place: str = ""
 
     def error(self, reason: str) -> FileFormatError:
-        """Return the error that says what is wrong here."""
+        """Return the error for this place."""
         return FileFormatError(self.path, f"{self.place}: {reason}" if self.place else reason)
 
     @property
     def missing(self) -> bool:
-        """Whether the document has nothing here."""
+        """Whether the document has no value here."""
         return self.value is None
 
     def __getitem__(self, key: str) -> "Node":
-        """Return a member of a mapping; a missing one where there is none of that name."""
+        """Return a member of a mapping; a missing node if the name is unknown."""
         return Node(self._mapping().get(key), self.path, f"{self.place}.{key}" if self.place else key)
 
     def only(self, fields: Iterable[str]) -> "Node":
-        """Return this mapping after making sure that it has no other members than these.
+        """Return this mapping after checking that it has no other members than the given ones.
 
         Raises:
-            FileFormatError: If it has one, or is no mapping.
+            FileFormatError: If it has another member, or is not a mapping.
         """
         known = sorted(fields)
         for key in self._mapping():
@@ -55,19 +55,19 @@ class Node:
         return self
 
     def keys(self) -> tuple[str, ...]:
-        """Return the names of this mapping's members; none where it is missing."""
+        """Return the names of this mapping's members; empty if missing."""
         return tuple(str(key) for key in self._mapping())
 
     def has_only(self, fields: Iterable[str]) -> bool:
-        """Say whether this mapping has no other members than these."""
+        """Return whether this mapping has no other members than the given ones."""
         return self._mapping().keys() <= set(fields)
 
     def has(self, key: str) -> bool:
-        """Say whether this is a mapping with something under that key."""
+        """Return whether this is a mapping with a value under that key."""
         return isinstance(self.value, dict) and self._mapping().get(key) is not None
 
     def elements(self) -> list["Node"]:
-        """Return the elements of a list; none where it is missing."""
+        """Return the elements of a list; empty if missing."""
         if self.value is None:
             return []
         value = self.value
@@ -77,14 +77,14 @@ class Node:
         return [Node(inner, self.path, f"{self.place}[{i}]") for i, inner in enumerate(values)]
 
     def members(self) -> dict[str, "Node"]:
-        """Return the members of a mapping by name; none where it is missing."""
+        """Return the members of a mapping by name; empty if missing."""
         return {str(key): self[str(key)] for key in self._mapping()}
 
     def text(self, default: str | None = None) -> str:
-        """Return a string; the default where it is missing, if there is one.
+        """Return a string; the default, if there is one, if it is missing.
 
         Raises:
-            FileFormatError: If it is none; of what YAML takes for a number or a truth value it says so.
+            FileFormatError: If the value is not text; the message names numbers and truth values of YAML.
         """
         if self.value is None and default is not None:
             return default
@@ -95,14 +95,14 @@ class Node:
         return self.value
 
     def number(self, default: float | None = None, *, infinite: bool = False) -> float:
-        """Return a number; the default where it is missing, if there is one.
+        """Return a number; the default, if there is one, if it is missing.
 
         Args:
-            default: What a missing number means.
-            infinite: Whether infinities are allowed (not-a-number never is).
+            default: Value of a missing number.
+            infinite: Whether infinities are allowed (NaN never is).
 
         Raises:
-            FileFormatError: If it is no number, or not finite.
+            FileFormatError: If the value is not a number, or not finite.
         """
         value = default if self.value is None else self.value
         result = number_of(value)
@@ -113,11 +113,11 @@ class Node:
         return result
 
     def numbers(self) -> tuple[float, ...]:
-        """Return a list of finite numbers; none where it is missing."""
+        """Return a list of finite numbers; empty if missing."""
         return tuple(element.number() for element in self.elements())
 
     def flag(self) -> bool:
-        """Return a truth value (0 and 1 count); false where it is missing."""
+        """Return a truth value (0 and 1 count); False if missing."""
         if self.value is None:
             return False
         if self.value not in (False, True):
@@ -134,10 +134,10 @@ class Node:
 
 
 def read_document(path: Path | str) -> Node:
-    """Parse a file: JSON where its name ends so, YAML otherwise.
+    """Parse a file: JSON if its suffix is .json, YAML otherwise.
 
     Raises:
-        FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one mapping.
+        FileFormatError: If it is missing, cannot be parsed, or does not contain exactly one mapping.
     """
     return parse_document(read_text(path), path)
 
@@ -147,28 +147,28 @@ def parse_document(text: str, path: Path | str) -> Node:
 
     Args:
         text: The text.
-        path: The file that it is from: JSON where its name ends so, YAML otherwise.
+        path: Its file: JSON if the suffix is .json, YAML otherwise.
 
     Raises:
-        FileFormatError: If it cannot be parsed, or does not hold exactly one mapping.
+        FileFormatError: If it cannot be parsed, or does not contain exactly one mapping.
     """
     return _the_only(text, path, dict, "one mapping (key: value)")
 
 
 def read_list(path: Path | str) -> Node:
-    """Parse a file that holds a list, as `read_document` parses one that holds a mapping.
+    """Parse a file that contains a list, as `read_document` parses a mapping.
 
     Raises:
-        FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one list.
+        FileFormatError: If it is missing, cannot be parsed, or does not contain exactly one list.
     """
     return parse_list(read_text(path), path)
 
 
 def parse_list(text: str, path: Path | str) -> Node:
-    """Parse the text of a file that holds a list, as `parse_document` parses one that holds a mapping.
+    """Parse a text that contains a list, as `parse_document` parses a mapping.
 
     Raises:
-        FileFormatError: If it cannot be parsed, or does not hold exactly one list.
+        FileFormatError: If it cannot be parsed, or does not contain exactly one list.
     """
     return _the_only(text, path, list, "one list (- item)")
 
@@ -183,9 +183,7 @@ def _the_only(text: str, path: Path | str, kind: type[object], words: str) -> No
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a file atomically: a reader finds the old content or the new, never half of it.
-
-    Missing folders are created.
+    """Write a file atomically: a reader finds the old or the new content. Missing folders are created.
 
     Raises:
         FileFormatError: If it cannot be written.

@@ -1,7 +1,7 @@
-"""Text and JSON files, read with bounds: what cannot be read is a typed error that names the file.
+"""Text and JSON files, read with bounds; errors are typed and name the file.
 
-A file holds at most 256 MB and is nested at most 100 levels deep. A key that a mapping has twice is an
-error: the parser itself would silently keep the last and drop the others.
+A file has at most 256 MB and 100 levels. A key that occurs twice in a mapping is an error; the parser would
+silently keep the last one.
 """
 
 import json
@@ -14,26 +14,26 @@ from typing import cast
 from trajopt.values.errors import FileFormatError, shown
 
 LARGEST_FILE = 2**28
-"""Bytes of a text file; a larger one is refused."""
+"""Largest text file [bytes]."""
 DEEPEST = 100
-"""Levels that a file may be nested."""
+"""Largest number of nested levels."""
 _NESTING = re.compile(r"[\[{]|[\]}]|(?:[-?:][ \t]+){100}|\n {1000}")
 # YAML 1.1 takes 1e-05 (no point) for a string; writers in other languages mean the number.
 _SURROGATE = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")
-"""A surrogate, or the escape of one: most are halves of pairs, and only a lone one is refused."""
+"""A surrogate, or its escape: most belong to pairs, and only a lone one is refused."""
 _EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 
 
 def is_file(path: Path) -> bool:
-    """Say whether there is a file of that name; a name that no file can have is none."""
+    """Return whether a file of that name exists; False for impossible names."""
     return os.path.isfile(path)  # Path.is_file raises where a name is too long.
 
 
 def read_bytes(path: Path | str) -> bytes:
-    """Return what a file holds.
+    """Return the content of a file.
 
     Raises:
-        FileFormatError: If it cannot be read, or holds more than `LARGEST_FILE` bytes.
+        FileFormatError: If it cannot be read, or is larger than `LARGEST_FILE`.
     """
     try:
         with Path(path).open("rb") as file:
@@ -47,10 +47,10 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def read_text(path: Path | str) -> str:
-    """Return the text of a file, without the mark of its byte order.
+    """Return the text of a file without its byte order mark.
 
     Raises:
-        FileFormatError: If it cannot be read, is too large, or is no UTF-8.
+        FileFormatError: If it cannot be read, is too large, or is not UTF-8.
     """
     try:
         return read_bytes(path).decode("utf-8-sig")
@@ -72,11 +72,11 @@ def parse_json(text: str, path: Path | str) -> object:
 
     Args:
         text: The text.
-        path: The file that it is from, or what complaints call it.
+        path: Its file, or the name used in messages.
 
     Raises:
-        FileFormatError: If it cannot be parsed, is nested too deep, a mapping has a key twice, or a text
-            cannot be encoded.
+        FileFormatError: If it cannot be parsed, is nested too deeply, has a key twice in a mapping, or has
+            text that cannot be encoded.
     """
     refuse_deep_nesting(path, text)
 
@@ -104,7 +104,7 @@ def parse_json(text: str, path: Path | str) -> object:
 
 
 def number_of(value: object) -> float | None:
-    """Return the number that a parser read, not finite where it is too large; None if it is none."""
+    """Return a parsed value as a number, infinite if too large; None if it is not a number."""
     if isinstance(value, str) and _EXPONENT.fullmatch(value):
         return float(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -116,7 +116,7 @@ def number_of(value: object) -> float | None:
 
 
 def refuse_deep_nesting(path: Path | str, text: str) -> None:
-    """Make sure that a text is nested no deeper than `DEEPEST` levels, before anything parses it.
+    """Check, before parsing, that a text is nested no deeper than `DEEPEST` levels.
 
     Raises:
         FileFormatError: If it is.

@@ -1,4 +1,4 @@
-"""Documents written as JSON."""
+"""Documents as JSON files."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -11,15 +11,15 @@ from trajopt.values.errors import FileFormatError, shown
 
 
 def write_json(path: Path | str, document: Mapping[str, object], *, indent: int | None = 1) -> None:
-    """Write a document as JSON, in one step; numbers are written exactly.
+    """Write a document as JSON atomically; numbers are written exactly.
 
     Args:
         path: The file.
-        document: What it is to hold.
-        indent: Of each level, for whoever reads it; None for one long line, where there is much.
+        document: The content.
+        indent: Spaces for each level; None for one line.
 
     Raises:
-        FileFormatError: If it holds what JSON cannot say (such as nan), or cannot be written.
+        FileFormatError: If it contains a value that JSON does not have (such as NaN), or cannot be written.
     """
     _check(document, str(path), "")
     write_text(path, json.dumps(document, indent=indent, allow_nan=False) + "\n")

@@ -1,4 +1,4 @@
-"""Files written as a whole: a reader finds the old content or the new, never half of it."""
+"""Atomic writing: a reader finds the old or the new content of a file."""
 
 import os
 from collections.abc import Generator
@@ -11,15 +11,15 @@ from trajopt.values.errors import FileFormatError, TrajoptError
 
 @contextmanager
 def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]:
-    """Yield the name of a draft beside a file, which takes the file's place when the block ends well.
+    """Yield the name of a temporary file, which replaces the file if the block succeeds.
 
-    Each call has a draft of its own, so that processes and threads may write one file at once: the last one
-    that ends counts. Missing folders are created; of a block that fails nothing is left.
+    Each call has its own temporary file, so processes and threads may write one file simultaneously: the last
+    to finish wins. Missing folders are created; a failed block leaves nothing.
 
     Args:
         path: The file.
-        durable: Whether the file is on the disk when the block is over, even if the machine goes down then;
-            that takes some milliseconds.
+        durable: Whether to flush the file to disk, so that it survives a power failure; takes some
+            milliseconds.
 
     Raises:
         FileFormatError: If the file cannot be written.
@@ -45,7 +45,7 @@ def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]
 
 
 def _to_disk(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
+    """Flush a file, or the names in a folder, to disk."""
     opened = os.open(path, os.O_RDONLY)
     try:
         os.fsync(opened)

@@ -1,7 +1,7 @@
-"""YAML files, read with bounds: what cannot be read is a typed error that names the file and the line.
+"""YAML files, read with bounds; errors are typed and name the file and the line.
 
-What the aliases and merges of a file stand for is at most a million values. A key that a mapping has
-twice is an error: PyYAML itself would silently keep the last and drop the others.
+Aliases and merges expand to at most a million values. A key that occurs twice in a mapping is an error;
+PyYAML would silently keep the last one.
 """
 
 from collections.abc import Hashable
@@ -16,31 +16,31 @@ from trajopt.values.documents.files import read_text, refuse_deep_nesting
 from trajopt.values.errors import FileFormatError, shown
 
 MOST_ALIASED = 1_000_000
-"""Values that the aliases and merges of a YAML file may stand for, written out."""
+"""Largest number of values that aliases and merges expand to."""
 
 _MERGE = "tag:yaml.org,2002:merge"
 _TEXT = "tag:yaml.org,2002:str"
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _MALFORMED = (ValueError, ArithmeticError, LookupError, AttributeError, TypeError, RecursionError)
-"""Errors of PyYAML's own constructors, such as for `!!bool maybe`."""
+"""Errors of PyYAML's own constructors, for example of `!!bool maybe`."""
 
 
 def read_yaml(path: Path | str) -> list[object]:
-    """Parse the documents of a YAML file that are not empty.
+    """Parse the non-empty documents of a YAML file.
 
     Raises:
-        FileFormatError: If it cannot be read or parsed, a mapping has a key twice, or its aliases stand
-            for more than `MOST_ALIASED` values.
+        FileFormatError: If it cannot be read or parsed, has a key twice in a mapping, or its aliases expand
+            to more than `MOST_ALIASED` values.
     """
     return parse_yaml(read_text(path), path)
 
 
 def parse_yaml(text: str, path: Path | str) -> list[object]:
-    """Parse the documents of a YAML text that are not empty.
+    """Parse the non-empty documents of a YAML text.
 
     Args:
         text: The text.
-        path: The file that it is from, or what complaints call it.
+        path: Its file, or the name used in messages.
 
     Raises:
         FileFormatError: As for `read_yaml`.
@@ -63,12 +63,12 @@ def parse_yaml(text: str, path: Path | str) -> list[object]:
 
 
 class _Loader(_YAML):
-    """YAML's safe loader, which takes keys as written and refuses keys given twice and merges without end."""
+    """PyYAML's safe loader with keys as written; it refuses duplicate keys and endless merges."""
 
     merged = 0
 
     def construct_mapping(self, node: MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Return a mapping after looking at its keys, which its merges may give again."""
+        """Check the keys, which merges may repeat, and return the mapping."""
         lines: dict[Hashable, int] = {}
         for name, _ in node.value:
             if name.tag == _MERGE or not isinstance(name, ScalarNode):
@@ -84,7 +84,7 @@ class _Loader(_YAML):
         return cast("dict[Hashable, Any]", super().construct_mapping(node, deep=deep))  # pyright: ignore
 
     def flatten_mapping(self, node: MappingNode) -> None:
-        """Put what a mapping merges in place, of each key what comes first."""
+        """Expand merges; of equal keys the first one counts."""
         own = [pair for pair in node.value if pair[0].tag != _MERGE]
         if len(own) == len(node.value):
             return
@@ -115,7 +115,6 @@ def _key(node: Node) -> object:
 
 
 def _sentence(error: Exception) -> str:
-    """Return an error of the parser in one line, with the line of the file where it knows that."""
     if not isinstance(error, yaml.MarkedYAMLError):
         return str(error)
     mark = error.problem_mark or error.context_mark
@@ -124,7 +123,7 @@ def _sentence(error: Exception) -> str:
 
 
 def _aliased(documents: list[object]) -> float:
-    """Return how many values aliases stand for, written out; infinite if one stands for what it is in."""
+    """Return the number of values that aliases expand to; infinite for a recursive alias."""
     sizes: dict[int, float] = {}
     written = 0
 

@@ -1,8 +1,7 @@
-"""Errors of misuse: typed, naming the offender and what it may have meant.
+"""Errors of misuse: typed, naming the offender and likely alternatives.
 
-Not finding a plan is no error: it is a `Status`. These are raised for input that is not a valid
-problem at all. Each class also derives from the builtin exception that it refines. `UnitWarning` is for
-numbers that are taken as they are, though another unit is likely.
+A problem without a plan is not an error but a `Status`. Each class also derives from the builtin exception
+that it refines. `UnitWarning` is for numbers that are accepted although another unit is likely.
 """
 
 import sys
@@ -16,14 +15,14 @@ from trajopt.values.errors.shown import listed as listed
 from trajopt.values.errors.shown import shown as shown
 
 OPENGL_PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
-"""Packages with OpenGL for a Debian or Ubuntu without a graphics card."""
+"""OpenGL packages for Debian or Ubuntu without a graphics card."""
 
 
 class TrajoptError(Exception):
-    """Root of every error that trajopt raises on purpose."""
+    """Base class of all errors of trajopt."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Restore it whole: by default exceptions are rebuilt from their message alone."""
+        """Restore all attributes: by default exceptions are rebuilt from their message alone."""
         return _restored, (type(self), self.args), self.__dict__
 
 
@@ -32,7 +31,7 @@ def _restored(kind: type[TrajoptError], message: tuple[object, ...]) -> TrajoptE
 
 
 class ModelError(TrajoptError, ValueError):
-    """A robot, scene or shape is not what it must be."""
+    """A robot, scene or shape is invalid."""
 
 
 class ProblemError(TrajoptError, ValueError):
@@ -44,7 +43,7 @@ class SolverError(TrajoptError, RuntimeError):
 
 
 class ExecutionError(TrajoptError, RuntimeError):
-    """What drives a robot cannot be asked, or cannot do what it must."""
+    """A driver of a robot cannot be used, or cannot do its task."""
 
 
 class ClockError(ProblemError):
@@ -52,7 +51,7 @@ class ClockError(ProblemError):
 
 
 class CampaignError(TrajoptError, RuntimeError):
-    """A campaign cannot go on, or its folder does not hold what it must."""
+    """A campaign cannot continue, or its folder is damaged."""
 
 
 OTHER_ARGUMENTS: Mapping[str, tuple[str, ...]] = {
@@ -67,18 +66,18 @@ OTHER_ARGUMENTS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("seed", "initial_guess", "init"), ("seeds", "rng")),
     **dict.fromkeys(("link", "frame_name", "tip"), ("frame",)),
 }
-"""Names of arguments in other libraries, and what is meant here, the first of them that a function has."""
+"""Argument names of other libraries -> names here; the first that a function has is suggested."""
 
 
 class UnknownArgument(ProblemError, TypeError):
-    """A function has no argument of that name; the message names the one meant, or all that it has."""
+    """A function has no argument of that name; the message suggests one, or lists all."""
 
     def __init__(self, called: str, name: str, known: Sequence[str]) -> None:
-        """Find the argument that is meant.
+        """Find the most likely argument.
 
         Args:
             called: The function.
-            name: What was given.
+            name: The unknown name.
             known: Its arguments.
         """
         self.name, self.known = name, tuple(known)
@@ -89,10 +88,10 @@ class UnknownArgument(ProblemError, TypeError):
 
 
 class NameNotFound(ModelError, KeyError):
-    """A name is unknown; carries the known names that are similar.
+    """A name is unknown; carries similar known names.
 
     Attributes:
-        kind: What was looked for ("link", "group", ...).
+        kind: Kind of the named thing ("link", "group", ...).
         name: The unknown name.
         near: The most similar known names, best first.
         known: All known names.
@@ -111,12 +110,13 @@ class NameNotFound(ModelError, KeyError):
         """Find the near matches of a name among the known ones.
 
         Args:
-            kind: What was looked for.
+            kind: Kind of the named thing.
             name: Its name.
-            known: Names of what there is of the kind.
-            left_out: Why a file's entry of this name is missing.
-            objects: Objects that would do as well: one is named where it is nearer than all that is known.
-            frames: Frames that would not do, of which this may be the name of one.
+            known: Known names of this kind.
+            left_out: The reason why an entry of this name in a file was skipped.
+            objects: Objects that would be valid too; the nearest is named if it is nearer than all known
+                names.
+            frames: Frames that are not valid here, one of which the name may mean.
         """
         self.kind, self.name = kind, name
         names, word = sorted(known), shown(name).strip("'")
@@ -138,7 +138,7 @@ class NameNotFound(ModelError, KeyError):
         super().__init__(self.message)
 
     def __str__(self) -> str:
-        """Return the sentence itself (KeyError would show its repr)."""
+        """Return the message (KeyError would quote it)."""
         return self.message
 
 
@@ -175,48 +175,48 @@ class WaypointNotFound(NameNotFound):
 
 
 class MessageNotFound(NameNotFound):
-    """No message of ROS of that name."""
+    """No ROS message of that name."""
 
 
 class EntryNotFound(NameNotFound):
-    """Nothing of that name in the warehouse."""
+    """No entry of that name in the warehouse."""
 
 
 class DuplicateObject(ModelError):
-    """A scene object of that id is there already."""
+    """A scene object of that id already exists."""
 
     def __init__(self, name: str) -> None:
-        """Name the id that is taken."""
+        """Name the id."""
         self.name = name
         super().__init__(f"the scene already has an object {shown(name)}; remove or move it instead")
 
 
 class MimicCycle(ModelError):
-    """Joints mimic each other in a circle, so that none leads.
+    """Joints mimic each other in a cycle.
 
     Attributes:
         joints: The joints, each mimicking the next, and the last the first.
     """
 
     def __init__(self, joints: Sequence[str]) -> None:
-        """Name the joints of the circle."""
+        """Name the joints of the cycle."""
         self.joints = tuple(joints)
         circle = ", which mimics ".join(map(shown, (*self.joints, self.joints[0])))
         super().__init__(f"joints mimic each other in a circle, and none leads: {circle}")
 
 
 class MimicContradiction(ModelError):
-    """A mimic joint is put where it cannot be, given where the joint is that it follows.
+    """A mimic joint has another position than its source joint implies.
 
     Attributes:
         joint: The mimic joint.
         source: The joint that it follows.
-        position: Where it is put [rad | m].
-        expected: Where it follows to [rad | m].
+        position: Its given position [rad | m].
+        expected: Its implied position [rad | m].
     """
 
     def __init__(self, joint: str, source: str, *, position: float, expected: float) -> None:
-        """Name the joint, the one it follows, and both positions."""
+        """Name both joints and both positions."""
         self.joint, self.source, self.position, self.expected = joint, source, position, expected
         super().__init__(
             f"{joint} is put at {position:g}, but it follows {source} to {expected:g}; give {source} instead"
@@ -224,34 +224,34 @@ class MimicContradiction(ModelError):
 
 
 class MimicOutOfRange(ModelError):
-    """No position of a joint holds its own position limits and those of the joints that follow it.
+    """No position of a joint satisfies its own limits and those of the joints that follow it.
 
     Attributes:
-        joint: The mimic joint whose limits cannot be held.
+        joint: The mimic joint whose limits cannot be satisfied.
         source: The joint that it follows.
     """
 
     def __init__(self, joint: str, source: str, why: str) -> None:
-        """Name the joint and the one it follows, and say why."""
+        """Name both joints and the reason."""
         self.joint, self.source = joint, source
         super().__init__(f"{joint}, which follows {source}, {why}")
 
 
 class ShapeError(ModelError):
-    """An array has the wrong shape, or a number in it cannot be used.
+    """An array has the wrong shape, or an invalid entry.
 
     Attributes:
         name: The argument at fault.
     """
 
     def __init__(self, name: str, problem: str) -> None:
-        """Say which argument is wrong and why."""
+        """Name the argument and the reason."""
         self.name = name
         super().__init__(f"{name}: {problem}")
 
 
 class SizeError(ShapeError):
-    """A length is not positive, or so large that it must have been meant in millimetres."""
+    """A length is not positive, or is likely in millimetres."""
 
 
 class MeshFileError(ModelError):
@@ -264,10 +264,10 @@ class MeshFileError(ModelError):
 
 
 class GripperError(ModelError):
-    """The description of a robot does not say enough about a gripper."""
+    """A robot description lacks information about a gripper."""
 
     def __init__(self, robot: str, reason: str) -> None:
-        """Name the robot, what is missing, and the way out."""
+        """Name the robot, the missing part and the remedy."""
         self.robot, self.reason = robot, reason
         super().__init__(
             f"robot {shown(robot)} has no gripper to grasp with: {reason}; "
@@ -276,15 +276,15 @@ class GripperError(ModelError):
 
 
 class FileFormatError(ModelError):
-    """A file (URDF, SRDF, YAML, JSON) does not say what it must.
+    """A file (URDF, SRDF, YAML, JSON) has invalid content.
 
     Attributes:
         path: The file.
-        reason: What is wrong, and where in the file.
+        reason: The fault, and its place in the file.
     """
 
     def __init__(self, path: str, reason: str) -> None:
-        """Name the file and what is wrong in it."""
+        """Name the file and the fault."""
         self.path, self.reason = path, reason
         super().__init__(f"{end_of(path)}: {reason}")
 
@@ -299,7 +299,7 @@ class UnsupportedJoint(ModelError):
         remedy: str = "write it as a chain of prismatic, revolute and continuous joints, "
         "one degree of freedom each",
     ) -> None:
-        """Name the joint and what to do instead."""
+        """Name the joint and the remedy."""
         self.name = name
         super().__init__(f"joint {shown(name)} is of type {shown(joint_type)}; {remedy}")
 
@@ -317,7 +317,7 @@ class RequirementNotSupported(SolverError):
     """
 
     def __init__(self, method: str, requirement: object, reason: str) -> None:
-        """Name the method and the requirement, and say what stands in the way."""
+        """Name the method, the requirement and the obstacle."""
         self.method, self.requirement = method, requirement
         super().__init__(f"{method} cannot state {requirement}: {reason}")
 
@@ -327,14 +327,14 @@ class BackendFailed(SolverError):
 
 
 class NativeCoresMissing(TrajoptError, ImportError):
-    """The compiled parts of trajopt are not there, or were compiled for another Python.
+    """The compiled parts of trajopt are missing, or were compiled for another Python.
 
     Attributes:
-        cores: Names of those that are missing.
+        cores: Names of the missing parts.
     """
 
     def __init__(self, cores: Sequence[str]) -> None:
-        """Say how to get them."""
+        """Name the command that installs them."""
         self.cores = tuple(cores)
         super().__init__(
             f"trajopt's native cores ({', '.join(cores)}) are not compiled for this Python; install a wheel "
@@ -343,19 +343,19 @@ class NativeCoresMissing(TrajoptError, ImportError):
 
 
 class MissingExtra(TrajoptError, ImportError):
-    """An optional package is not installed; the message holds the command that installs it."""
+    """An optional package is not installed; the message contains the command that installs it."""
 
     def __init__(self, package: str, extra: str) -> None:
-        """Name the package and the extra that brings it."""
+        """Name the package and its extra."""
         self.package, self.extra = package, extra
         super().__init__(f'{package} is not installed; run: pip install "trajopt-planner[{extra}]"')
 
 
 class RenderingUnavailable(TrajoptError, RuntimeError):
-    """No way to draw was found; the message says what was tried and what to install."""
+    """No OpenGL implementation was found; the message lists the attempts and the packages to install."""
 
     def __init__(self, tried: Sequence[str]) -> None:
-        """Keep what was tried, each with the reason why it failed."""
+        """Keep the attempts, each with the reason of its failure."""
         self.tried = tuple(tried)
         super().__init__(
             "no OpenGL to draw with: " + ("; ".join(tried) or "nothing found") + f". Try: {OPENGL_PACKAGES}"
@@ -366,17 +366,17 @@ class PlanningFailed(TrajoptError):
     """Raised by `Result.require` when there is no verified plan; carries the result."""
 
     def __init__(self, message: str, result: object) -> None:
-        """Keep the result beside its sentence."""
+        """Keep the result."""
         self.result = result
         super().__init__(message)
 
 
 class UnitWarning(UserWarning):
-    """A number is taken as it is, though another unit is likely: degrees for radians, mm for m."""
+    """A number is accepted although another unit is likely: degrees for radians, mm for m."""
 
 
 def warn_of_unit(words: str) -> None:
-    """Warn at the line outside of trajopt that the number comes from."""
+    """Warn at the line outside of trajopt that passed the number."""
     level, frame = 2, sys._getframe(1)  # pyright: ignore[reportPrivateUsage]
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "trajopt":
         level, frame = level + 1, frame.f_back

@@ -1,4 +1,4 @@
-"""Arguments of the wrong kind, refused by name: what a function is annotated with is what it takes."""
+"""Argument checks against annotations; errors name the argument."""
 
 import inspect
 import types
@@ -22,25 +22,25 @@ NUMBERS: Mapping[object, tuple[type[object], ...]] = {
     float: (int, float, np.integer, np.floating),
     int: (int, np.integer),
 }
-"""What counts as a number: truth values do not, nor do texts that look like one."""
+"""Types that count as numbers; truth values and text do not."""
 WORDS: Mapping[object, str] = {
     str: "a name", float: "a number", int: "a whole number", bool: "true or false", type(None): "None",
 }  # fmt: skip
 SEVERAL = (list, tuple, set, frozenset)
-"""Collections whose members are looked at; others may be read once only."""
+"""Collections whose members are checked; others may be readable only once."""
 
 
 def checked(target: Target) -> Target:
-    """Have a function, or the constructor of a class, refuse arguments that are not as annotated.
+    """Make a function, or the constructor of a class, refuse arguments that do not match their annotations.
 
-    What an annotation leaves open stays open: shapes, ranges, and anything that numpy can read as an array.
+    Shapes, ranges and array-likes are not checked here.
 
     Args:
-        target: The function or class; a class is changed.
+        target: The function or class; a class is changed in place.
 
     Raises:
-        ProblemError: By the function, if an argument is of another kind; it names the argument.
-        ShapeError: By the function, if it must be a number and is none.
+        ProblemError: By the function, if an argument is of another kind.
+        ShapeError: By the function, if a number is required and the argument is not a number.
         UnknownArgument: By the function, if it has no argument of that name.
     """
     if inspect.isclass(target):
@@ -65,7 +65,7 @@ def checked(target: Target) -> Target:
 
 
 def named(target: Target) -> Target:
-    """Have a function that checks its arguments itself name the one that is meant by an unknown one.
+    """Make a function that checks its own arguments suggest the likely one for an unknown name.
 
     Raises:
         UnknownArgument: By the function.
@@ -82,7 +82,7 @@ def named(target: Target) -> Target:
 
 
 def _names_of(target: Callable[..., Any]) -> frozenset[str] | None:
-    """Return the names that a function's arguments may be given by; None if it takes any."""
+    """Return the keyword names of a function; None if it accepts any."""
     code = inspect.unwrap(target).__code__
     if code.co_flags & inspect.CO_VARKEYWORDS:
         return None
@@ -90,7 +90,6 @@ def _names_of(target: Callable[..., Any]) -> frozenset[str] | None:
 
 
 def _unknown(target: Callable[..., Any], given: Mapping[str, Any], known: frozenset[str]) -> UnknownArgument:
-    """Return the error of the first argument that a function does not have."""
     ordered = [
         name for name in inspect.unwrap(target).__code__.co_varnames if name in known - {"self", "cls"}
     ]
@@ -100,15 +99,15 @@ def _unknown(target: Callable[..., Any], given: Mapping[str, Any], known: frozen
 
 
 def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Refuse arguments that are not as annotated: as `checked`, for a function that is to be called directly.
+    """Refuse arguments that do not match their annotations, like `checked`, from within a function.
 
     Args:
         function: The function.
-        given: Its arguments by name: `locals()`, at its beginning.
+        given: Its arguments by name: `locals()` at its beginning.
 
     Raises:
-        ProblemError: If an argument is of another kind; it names the argument.
-        ShapeError: If it must be a number and is none.
+        ProblemError: If an argument is of another kind.
+        ShapeError: If a number is required and the argument is not a number.
     """
     kinds = _kinds_once(function)
     for name, value in given.items():
@@ -123,9 +122,9 @@ def _anything(value: object) -> bool:
 
 
 class Kinds(dict[str, tuple[Test, Any]]):
-    """For each parameter of a function a test of its kind, and its annotation; made when first asked for.
+    """The type test and annotation of each parameter of a function, created on first use.
 
-    Few functions are called with all that they take, and reading an annotation takes longer than a check.
+    Most calls use few of the parameters, and reading an annotation takes longer than a check.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -135,7 +134,7 @@ class Kinds(dict[str, tuple[Test, Any]]):
         self._annotations, self._seen = made.__annotations__, getattr(inspect.unwrap(made), "__globals__", {})
 
     def __missing__(self, name: str) -> tuple[Test, Any]:
-        """Read the annotation of a parameter; anything goes where it has none."""
+        """Read the annotation of a parameter; without one any value is accepted."""
         hint = self._annotations.get(name, Any)
         if isinstance(hint, str):
             try:
@@ -148,7 +147,6 @@ class Kinds(dict[str, tuple[Test, Any]]):
 
 
 def _parts(hint: Any) -> tuple[Any, ...]:
-    """Return the members of a union, or the one kind."""
     if isinstance(hint, InitVar):
         return _parts(cast(Any, hint).type)
     if typing.get_origin(hint) in (Union, types.UnionType):
@@ -157,7 +155,7 @@ def _parts(hint: Any) -> tuple[Any, ...]:
 
 
 def _open(hint: Any) -> bool:
-    """Say whether anything may be a value of this kind, or only numpy can tell."""
+    """Return whether any value is accepted, or only numpy can decide."""
     if hint is Any or hint is object or isinstance(hint, TypeVar | typing.ForwardRef | str):
         return True
     kind = typing.get_origin(hint) or hint
@@ -170,13 +168,11 @@ def _kinds_once(function: Callable[..., Any]) -> Kinds:
 
 
 def _within(kind: Any, base: type[object]) -> bool:
-    """Say whether a kind is a class of a base."""
     return inspect.isclass(kind) and issubclass(kind, base)
 
 
 @cache
 def _test(hint: Any) -> Test:
-    """Return the test of a kind of value."""
     parts = _parts(hint)
     if any(map(_open, parts)):
         return _anything
@@ -210,7 +206,7 @@ def _test_of_one(hint: Any) -> Test:
 
 
 def _is_number(value: object) -> bool:
-    """Say whether a value is a number that a float can hold, and not a truth value."""
+    """Return whether a value is a number that fits a float, and not a truth value."""
     try:
         return not isinstance(value, bool) and not isnan(cast("float", value))
     except OverflowError:
@@ -218,7 +214,7 @@ def _is_number(value: object) -> bool:
 
 
 def _test_of_several(kind: type[object], inner: tuple[Any, ...]) -> Test:
-    """Return the test of a collection: not a text, and with members of their kind where it holds them."""
+    """Return the test of a collection: not text, and with members of the right kind."""
     of_kind: tuple[type[object], ...] = (list, tuple) if kind in (list, tuple) else (kind, np.ndarray)
     record = kind is tuple and Ellipsis not in inner
     tests = tuple(map(_test, inner)) if record else (_test(inner[0]),)
@@ -240,14 +236,13 @@ def _test_of_several(kind: type[object], inner: tuple[Any, ...]) -> Test:
 
 @cache
 def _members(protocol: type[object]) -> frozenset[str]:
-    """Return the names that a protocol asks for."""
     own = (kind for kind in protocol.__mro__ if getattr(kind, "_is_protocol", False))
     names = {name for kind in own for name in (*vars(kind), *vars(kind).get("__annotations__", ()))}
     return frozenset(name for name in names if not name.startswith("_") or name == "__call__")
 
 
 def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
-    """Return the error for an argument of another kind, or for the first such member of a collection."""
+    """Return the error of an argument, or of its first invalid member."""
     parts = _parts(hint)
     holds = [part for part in parts if _is_collection(part)]
     if len(holds) == 1 and isinstance(value, SEVERAL):
@@ -265,13 +260,13 @@ def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
 
 
 def _given_elsewhere(value: object) -> str:
-    """Say which argument a value is for, if its class knows; empty otherwise."""
+    """Return the argument that a value is meant for, if its class defines one."""
     argument = getattr(type(value), "GIVEN_AS", "")
     return f"; it is given as {argument}" if argument else ""
 
 
 def _lacking(parts: tuple[Any, ...], value: Any) -> str:
-    """Name the members that a value lacks of the one protocol that is asked for; empty if none is."""
+    """Name the missing members if the annotation is a single protocol."""
     kinds = [typing.get_origin(part) or part for part in parts]
     protocols = [kind for kind in kinds if getattr(kind, "_is_protocol", False)]
     if len(protocols) != 1:
@@ -281,14 +276,12 @@ def _lacking(parts: tuple[Any, ...], value: Any) -> str:
 
 
 def _is_collection(hint: Any) -> bool:
-    """Say whether a kind is a collection whose members are all of one kind."""
     kind, inner = typing.get_origin(hint), typing.get_args(hint)
     several = _within(kind, Iterable) and not _within(kind, Mapping) and kind is not np.ndarray
     return several and (kind is not tuple or Ellipsis in inner)
 
 
 def _words(parts: tuple[Any, ...]) -> str:
-    """Return what the kinds of a union are called; None goes without saying."""
     kinds = [part for part in parts if part is not type(None)] or [type(None)]
     if kinds[0] is Path:  # a text is a path too
         kinds = [part for part in kinds if part is not str]
@@ -318,7 +311,7 @@ def _words_of_one(hint: Any) -> str:
 
 
 def kind_words(kind: type[object]) -> str:
-    """Return what a class is called in messages, with its article."""
+    """Return the name of a class in messages, with its article."""
     if kind is str:
         return "a name"
     module = "" if kind.__module__.startswith(("trajopt", "builtins")) else kind.__module__

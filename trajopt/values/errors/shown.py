@@ -1,26 +1,26 @@
-"""How values, names and paths are written in messages: cut short, however large they are."""
+"""Values, names and paths in messages, shortened to a bounded length."""
 
 from collections.abc import Mapping, Sequence
 from reprlib import Repr
 from typing import Any
 
 LISTED = 12
-"""Names that a message lists."""
+"""Largest number of names in a message."""
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return names, the first of them where they are many: for messages."""
+    """Return names for a message; only the first ones if there are many."""
     return ", ".join(end_of(name) for name in names[:LISTED]) + (", ..." if len(names) > LISTED else "")
 
 
 SHOWN_LENGTH = 80
 """Characters of a value in a message."""
 VECTOR = 8
-"""Numbers of a vector that is written out in a message."""
+"""Largest vector that is written out in a message."""
 
 
 class _Short(Repr):
-    """Looks at a few members of a few levels only, so that nothing large is ever written out."""
+    """Visits only a few members of a few levels, so that large values are never printed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -29,25 +29,23 @@ class _Short(Repr):
         self.maxstring = self.maxother = self.maxlong = SHOWN_LENGTH
 
     def repr_int(self, x: int, level: int) -> str:
-        """Show a whole number; Python itself refuses to write one of thousands of digits."""
+        """Show a whole number; Python refuses to print one of thousands of digits."""
         return repr(x) if x.bit_length() < 200 else f"a whole number of {x.bit_length()} bits"
 
     def repr_ndarray(self, x: Any, level: int) -> str:
-        """Show the numbers of a short vector, and the shape of anything larger."""
         if x.ndim == 1 and x.size <= VECTOR and x.dtype.kind == "f":
             return "[" + ", ".join(f"{value:.4g}" for value in x.tolist()) + "]"
         return f"array of shape {x.shape}"
 
     def repr_bytes(self, x: bytes, level: int) -> str:
-        """Show the beginning of bytes."""
         return repr(x[:SHOWN_LENGTH])
 
 
 def shown(value: object) -> str:
-    """Return a value as Python writes it, cut short before it is written: for messages.
+    """Return the repr of a value, shortened before it is built.
 
     Args:
-        value: Anything, however large, deep or tangled.
+        value: Any value, however large, deep or recursive.
 
     Returns:
         At most `SHOWN_LENGTH` characters.
@@ -61,12 +59,12 @@ PATH_LENGTH = 200
 
 
 def end_of(path: str) -> str:
-    """Return a path as it is, or only its end where it is very long: for messages."""
+    """Return a path, or only its end if it is very long."""
     return path if len(path) <= PATH_LENGTH else f"...{path[3 - PATH_LENGTH :]}"
 
 
 def unknown_attribute(owner: object, name: str, other_names: Mapping[str, str]) -> AttributeError:
-    """Return the error of an attribute that does not exist, with the name that is meant if it is known.
+    """Return the error of an unknown attribute, with the name to use if it is known.
 
     Args:
         owner: The object.

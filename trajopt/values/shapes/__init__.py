@@ -1,1 +1,1 @@
-"""Shapes: boxes to meshes and clouds, and the surface that each one has."""
+"""Shapes, from boxes to meshes and clouds, and their surfaces."""

@@ -1,4 +1,4 @@
-"""Which side of a mesh is solid: the closed part of its surface, with all faces outward."""
+"""The solid side of a mesh: the closed part of its surface, with outward faces."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ from trajopt.values.shapes.mesh_file import Mesh, components
 from trajopt.values.shapes.shapes import Convex, Shape, convex
 
 HOLE = 5e-3
-"""Holes narrower than this leave a surface closed: nothing that a robot moves passes them [m]."""
+"""Narrower holes leave a surface closed [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedSurface:
-    """The faces of a mesh that bound solids; what is left out, open sheets, has no inside.
+    """The faces of a mesh that bound solids; open sheets have no inside and are left out.
 
-    Hollows count as outside where the faces around them point into them. A part whose faces do not
-    agree on which side is out counts as its convex hull.
+    Cavities count as outside if their faces point into them. A part with inconsistent face orientation counts
+    as its convex hull.
 
     Attributes:
         triangles: Corners, counter-clockwise seen from outside, shape (k, 3, 3) [m], read-only.
-        parts: How many parts there are: faces joined by edges.
-        open: How many of them are open.
-        twisted: How many are closed, but count as their hulls.
+        parts: Number of parts: faces joined by edges.
+        open: Number of open parts.
+        twisted: Number of closed parts that count as their hulls.
     """
 
     triangles: Floats
@@ -38,7 +38,7 @@ class ClosedSurface:
 
     @cached_property
     def note(self) -> str:
-        """What a reader has to know of it, in words; empty if it is closed and all faces agree."""
+        """A note on open or inconsistent parts; empty if there are none."""
         found: list[str] = []
         if self.open:
             which = "it is open" if self.open == self.parts else f"{self.open} of {self.parts} parts are open"
@@ -51,7 +51,7 @@ class ClosedSurface:
 
 @cached_per_value
 def closed_surface(mesh: Mesh) -> ClosedSurface:
-    """Return the closed part of a mesh's surface; made once for each mesh."""
+    """Return the closed part of a mesh's surface; computed once for each mesh."""
     part, closed = mesh.parts(HOLE)
     twisted = _twisted(mesh.faces, part, len(closed)) & closed
     whole = (closed & ~twisted)[part]
@@ -70,7 +70,7 @@ def closed_surface(mesh: Mesh) -> ClosedSurface:
 
 
 def part_points(shape: Shape) -> Floats:
-    """Return one point of each connected part of a shape's surface or inside, (p, 3) [m]."""
+    """Return a point of each connected part of a shape, on its surface or inside, (p, 3) [m]."""
     match shape:
         case Mesh():
             faces = shape.faces.astype(np.int64)
@@ -83,7 +83,7 @@ def part_points(shape: Shape) -> Floats:
 
 
 def _twisted(faces: NDArray[np.int32], part: Ints, parts: int) -> Bools:
-    """Say which parts have an edge, not at a hole, that its faces do not pass both ways, shape (parts,)."""
+    """Return the parts with an edge, not at a hole, that its faces traverse in one direction, shape (parts,)."""
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     way = np.where(directed[:, 0] < directed[:, 1], 1, -1)
     _, edge, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -95,7 +95,7 @@ def _twisted(faces: NDArray[np.int32], part: Ints, parts: int) -> Bools:
 
 
 def _outward(vertices: Floats, faces: Ints, part: Ints) -> Ints:
-    """Turn the faces of parts that are inside out, all but hollows in others; shape (k, 3)."""
+    """Flip the faces of inverted parts, except cavities in others; shape (k, 3)."""
     if not len(faces):
         return faces
     a, b, c = np.moveaxis(vertices[faces] - vertices.mean(axis=0), 1, 0)

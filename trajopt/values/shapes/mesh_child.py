@@ -1,6 +1,6 @@
-"""Reads one mesh file in a process of its own, since some files crash assimp, which reads them.
+"""Read one mesh file in a child process, since some files crash assimp.
 
-Run as a script: a request in JSON on standard input, the triangles as a .npz on standard output.
+Run as a script: a request in JSON on standard input, the triangles as .npz on standard output.
 """
 
 import io
@@ -37,7 +37,7 @@ def main() -> int:
 
 
 def _reason(message: str) -> str:
-    """Return assimp's sentence in an error of coal: place, resource, sentence, hint."""
+    """Return assimp's sentence from an error of Coal: place, resource, sentence, hint."""
     lines = [line.strip() for line in message.rsplit("message:", maxsplit=1)[-1].splitlines()]
     told = [line for line in lines if line and not line.startswith(("Could not load", "Hint"))]
     return told[0] if told else message

@@ -1,9 +1,9 @@
-"""Triangle meshes: read from a file, asked what they contain and how far they are.
+"""Triangle meshes: reading, containment and distance.
 
 Coal's own loader (assimp) reads the files, so a mesh has exactly the coordinates that Pinocchio
-gives to the same file: DAE, STL (binary, ascii), OBJ and what else assimp knows. It does so in a process
-of its own, since there are files that crash it. In a DAE file the transforms of nodes count, `unit` and
-`up_axis` do not: a file in other units is scaled in the URDF.
+reads from the same file: DAE, STL (binary, ASCII), OBJ and the other formats of assimp. It runs in a child
+process, since some files crash it. In a DAE file the transforms of nodes count, `unit` and `up_axis` do not:
+a file in other units is scaled in the URDF.
 """
 
 import io
@@ -24,9 +24,9 @@ from trajopt.values.errors import MeshFileError, ShapeError
 from trajopt.values.errors.arguments import checked
 
 LARGEST = 1e6
-"""Largest coordinate of a vertex [m]: far beyond any cell, and its fourth power is still a number."""
+"""Largest coordinate of a vertex [m]; its fourth power does not overflow."""
 ALONE = frozenset((".stl", ".dae", ".obj", ".ply", ".off"))
-"""Files whose triangles are all in them: of others, such as .gltf, some are in files that they refer to."""
+"""Suffixes of self-contained files; others, such as .gltf, may refer to more files."""
 _CHILD, _KEPT = Path(__file__).with_name("mesh_child.py"), ("vertices", "faces")
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
 
@@ -89,15 +89,15 @@ class Mesh(Value):
         return len(self.faces) > 0 and bool(np.all(count == 2))
 
     def contains(self, points: Floats, *, opening: float = 1e-6) -> Bools:
-        """Tell which points lie in the solid: inside at least one part that is closed.
+        """Return the points that lie in the solid: inside at least one closed part.
 
-        A part is a set of faces joined by edges; what it contains is found by the even-odd rule,
-        along two generic directions, and a third where those differ. So overlapping parts and
-        wrongly oriented faces do no harm, and a part within a part makes no cavity.
+        A part is a set of faces joined by edges; the even-odd rule along two generic directions decides, and
+        a third direction if these differ. So overlapping parts and wrongly oriented faces are harmless, and a
+        part within a part is not a cavity.
 
         Args:
             points: In the frame of the mesh, shape (k, 3) [m].
-            opening: Holes narrower than this [m] leave a part closed.
+            opening: Narrower holes [m] leave a part closed.
 
         Returns:
             Shape (k,). Open parts contain nothing.
@@ -137,10 +137,10 @@ class Mesh(Value):
         return np.maximum(distances, 0.0)
 
     def parts(self, opening: float) -> tuple[Ints, Bools]:
-        """Tell the parts apart, sets of faces joined by edges, and which of them are closed.
+        """Number the parts, sets of faces joined by edges, and find the closed ones.
 
         Args:
-            opening: Holes narrower than this [m] leave a part closed.
+            opening: Narrower holes [m] leave a part closed.
 
         Returns:
             Part of each face, shape (m,), and whether each part is closed, shape (parts,).
@@ -167,16 +167,16 @@ def load_mesh(path: Path | str, scale: float | tuple[float, float, float] = 1.0)
     """Read a mesh file.
 
     Args:
-        path: A file whose format assimp tells by suffix: .dae, .stl, .obj, ...
+        path: A file whose suffix assimp knows: .dae, .stl, .obj, ...
         scale: One factor, such as 0.001 for a file in millimetres, or factors along x, y, z, as in a URDF. If
             they mirror, faces are turned to point outward.
 
     Returns:
-        All nodes of the file in one frame; in metres if file and scale say so.
+        All nodes of the file in one frame; in metres if file and scale are consistent.
 
     Raises:
-        MeshFileError: If the file is missing or unreadable, holds no triangle, or takes more than 30 s of CPU
-            time or 4 GB to be read.
+        MeshFileError: If the file is missing or unreadable, has no triangle, or takes more than 30 s of CPU
+            time or 4 GB to read.
     """
     path = path_of("path", path)
     factors = np.array(np.broadcast_to(np.asarray(scale, dtype=np.float64), 3))
@@ -206,7 +206,7 @@ def components(size: int, a: Ints, b: Ints) -> Ints:
 
 
 def _triangles(path: Path, factors: Floats) -> tuple[Floats, NDArray[np.int32]]:
-    """Return vertices and faces as assimp has them, kept for files that refer to no other."""
+    """Return assimp's vertices and faces; cached for files that refer to no other."""
 
     def read() -> Arrays:
         request = json.dumps({"file": str(path.absolute()), "scale": factors.tolist()})
@@ -231,23 +231,23 @@ def _edges(faces: NDArray[np.int32]) -> Ints:
 
 
 def _width(rim: Floats) -> float:
-    """Return the width [m] of the hole inside a rim of edges, shape (k, 2, 3): area by half the length."""
+    """Return the width [m] of a hole from its rim, shape (k, 2, 3): area divided by half the length."""
     a, b = rim[:, 0] - rim[0, 0], rim[:, 1] - rim[0, 0]
     area = 0.5 * float(np.linalg.norm(np.cross(a, b).sum(axis=0)))
     return 2.0 * area / float(np.linalg.norm(np.ptp(rim.reshape(-1, 3), axis=0)))
 
 
 def _generic_frame() -> Floats:
-    """Return a rotation, shape (3, 3), whose axes run along nothing that a designer would draw."""
+    """Return a rotation, shape (3, 3), whose axes are not parallel to typical edges of a design."""
     (ca, cb), (sa, sb) = np.cos([0.7391, 0.4127]), np.sin([0.7391, 0.4127])
     turn = np.array([[ca, -sa, 0.0], [sa, ca, 0.0], [0.0, 0.0, 1.0]])
     return turn @ np.array([[1.0, 0.0, 0.0], [0.0, cb, -sb], [0.0, sb, cb]])
 
 
 def _inside_along(frame: Floats, points: Floats, triangles: Floats, part: Ints) -> Bools:
-    """Tell which points have an odd number of faces of some part above them, along the third axis.
+    """Return the points with an odd number of faces of some part above them, along the third axis.
 
-    Points are sorted into the cells of a grid across that axis; a triangle meets those in its cells.
+    Points are sorted into the cells of a grid across that axis; each triangle is tested with its cells only.
     """
     inside = np.zeros(len(points), dtype=np.bool_)
     if not len(points) or not len(triangles):
@@ -275,14 +275,14 @@ def _inside_along(frame: Floats, points: Floats, triangles: Floats, part: Ints) 
 
 
 def _repeated(items: Ints, counts: Ints) -> tuple[Ints, Ints]:
-    """Return each item as often as its count says, and the numbers 0, 1, ... of its copies."""
+    """Return each item repeated by its count, and the numbers 0, 1, ... of its copies."""
     return np.repeat(items, counts), np.arange(int(counts.sum())) - np.repeat(
         np.cumsum(counts) - counts, counts
     )
 
 
 def _is_above(triangles: Floats, points: Floats) -> Bools:
-    """Tell whether triangle i, of shape (k, 3, 3), lies above point i, of shape (k, 3), along z."""
+    """Return whether triangle i, of shape (k, 3, 3), lies above point i, of shape (k, 3), along z."""
     x, y = (triangles[:, :, axis] - points[:, None, axis] for axis in (0, 1))
     weight = np.roll(x, -1, axis=1) * np.roll(y, -2, axis=1) - np.roll(x, -2, axis=1) * np.roll(y, -1, axis=1)
     within = np.flatnonzero((weight > 0.0).all(axis=1) | (weight < 0.0).all(axis=1))

@@ -1,7 +1,4 @@
-"""Shapes of collision bodies: plain data with checked sizes, in metres.
-
-The origin of each shape is where its docstring says; a placement puts it somewhere.
-"""
+"""Shapes of collision bodies, in metres."""
 
 from __future__ import annotations
 
@@ -209,12 +206,12 @@ def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
 
 
 def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
-    """Return a shape of another size: primitives about their origin, points about a centre, shape (3,) [m].
+    """Return a scaled shape: primitives about their origin, points about a centre, shape (3,) [m].
 
-    A plane has no size, and stays; the cells of a grid stay on a grid about their origin.
+    A plane is unchanged; the cells of a grid stay on a grid about their origin.
 
     Raises:
-        SizeError: If it would become larger than any shape may be.
+        SizeError: If the result is larger than any shape may be.
     """
     match shape:
         case Box():
@@ -236,12 +233,12 @@ def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
 def solids_near(
     shape: Shape, where: Placement, centre: Floats, reach: float
 ) -> list[tuple[Shape, Placement]]:
-    """Return the balls or cubes of a cloud that a ball may touch, each with its placement.
+    """Return the balls or cubes of a cloud that may touch a ball, each with its placement.
 
     Args:
-        shape: The cloud; any other shape is returned as it is.
+        shape: The cloud; any other shape is returned unchanged.
         where: Its placement.
-        centre: Of the ball, in the frame in which the cloud is placed, shape (3,) [m].
+        centre: Of the ball, in the reference frame of the placement, shape (3,) [m].
         reach: Its radius [m].
     """
     if not isinstance(shape, Points | Voxels):

@@ -1,4 +1,4 @@
-"""Inertia of shapes that are filled evenly."""
+"""Inertia of shapes of uniform density."""
 
 import numpy as np
 import pinocchio as pin
@@ -23,14 +23,14 @@ from trajopt.values.shapes.shapes import (
 )
 
 THINNEST = 1e-6
-"""How thick a mesh is at least where it lies in a plane [m]; far less than anything that is held."""
+"""Assumed thickness of a flat mesh [m]."""
 
 
 def uniform_inertia(shape: Shape) -> pin.Inertia:
-    """Return mass, centre of mass and moments of a shape filled with 1 kg/m^3, in the shape's frame.
+    """Return mass, centre of mass and moments of a shape of density 1 kg/m^3, in the shape's frame.
 
-    A mesh counts as its convex hull, and as the box around it where it lies in a plane; balls and cubes of a
-    cloud count each for itself, also where they overlap; a half-space has no mass.
+    A mesh counts as its convex hull, or as its bounding box if it is flat; balls and cubes of a cloud count
+    individually, also where they overlap; a half-space has no mass.
     """
     match shape:
         case Box():
@@ -91,7 +91,7 @@ def _hull(mesh: Mesh) -> pin.Inertia:
 
 
 def _cloud(cloud: Points | Voxels) -> pin.Inertia:
-    """Return that of one ball or cube, moved to all places."""
+    """Return the inertia of one ball or cube, repeated at all places."""
     one = uniform_inertia(
         Sphere(cloud.radius) if isinstance(cloud, Points) else Box(cloud.size, cloud.size, cloud.size)
     )

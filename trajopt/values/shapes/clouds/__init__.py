@@ -1,1 +1,1 @@
-"""Clouds: what a camera, a scanner or a map tells of the surroundings, as shapes."""
+"""Clouds: measurements of a camera, scanner or map as shapes."""

@@ -1,4 +1,4 @@
-"""Files of points: numpy's, PLY and PCD."""
+"""Files of points (numpy, PLY, PCD) and octrees (OctoMap)."""
 
 import io
 import re
@@ -69,7 +69,7 @@ def _pcd_ascii(body: bytes, fields: Sequence[str], repeats: Sequence[int], count
 
 
 def _pcd_columns(unfolded: bytes, row: np.dtype[np.void], count: int) -> Floats:
-    """Return the points of compressed data, which holds all values of a field before those of the next."""
+    """Return the points of compressed data, which is stored field by field."""
     found: dict[str, Floats] = {}
     begin = 0
     for name in row.names or ():
@@ -82,7 +82,7 @@ def _pcd_columns(unfolded: bytes, row: np.dtype[np.void], count: int) -> Floats:
 
 
 def _unfolded(body: bytes, expected: int) -> bytes:
-    """Undo the compression; source: Lehmann, LibLZF."""
+    """Decompress; source: Lehmann, LibLZF."""
     folded, size = (int(number) for number in np.frombuffer(body, "<u4", 2))
     if size != expected or size > _LARGEST or folded > len(body) - 8:
         raise ValueError("the sizes of the compressed points contradict the header")
@@ -122,7 +122,7 @@ _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 
 @dataclass
 class _Element:
-    """A table of the file: its label, how many rows, and name and kind of each column; a list has no kind."""
+    """A table of the file: label, number of rows, and name and type of each column; a list has no type."""
 
     label: str
     count: int
@@ -200,14 +200,14 @@ def _ply_ascii(data: bytes, elements: list[_Element]) -> Floats:
 
 
 NAMED = "points"
-"""Under what name an .npz file holds its points where it holds several arrays."""
+"""Name of the points in an .npz file with several arrays."""
 
 
 def read_points(path: Path | str) -> Floats:
-    """Return the points of a file that are finite, shape (n, 3) [m].
+    """Return the finite points of a file, shape (n, 3) [m].
 
     Raises:
-        FileFormatError: If the file is missing, malformed or of another kind, or holds no finite point.
+        FileFormatError: If the file is missing, malformed, of another format, or has no finite point.
     """
     path = path_of("path", path)
     read = _READERS.get(path.suffix.lower())
@@ -250,7 +250,7 @@ def _npz(data: bytes) -> Floats:
 
 
 def _columns(array: NDArray[Any]) -> Floats:
-    """Return the first three columns of an array; of a picture, (h, w, 3), its pixels in a row."""
+    """Return the first three columns of an array; of an image, (h, w, 3), its pixels in a row."""
     if array.ndim == 3:
         array = array.reshape(-1, array.shape[2])
     if array.ndim != 2 or array.shape[1] < 3 or array.dtype.kind not in "fiu":
@@ -267,16 +267,16 @@ _READERS: Mapping[str, Callable[[bytes], Floats]] = {
 
 
 MOST_CELLS = 8_000_000
-"""Cells that a large one may be cut into, all together: a wall of 50 m by 10 m, a metre thick, in 4 cm."""
+"""Largest number of cells after subdivision: a wall of 50 m by 10 m by 1 m, in 4 cm."""
 _HEADER = 4096  # bytes at the beginning in which the header is
 
 
 def read_octree(path: Path | str) -> tuple[Ints, float]:
-    """Return the keys of the occupied cells of the smallest size, shape (n, 3), and that size [m].
+    """Return the keys of the occupied cells at the smallest size, shape (n, 3), and that size [m].
 
     Raises:
         MissingExtra: If octomap-python is not installed.
-        FileFormatError: If the file is missing or malformed, or has no occupied cell, or too many.
+        FileFormatError: If the file is missing or malformed, or has no or too many occupied cells.
     """
     path = path_of("path", path)
     if path.suffix not in (".bt", ".ot"):
@@ -303,7 +303,7 @@ def read_octree(path: Path | str) -> tuple[Ints, float]:
 
 
 def _tree(path: Path, data: bytes) -> Any:
-    """Return the library's tree; a file that holds fewer nodes than its header says is refused."""
+    """Return the library's tree; refuse a file with fewer nodes than its header states."""
     try:
         import octomap
     except ImportError as error:

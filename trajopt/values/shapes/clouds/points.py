@@ -18,28 +18,28 @@ from trajopt.values.shapes.clouds.files import read_points
 class Points(Value):
     """A cloud of measured points, each the centre of a ball: exactly the union of these balls is solid.
 
-    Nothing is solid between the balls. So the radius says what a point stands for: at least half the
-    distance of neighbouring points, where nothing may slip between them, and what the sensor may be off.
+    Nothing is solid between the balls, so the radius should be at least half the distance of neighbouring
+    points plus the error of the sensor.
 
     Attributes:
         points: Centres of the balls, shape (n, 3) [m], read-only; at least one.
         radius: Of each ball [m].
 
     Raises:
-        ShapeError: If there is no point, or a coordinate is not finite: the message tells which point.
-        SizeError: If the radius is not positive, or the cloud wider than any shape may be (50 m).
+        ShapeError: If there is no point, or a coordinate is not finite; the message names the point.
+        SizeError: If the radius is not positive, or the cloud is wider than 50 m.
     """
 
     points: Floats
     radius: float
 
     def __post_init__(self) -> None:
-        """Check and copy the points, and check the radius."""
+        """Check and copy the fields."""
         object.__setattr__(self, "points", _points_of("Points.points", self.points))
         object.__setattr__(self, "radius", length("Points.radius", self.radius))
 
     def __repr__(self) -> str:
-        """Say how many there are."""
+        """Return the number of points."""
         many = "1 point" if len(self.points) == 1 else f"{len(self.points)} points"
         return f"Points({many}, radius={self.radius:.4g})"
 
@@ -52,16 +52,16 @@ class Points(Value):
     def from_file(path: Path | str, *, radius: float) -> "Points":
         """Read a cloud from a file.
 
-        Points of which a coordinate is not finite stand for no measurement, and are left out.
+        Points with a coordinate that is not finite are skipped.
 
         Args:
-            path: A `.ply`, `.pcd`, `.npy` or `.npz` file, with coordinates in metres. An array has shape
-                (n, 3) or more columns, of which the first three are taken; an `.npz` file holds it under
-                the name `points`, or as its only array.
+            path: A `.ply`, `.pcd`, `.npy` or `.npz` file, with coordinates in metres. An array has shape (n,
+                3) or more columns, of which the first three are used; an `.npz` file contains it under the
+                name `points`, or as its only array.
             radius: Of each ball [m].
 
         Raises:
-            FileFormatError: If the file is missing, malformed or of another kind, or holds no point.
+            FileFormatError: If the file is missing, malformed, of another format, or has no point.
         """
         return Points(read_points(path), radius)
 
@@ -69,10 +69,9 @@ class Points(Value):
     def thinned(self, cell: float) -> "Points":
         """Return fewer points with larger balls that contain every ball of this cloud.
 
-        Space is cut into cubes of edge v, and the points in each become one: the middle of their bounding
-        box. The radius grows by the distance of the farthest point from the one that stands for it: at most
-        v * sqrt(3) / 2, which is half a cube's diagonal, and less where the points lie on a surface. What
-        it grew by is the difference of the two radii.
+        Space is divided into cubes of edge v, and the points in each are replaced by the centre of their
+        bounding box. The radius grows by the largest distance of a point from its replacement: at most v *
+        sqrt(3) / 2, half the diagonal of a cube.
 
         Args:
             cell: Edge v of the cubes [m].
@@ -98,11 +97,11 @@ class Points(Value):
 
 
 def _points_of(name: str, value: ArrayLike) -> Floats:
-    """Return points as a read-only array of their own.
+    """Return points as a read-only copy.
 
     Raises:
-        ShapeError: If they are none, or one is not finite.
-        SizeError: If they are farther apart than any shape may be large.
+        ShapeError: If there are none, or one is not finite.
+        SizeError: If the cloud is too wide.
     """
     try:
         points = np.array(value, dtype=np.float64, order="C")
@@ -130,19 +129,19 @@ def _points_of(name: str, value: ArrayLike) -> Floats:
 
 
 ROUNDED_UP = 1.0 + 1e-12
-"""On the distance of the farthest point: more than what the arithmetic rounds off, so that balls contain."""
+"""Factor that covers the rounding of the largest distance, so that the balls contain the originals."""
 
 
 def one_in_each_cell(points: Floats, cell: float) -> tuple[Floats, float]:
-    """Put one point in the place of all that lie in the same cube of a grid.
+    """Replace the points in each cube of a grid by one.
 
     Args:
         points: Shape (n, 3) [m].
         cell: Edge of the cubes [m].
 
     Returns:
-        The middle of the bounding box of the points of each cube, shape (m, 3) [m], in the order in which
-        the cubes follow each other; and the distance of the farthest point from its middle [m].
+        Centre of the bounding box of the points of each cube, shape (m, 3) [m], in the order of the cubes;
+        and the largest distance of a point from its centre [m].
     """
     order, begins = _by_cell(points, cell)
     sorted_points = points[order]
@@ -155,7 +154,7 @@ def one_in_each_cell(points: Floats, cell: float) -> tuple[Floats, float]:
 
 
 def _by_cell(points: Floats, cell: float) -> tuple[Ints, Ints]:
-    """Return an order of points in which those of a cube are neighbours, and where each cube begins in it."""
+    """Return an order of the points by cube, and the first index of each cube in it."""
     keys: Ints = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
     span = keys.max(axis=0) + 1
     changes: Bools

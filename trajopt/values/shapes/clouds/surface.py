@@ -1,4 +1,4 @@
-"""Triangles that show a cloud."""
+"""Triangles that show a cloud, and coarser clouds."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
 
 MOST_SHOWN = 20_000
-"""Balls or cubes that are drawn of a cloud; of one that has more, fewer and larger ones that contain them."""
+"""Largest number of drawn balls or cubes; larger clouds are drawn coarser."""
 
 
 def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Floats, Ints]:
@@ -15,10 +15,10 @@ def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Float
 
     Args:
         cloud: The cloud.
-        most: How many balls or cubes are drawn.
+        most: Largest number of drawn balls or cubes.
 
     Returns:
-        Vertices, shape (v, 3) [m], and faces, anticlockwise seen from outside, shape (f, 3).
+        Vertices, shape (v, 3) [m], and faces, counter-clockwise seen from outside, shape (f, 3).
     """
     shown = fewer(cloud, most)
     if isinstance(shown, Voxels):
@@ -31,7 +31,7 @@ def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Float
 
 
 def _cubes(cloud: Voxels) -> tuple[Floats, Ints]:
-    """Return two triangles for each side of a cell that no other cell hides."""
+    """Return two triangles for each side of a cell without a neighbour."""
     vertices: list[Floats] = []
     square = np.array(((0, 0), (1, 0), (1, 1), (0, 1)))
     keys = cloud.keys - cloud.keys.min(axis=0) + 1
@@ -53,11 +53,11 @@ def _cubes(cloud: Voxels) -> tuple[Floats, Ints]:
 
 
 def fewer(cloud: Points | Voxels, most: int) -> Points | Voxels:
-    """Return a cloud of at most so many balls or cubes, larger ones, that contain those of this one.
+    """Return a coarser cloud with at most `most` balls or cubes, which contain the original ones.
 
     Args:
-        cloud: The cloud; the same is returned if it has few enough.
-        most: How many there may be, at least 8: so many cells of any size meet in one corner.
+        cloud: The cloud; returned itself if it is small enough.
+        most: Largest number, at least 8, since 8 cells of any size meet at a corner.
     """
     while len(cloud) > most:
         if isinstance(cloud, Voxels):
@@ -68,7 +68,7 @@ def fewer(cloud: Points | Voxels, most: int) -> Points | Voxels:
 
 
 def _coarser(cloud: Points, most: int) -> Points:
-    """Thin a cloud by the first of doubled cells, from half a ball on, that leave few enough."""
+    """Thin a cloud by doubling the cell, from half a radius on, until it is small enough."""
     cell, thin = cloud.radius / 2.0, cloud
     while len(thin) > most:
         cell *= 2.0

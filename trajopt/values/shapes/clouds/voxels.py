@@ -15,29 +15,29 @@ from trajopt.values.shapes.clouds.files import read_octree
 
 @dataclass(frozen=True, eq=False)
 class Voxels(Value):
-    """Occupied cells of a grid, as octrees and occupancy maps have them: exactly these cubes are solid.
+    """Occupied cells of a grid, as in octrees and occupancy maps: exactly these cubes are solid.
 
     The cell with the key (i, j, k) is the cube from (i, j, k) * size to (i + 1, j + 1, k + 1) * size.
 
     Attributes:
-        keys: Whole numbers, shape (n, 3), read-only; at least one cell. Cells stated twice count once.
+        keys: Whole numbers, shape (n, 3), read-only; at least one cell. Duplicates count once.
         size: Edge of a cube [m].
 
     Raises:
-        ShapeError: If there is no cell, or a key is no whole number: the message tells which.
-        SizeError: If the size is not positive, or the grid wider than any shape may be (50 m).
+        ShapeError: If there is no cell, or a key is not a whole number; the message names it.
+        SizeError: If the size is not positive, or the grid is wider than 50 m.
     """
 
     keys: Ints
     size: float
 
     def __post_init__(self) -> None:
-        """Check and copy the keys, and check the size."""
+        """Check and copy the fields."""
         object.__setattr__(self, "size", length("Voxels.size", self.size))
         object.__setattr__(self, "keys", _keys_of("Voxels.keys", self.keys, self.size))
 
     def __repr__(self) -> str:
-        """Say how many there are."""
+        """Return the number of cells."""
         many = "1 cell" if len(self.keys) == 1 else f"{len(self.keys)} cells"
         return f"Voxels({many}, size={self.size:.4g})"
 
@@ -50,14 +50,14 @@ class Voxels(Value):
     def from_file(path: Path | str) -> "Voxels":
         """Read the occupied cells of an octree file; needs the extra `octomap`.
 
-        Cells of several sizes become cells of the smallest; unknown and free space is left out.
+        Cells are split to the smallest size in the file; unknown and free space is skipped.
 
         Args:
             path: A `.bt` or `.ot` file of OctoMap.
 
         Raises:
             MissingExtra: If octomap-python is not installed.
-            FileFormatError: If the file is missing, malformed or of another kind, or has no occupied cell.
+            FileFormatError: If the file is missing, malformed, of another format, or has no occupied cell.
         """
         return Voxels(*read_octree(path))
 
@@ -80,11 +80,11 @@ class Voxels(Value):
 
 
 def _keys_of(name: str, value: ArrayLike, size: float) -> Ints:
-    """Return keys as a read-only array of their own, in order and each once.
+    """Return keys as a read-only sorted copy without duplicates.
 
     Raises:
-        ShapeError: If they are none, or one is no whole number.
-        SizeError: If they are farther apart than any shape may be large.
+        ShapeError: If there are none, or one is not a whole number.
+        SizeError: If the grid is too wide.
     """
     try:
         numbers = np.array(value, dtype=np.float64)
