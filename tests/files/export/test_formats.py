@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,45 @@ def test_speeds_of_the_samples_are_no_more_than_the_motions(motion: to.Trajector
         steps = np.diff(samples.positions, axis=0) / np.diff(samples.times)[:, None]
         assert (np.abs(samples.velocities).max(axis=0) <= dense).all()
         assert (np.abs(steps).max(axis=0) <= dense).all()
+
+
+@pytest.fixture(scope="module")
+def swing() -> to.Trajectory:
+    """As fast as a Panda's limits allow; its accelerations change within milliseconds."""
+    panda = to.load("panda")
+    goal = panda.positions("ready")[:7] + (0.3, -0.3, 0.2, 0.3, -0.2, 0.4, 0.1)
+    joints = panda.group("panda_arm").joints
+    problem = to.Problem(
+        scene=to.Scene(panda),
+        group="panda_arm",
+        start="ready",
+        goal=dict(zip(joints, goal.tolist(), strict=True)),
+    )
+    return to.plan(problem).require().trajectory
+
+
+@pytest.mark.parametrize("name", ["csv", "ros2", "ros2-topic", "moveit"])
+def test_excess_of_accelerations_between_samples_is_a_note(
+    swing: to.Trajectory, tmp_path: Path, name: str
+) -> None:
+    exported = export(swing, tmp_path / "t.csv", to=name, hz=100.0)
+    notes = [note for note in exported.notes if note.startswith("loses: between the samples, acceleration")]
+    assert len(notes) == 1
+    found = re.search(r"up to ([\d.]+)% larger .*\((\w+)\)", notes[0])
+    assert found is not None
+    dense, joint = np.linspace(0.0, swing.duration, 50_001), swing.joint_names.index(found[2])
+    reached, peak = (np.abs(each(dense, 2)).max(axis=0)[joint] for each in (swing.sampled(100.0), swing))
+    assert float(found[1]) == pytest.approx(100.0 * (reached / peak - 1.0), abs=0.2) and reached > 1.01 * peak
+
+
+def test_nothing_is_lost_by_smooth_motions_and_own_points(
+    motion: to.Trajectory, swing: to.Trajectory, tmp_path: Path
+) -> None:
+    exports = (
+        export(motion, tmp_path / "t.csv", to="csv", hz=1000.0),
+        export(swing, tmp_path / "t.yaml", to="ros2"),
+    )
+    assert not any("loses" in note for exported in exports for note in exported.notes)
 
 
 def test_a_table_has_a_column_for_each_number_of_each_joint(motion: to.Trajectory, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trajopt.files.export.exporter import Exported
+from trajopt.files.export.sampled import excess
 from trajopt.files.moveit.joint_trajectory import header, on_whole_nanoseconds, points_document, write_message
 from trajopt.files.moveit.planar_joints import planar_joints
 from trajopt.files.moveit.robot_trajectory import write_trajectory
@@ -28,7 +29,7 @@ class JointTrajectory:
         """Write a motion, without a rate its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         write_message(path, _joint_trajectory(motion))
-        return Exported(path, len(motion.times), motion.duration, _notes(motion, hz))
+        return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class FollowJointTrajectory:
             "goal_time_tolerance": {"sec": 0, "nanosec": 0},
         }
         write_message(path, goal)
-        notes = (*_notes(motion, hz), "no tolerances: those of the controller's parameters hold")
+        notes = (*_notes(trajectory, motion, hz), "no tolerances: those of the controller's parameters hold")
         return Exported(path, len(motion.times), motion.duration, notes)
 
 
@@ -59,16 +60,18 @@ class RobotTrajectory:
         """Write a motion, without a rate its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         write_trajectory(motion, path)
-        return Exported(path, len(motion.times), motion.duration, _notes(motion, hz))
+        return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))
 
 
 def _at_rate(trajectory: Trajectory, hz: float | None) -> Trajectory:
     return trajectory if hz is None else trajectory.sampled(hz)
 
 
-def _notes(motion: Trajectory, hz: float | None) -> tuple[str, ...]:
-    where = AS_PLANNED if hz is None else f"{hz:g} samples per second; the last point is the end itself"
-    return where, BETWEEN[motion.interpolation]
+def _notes(trajectory: Trajectory, written: Trajectory, hz: float | None) -> tuple[str, ...]:
+    if hz is None:
+        return AS_PLANNED, BETWEEN[written.interpolation]
+    where = f"{hz:g} samples per second; the last point is the end itself"
+    return where, BETWEEN[written.interpolation], *excess(trajectory, written)
 
 
 def _joint_trajectory(motion: Trajectory) -> dict[str, object]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trajopt.files.export.exporter import Exported
+from trajopt.files.export.sampled import excess
 from trajopt.values.documents.document import write_text
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
@@ -40,5 +41,6 @@ class Csv:
         notes = (
             f"{rate:g} samples per second; the last row is the end itself, its step may be shorter",
             "time in s; positions in rad or m, with velocities and accelerations per s and s^2",
+            *excess(trajectory, samples),
         )
         return Exported(path, len(samples.times), samples.duration, notes)
