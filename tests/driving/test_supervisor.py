@@ -146,6 +146,21 @@ def test_a_world_that_changes_elsewhere_slows_nothing(problem: to.Problem) -> No
     ]
 
 
+def test_line_of_sight_is_proven_past_objects_that_begin_to_move(problem: to.Problem) -> None:
+    sight = to.line_of_sight("panda_hand_tcp", (0.0, 0.0, 1.5), ignore=["cup", "table", "pillar"])
+    arm, supervisor = supervised(replace(problem, constraints=[*problem.constraints, sight]))
+    run(arm, supervisor, 0.2)
+    track = to.Track.constant_velocity(to.placement((0.0, -2.0, 0.3)), (0.0, -0.1, 0.0))
+    supervisor.see(problem.scene.add("bird", to.Sphere(0.05), motion=track))
+    run(arm, supervisor, 10.0)
+    assert kinds(supervisor) == [
+        EventKind.STARTED,
+        EventKind.WORLD_CHANGED,
+        EventKind.STILL_CLEAR,
+        EventKind.REACHED,
+    ]
+
+
 def test_what_appears_in_the_way_is_stopped_for_or_planned_around(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)

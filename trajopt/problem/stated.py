@@ -11,6 +11,7 @@ from trajopt.problem.requirements import (
     FramePlacement,
     GoalSet,
     JointPositions,
+    LineOfSight,
     Requirement,
     frame_placement,
     joint_positions,
@@ -251,6 +252,8 @@ def check_names(scene: Scene, item: Requirement) -> None:
     scene.robot.index(item.joints)
     if moving := _moving(scene, item):
         raise ProblemError(f"{moving}: requirements other than goals take frames that time does not move")
+    if isinstance(item, LineOfSight):
+        item.obstacles(scene)
     if isinstance(item, JointPositions) and item.in_degrees:
         for joint in item.joints:
             if joint_unit(scene.robot.model, joint) == "m":

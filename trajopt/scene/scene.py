@@ -158,6 +158,23 @@ class SceneParts(Value):
             name = placed[name].frame
         return None
 
+    def placement_at(self, name: str, time: float) -> Placement:
+        """Return the placement at a time [s] of an object that is placed in the world or moves by itself.
+
+        Args:
+            name: The object.
+            time: By the clock of the scene.
+
+        Raises:
+            FrameNotFound: If the object does not exist.
+            ShapeError: If the time is not a finite number.
+        """
+        moment, now, carrier = number("time", time), self.holder(name).placement, self.carrier(name)
+        motion = None if carrier is None else self.objects[carrier].timing.motion
+        if carrier is None or motion is None:
+            return now
+        return motion.track.at(moment) * self.holder(carrier).placement.inverse() * now
+
     @cached_property
     def changing(self) -> tuple[str, ...]:
         """Names of the objects that move by themselves, are carried by such, appear or expire."""

@@ -129,6 +129,7 @@ class Judge:
         motion, followed = self._motion(trajectory, specification), self._followed(specification)
         dwell = specification.dwell
         among = self._surroundings.among(motion, 0.0 if followed else dwell, specification.clock)
+        motion.among = among
         distances = self._surroundings.distances
         clearance = ClearanceCriterion(among, distances)
         return _Judged(

@@ -82,7 +82,7 @@ def test_speeds_of_the_samples_are_no_more_than_the_motions(motion: to.Trajector
 def swing() -> to.Trajectory:
     """As fast as a Panda's limits allow; its accelerations change within milliseconds."""
     panda = to.load("panda")
-    goal = panda.positions("ready")[:7] + (0.3, -0.3, 0.2, 0.3, -0.2, 0.4, 0.1)
+    goal = np.add(panda.positions("ready")[:7], (0.3, -0.3, 0.2, 0.3, -0.2, 0.4, 0.1))
     joints = panda.group("panda_arm").joints
     problem = to.Problem(
         scene=to.Scene(panda),

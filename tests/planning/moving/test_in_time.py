@@ -52,6 +52,16 @@ def test_what_is_far_away_changes_nothing(table: to.Scene) -> None:
     assert among.verified and np.array_equal(among.require().trajectory.positions, still.positions)
 
 
+def test_a_goal_may_be_relative_to_an_object_that_appears(table: to.Scene) -> None:
+    scene = table.add("tray", to.Box(0.05, 0.05, 0.02), to.placement((0.4, 0.1, 0.1)), appears=0.05)
+    above = to.placement((0.0, 0.0, 0.3), rpy=(np.pi, 0.0, 0.0))
+    goal = to.frame_placement("panda_hand_tcp", above, reference="tray")
+    plan = to.plan(replace(problem(scene), goal=goal)).require()
+    end = problem(scene).reduced.all_positions(plan.trajectory(plan.trajectory.duration))
+    place = scene.placement_of("panda_hand_tcp", end)
+    assert np.allclose(place.translation, (0.4, 0.1, 0.4), atol=1e-4)
+
+
 def test_the_arm_is_past_what_crosses_its_way_sooner_than_by_waiting(table: to.Scene) -> None:
     still = to.plan(problem(table)).require()
     # From before the floor to above the arm's reach, so that there is no way over it.

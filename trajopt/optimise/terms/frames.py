@@ -1,5 +1,6 @@
 """Placements of frames relative to other frames at all samples, with their derivatives."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from trajopt.problem.motion import Motion
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
+from trajopt.values.placement import Placement
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +26,21 @@ class RelativeFrame:
     rotation: Floats
     point_jacobian: Floats
     angular_jacobian: Floats
+
+    def seen_from(self, places: Sequence[Placement]) -> "RelativeFrame":
+        """Return it as seen from a frame that is moved by time, not by the robot.
+
+        Args:
+            places: Of that frame at each sample, in the reference, S of them.
+        """
+        inward = np.stack([place.rotation.T for place in places])
+        origin = np.stack([place.translation for place in places])
+        return RelativeFrame(
+            (inward @ (self.point - origin)[:, :, None])[:, :, 0],
+            inward @ self.rotation,
+            inward @ self.point_jacobian,
+            inward @ self.angular_jacobian,
+        )
 
 
 def relative_frame(

@@ -2,6 +2,7 @@
 
 In an object's frame only the ends of the line move. With n the normal from the object to the line and s
 the place of the nearest point along it, d' = n . ((1 - s) c' + s p') for the camera c and the target p.
+Objects that move by themselves are where they are at each sample's time.
 """
 
 from dataclasses import dataclass
@@ -12,13 +13,13 @@ import numpy as np
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.optimise.terms.frames import RelativeFrame, relative_frame
 from trajopt.optimise.terms.requirement import INSET, constrain
-from trajopt.problem.motion import Motion
+from trajopt.problem.motion import Motion, MotionInTime
 from trajopt.problem.requirements import LineOfSight
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Rows
 from trajopt.values.errors import ProblemError, shown
-from trajopt.values.placement import Placement
+from trajopt.values.placement import WORLD, Placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.mesh_file import Mesh
@@ -34,8 +35,10 @@ THICKNESS = 1e-3
 class SightClearance:
     """Distance between the line of sight and each part of each object that is near it [m].
 
-    The component of a row is the number of the part, over all objects that count. Where the line goes
-    through a part it is the negative depth, by which the line must be moved aside.
+    The component of a row is the number of the part, over all objects that count. If the line goes through
+    a part, the distance is the negative depth by which the line must be moved aside. The error of its
+    prediction is taken off the distance of an object that moves by itself; samples without times have no rows
+    of it.
 
     Attributes:
         reduced: The robot and its surroundings.
@@ -61,14 +64,13 @@ class SightClearance:
         component: list[int] = []
         number = 0
         for name in _counted(need, reduced):
-            camera = relative_frame(reduced, motion, need.frame, name, need.origin)
-            target = relative_frame(reduced, motion, need.reference, name, need.target)
+            camera, target, error = _seen_from(reduced, motion, need, name)
             for shape, where in reduced.scene.object(name).parts:
-                for row in _near(shape, where, camera, target, need.margin + ACTIVATION):
+                for row in _near(shape, where, camera, target, need.margin + ACTIVATION + error):
                     distance, normal, share = _measured(shape, where, camera.point[row], target.point[row])
                     rate = (1.0 - share) * camera.point_jacobian[row] + share * target.point_jacobian[row]
                     sample.append(row)
-                    value.append(distance)
+                    value.append(distance - error[row])
                     slope.append(normal @ rate)
                     component.append(number)
                 number += 1
@@ -81,14 +83,13 @@ class SightClearance:
         )
 
 
-def _counted(need: LineOfSight, reduced: ReducedModel) -> list[str]:
+def _counted(need: LineOfSight, reduced: ReducedModel) -> tuple[str, ...]:
     """Return the objects that may not be in between.
 
     Raises:
         ProblemError: If one has exact meshes, or is a cloud.
     """
-    left_out = {need.frame, need.reference, *need.ignored}
-    names = [name for name in reduced.scene.objects if name not in left_out]
+    names = need.obstacles(reduced.scene)
     for name in names:
         shapes = [shape for shape, _ in reduced.scene.object(name).parts]
         if any(isinstance(shape, Mesh) for shape in shapes):
@@ -103,8 +104,31 @@ def _counted(need: LineOfSight, reduced: ReducedModel) -> list[str]:
     return names
 
 
+def _seen_from(
+    reduced: ReducedModel, motion: Motion, need: LineOfSight, name: str
+) -> tuple[RelativeFrame, RelativeFrame, Floats]:
+    """Return camera and target as seen from an object, and how far the object may be off, shape (S,) [m].
+
+    The error is -inf, so that nothing is near, if the object moves by itself and samples have no times.
+    """
+    scene = reduced.scene
+    carrier = scene.carrier(name)
+    seen_from = WORLD if carrier else name
+    camera = relative_frame(reduced, motion, need.frame, seen_from, need.origin)
+    target = relative_frame(reduced, motion, need.reference, seen_from, need.target)
+    prediction = None if carrier is None else scene.object(carrier).timing.motion
+    if prediction is None:
+        return camera, target, np.zeros(len(motion.positions))
+    if not isinstance(motion, MotionInTime):
+        return camera, target, np.full(len(motion.positions), -np.inf)
+    times = motion.times.tolist()
+    places = [scene.placement_at(name, time) for time in times]
+    error = np.array([prediction.error_at(time) for time in times])
+    return camera.seen_from(places), target.seen_from(places), error
+
+
 def _near(
-    shape: Shape, where: Placement, camera: RelativeFrame, target: RelativeFrame, reach: float
+    shape: Shape, where: Placement, camera: RelativeFrame, target: RelativeFrame, reach: Floats
 ) -> list[int]:
     """Return the samples at which the line is nearer to a part's bounding sphere than a reach."""
     middle, radius = bounding_sphere(shape)

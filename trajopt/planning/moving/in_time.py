@@ -24,7 +24,7 @@ from trajopt.problem.requirements import GoalSet
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
 from trajopt.values.arrays import Floats
-from trajopt.values.placement import WORLD, Placement
+from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import bounding_box
 
 LONGER = 1.5
@@ -256,7 +256,7 @@ def _standing(problem: Problem, places: Mapping[str, Floats]) -> Problem:
         item = scene.objects[name]
         for number, time in enumerate(times.tolist()):
             copy = SceneObject(
-                f"{name} {number}", item.parts, _place(scene, name, time), WORLD, item.touch_links
+                f"{name} {number}", item.parts, scene.placement_at(name, time), WORLD, item.touch_links
             )
             among = replace(among, objects={**among.objects, copy.name: copy})
     return replace(problem, scene=among)
@@ -273,15 +273,6 @@ def _last(scene: Scene, name: str) -> float:
     return -inf if motion is None else motion.track.end
 
 
-def _place(scene: Scene, name: str, time: float) -> Placement:
-    """Return where a thing is at a time [s]."""
-    carrier, now = scene.carrier(name), scene.holder(name).placement
-    motion = None if carrier is None else scene.objects[carrier].timing.motion
-    if carrier is None or motion is None:
-        return now
-    return motion.track.at(time) * scene.holder(carrier).placement.inverse() * now
-
-
 def _times(scene: Scene, name: str, duration: float) -> Floats:
     """Return times at which the places of a thing leave no gaps that the arm fits through, more or less."""
     item = scene.objects[name]
@@ -289,7 +280,7 @@ def _times(scene: Scene, name: str, duration: float) -> Floats:
     if begin >= end or scene.carrier(name) is None:
         return np.array((begin,)) if begin < duration else np.empty(0)
     looks = np.linspace(begin, end, 4 * MOST_PLACES)
-    points = np.array([_place(scene, name, time).translation for time in looks.tolist()])
+    points = np.array([scene.placement_at(name, time).translation for time in looks.tolist()])
     way = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     sizes = [float((np.subtract(*bounding_box(shape)[::-1])).min()) for shape, _ in item.parts]
     count = min(MOST_PLACES, 1 + ceil(way / max(min(sizes, default=way), 1e-3)))

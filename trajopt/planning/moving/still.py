@@ -1,16 +1,22 @@
-"""Scenes in which time stands still: without what changes, or with something where it is at a time."""
+"""Static scenes: without objects that change, or with some of them where they are at a time."""
+
+from dataclasses import replace
 
 from trajopt.scene.scene import Scene
+from trajopt.scene.timing import ALWAYS
 
 
 def without_changes(scene: Scene) -> Scene:
-    """Return a scene without what moves by itself, appears or expires."""
-    left = list(scene.changing)
-    while left:
-        on_top = next(name for name in left if not any(scene.objects[other].frame == name for other in left))
-        scene = scene.remove(on_top)
-        left.remove(on_top)
-    return scene
+    """Return a scene in which objects that move by themselves, appear or expire are mere frames.
+
+    Requirements may name them: a goal on a tray that appears, an object that a line of sight ignores.
+    """
+    changing = set(scene.changing)
+    frames = {
+        name: replace(item, parts=(), mass=0.0, timing=ALWAYS) if name in changing else item
+        for name, item in scene.objects.items()
+    }
+    return replace(scene, objects=frames) if changing else scene
 
 
 def stopped(scene: Scene, carriers: frozenset[str], time: float) -> Scene:

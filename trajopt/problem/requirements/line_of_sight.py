@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from trajopt.problem.requirements.requirement import MILLIMETRES, Relaxation, Requirement
+from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, floats, one_of, positive, sequence
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD
@@ -22,7 +23,8 @@ class LineOfSight(Requirement):
     """The straight line from a camera to a target keeps clear of the scene's objects.
 
     Objects count with their convex parts; the robot's links are not considered, nor are the objects that
-    camera and target are fixed to.
+    camera and target are fixed to. Objects that move by themselves count where they are at each time, and
+    those that appear or expire count at all times.
 
     Made by `line_of_sight`, whose arguments are its fields; `ignored` are the objects to ignore.
     """
@@ -36,8 +38,22 @@ class LineOfSight(Requirement):
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """Camera, reference and the objects that are ignored."""
-        return (self.frame, self.reference, *sorted(self.ignored))
+        """Camera and reference."""
+        return (self.frame, self.reference)
+
+    def obstacles(self, scene: Scene) -> tuple[str, ...]:
+        """Return the names of the objects that may not be in between.
+
+        Args:
+            scene: The scene.
+
+        Raises:
+            FrameNotFound: If an object to ignore does not exist.
+        """
+        for name in self.ignored:
+            scene.holder(name)
+        left_out = {self.frame, self.reference, *self.ignored}
+        return tuple(name for name, item in scene.objects.items() if item.parts and name not in left_out)
 
     @property
     def units(self) -> tuple[str, ...]:

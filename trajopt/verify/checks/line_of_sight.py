@@ -3,7 +3,8 @@
 In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c and
 p of the line, less how far the part reaches along n. It bounds the distance from below, whatever n is; Coal
 only proposes n. While the ends move the gap shrinks by no more than they move, and by no more than the
-bulge below the smaller of its values at two times.
+bulge below the smaller of its values at two times. Objects that move by themselves are where time has them,
+and the gap is less the error of their prediction.
 """
 
 import coal
@@ -29,26 +30,32 @@ _THIN = 1e-3
 @quantities.register
 def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
     found: list[Quantity] = []
-    left_out = {requirement.frame, requirement.reference, *requirement.ignored}
-    for name, item in motion.reduced.scene.objects.items():
-        if name in left_out:
-            continue
+    motion = motion.among
+    for name in requirement.obstacles(motion.reduced.scene):
         camera = RelativeMotion(motion, requirement.frame, reference=name, offset=requirement.origin)
         target = RelativeMotion(motion, requirement.reference, reference=name, offset=requirement.target)
-        for shape, where in item.parts:
+        for shape, where in motion.reduced.scene.object(name).parts:
             if isinstance(shape, Mesh | Points | Voxels):
                 what = "has an exact mesh" if isinstance(shape, Mesh) else "is a cloud"
                 raise ProblemError(f"{requirement}: object {shown(name)} {what}")
-            found.append(_quantity(requirement, name, _Part(shape, where), camera, target))
+            part = _Part(shape, where, _error(motion, name))
+            found.append(_quantity(requirement, name, part, camera, target))
     return tuple(found)
 
 
 @check_requirement.register
 def _(requirement: LineOfSight, motion: Motion, when: When) -> tuple[Check, ...]:
     """Judge every part; report the tightest if all hold, else each that does not."""
-    found = checks_of(quantities(requirement, motion), motion, when)
+    found = checks_of(quantities(requirement, motion), motion.among, when)
     failed = tuple(check for check in found if not check.holds)
     return failed or tuple(sorted(found, key=lambda check: check.slack or 0.0)[:1])
+
+
+def _error(motion: Motion, name: str) -> float:
+    """Return how far an object may be off its track until a motion is over [m]."""
+    carrier = motion.reduced.scene.carrier(name)
+    prediction = None if carrier is None else motion.reduced.scene.object(carrier).timing.motion
+    return 0.0 if prediction is None else prediction.error_at(motion.clock + motion.duration)
 
 
 def _quantity(
@@ -81,19 +88,19 @@ def _quantity(
 
 
 class _Part:
-    """A convex part of an object, and lines in the object's frame, (c, 2, 3) [m]."""
+    """A convex part of an object that may be off by an error [m], and lines in its frame, (c, 2, 3) [m]."""
 
-    def __init__(self, shape: Shape, where: Placement) -> None:
-        self._shape, self._where = shape, where
+    def __init__(self, shape: Shape, where: Placement, error: float) -> None:
+        self._shape, self._where, self._error = shape, where, error
         self._geometry = coal_geometry(shape)
         self._at = coal.Transform3s(where.rotation, where.translation)
 
     def gap(self, lines: Floats, directions: Floats) -> Floats:
         """Gap along unit directions (c, 3) from the part to the lines, shape (c,) [m]."""
-        ends = np.einsum("cei,ci->ce", lines - self._where.translation, directions)
+        ends = np.einsum("cei,ci->ce", lines - self._where.translation, directions).min(axis=1) - self._error
         if isinstance(self._shape, Plane):
-            return ends.min(axis=1)
-        return ends.min(axis=1) - support(self._shape, directions @ self._where.rotation)
+            return ends
+        return ends - support(self._shape, directions @ self._where.rotation)
 
     def directions(self, lines: Floats) -> Floats:
         """Propose directions from the part to the lines along which the gap is large, shape (c, 3)."""

@@ -25,6 +25,7 @@ class Motion:
         staying: How long it rests where it ends, before it counts as over [s].
         rests_after: Whether it is followed by rest; else by a motion that goes on from it.
         clock: What the scene's clock shows when it begins [s].
+        among: The same motion together with what changes with time; itself if nothing does.
     """
 
     def __init__(
@@ -64,6 +65,7 @@ class Motion:
         self.options = options
         self.staying, self.rests_after, self.clock = 0.0, True, 0.0
         self.position = position
+        self.among: Motion = self
 
     @cached_property
     def group(self) -> tuple[Polynomials, Polynomials, Polynomials, Polynomials]:
@@ -81,7 +83,10 @@ class Motion:
     def between(self, begin: float, end: float) -> "Motion":
         """Return the part from one time to another [s], its own time starting at 0."""
         part = self.trajectory.between(begin, end)
-        return Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
+        motion = Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
+        if self.among is not self:
+            motion.among = self.among.between(begin, end)
+        return motion
 
     def moving(self, order: int) -> Polynomials:
         """Return positions or a derivative of all joints that move, mimic joints too, in model order."""
