@@ -1,1 +1,1 @@
-"""Scenes: a robot among objects, what moves, and which pairs of bodies must keep apart."""
+"""Scenes: a robot among objects, dynamic obstacles, and the pairs of bodies that must keep apart."""

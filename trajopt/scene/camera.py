@@ -1,4 +1,4 @@
-"""Depth cameras: what their pixels see along, where they are, and how far off what they measure may be."""
+"""Depth cameras: intrinsics, lens, placement and noise."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,18 +14,17 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import IDENTITY, WORLD, Placement
 
 STEPS = 50
-"""Newton steps at most to undo a lens; those in use need five."""
+"""Largest number of Newton steps to undistort; common lenses need five."""
 EXACT = 1e-10
-"""A ray is found when the lens bends it to within this of its pixel, in units of the focal length: less than
-a millionth of a pixel."""
+"""Tolerance of undistortion in units of the focal length: below a millionth of a pixel."""
 
 
 @checked
 @dataclass(frozen=True)
 class Lens(Value):
-    """Brown's lens, as OpenCV and ROS have it: "plumb_bob" has five numbers, "rational_polynomial" eight.
+    """Brown's lens model, as in OpenCV and ROS: "plumb_bob" has five numbers, "rational_polynomial" eight.
 
-    With x, y the slopes of a ray and r2 = x^2 + y^2, the slopes that the lens makes of them are
+    With x, y the slopes of a ray and r2 = x^2 + y^2, the distorted slopes are
     x s + 2 p1 x y + p2 (r2 + 2 x^2) and y s + p1 (r2 + 2 y^2) + 2 p2 x y, where
     s = (1 + k1 r2 + k2 r2^2 + k3 r2^3) / (1 + k4 r2 + k5 r2^2 + k6 r2^3).
 
@@ -35,9 +34,9 @@ class Lens(Value):
         p1: Tangential, of a lens tilted up or down.
         p2: Tangential, of a lens tilted sideways.
         k3: Radial, of the sixth power.
-        k4: Radial, of the second power, below the line.
-        k5: Radial, of the fourth, below the line.
-        k6: Radial, of the sixth, below the line.
+        k4: Radial, of the second power, in the denominator.
+        k5: Radial, of the fourth, in the denominator.
+        k6: Radial, of the sixth, in the denominator.
     """
 
     k1: float = 0.0
@@ -56,16 +55,16 @@ class Lens(Value):
 
     @property
     def straight(self) -> bool:
-        """Whether it bends nothing."""
+        """Whether it has no distortion."""
         radial, tangential = (self.k1, self.k2, self.k3, self.k4, self.k5, self.k6), (self.p1, self.p2)
         return not any((*radial, *tangential))
 
     def bent(self, slopes: Floats) -> Floats:
-        """Return the slopes (..., 2) that the lens makes of those of rays."""
+        """Return the distorted slopes (..., 2) of rays."""
         return self._bent_with_slope(slopes)[0]
 
     def straightened(self, slopes: Floats) -> Floats:
-        """Return the slopes (..., 2) of the rays that the lens bends to these; nan where it sees none.
+        """Return the slopes (..., 2) of the rays with these distorted slopes; NaN if there is no such ray.
 
         Raises:
             ShapeError: If they are not pairs.
@@ -100,12 +99,12 @@ class Lens(Value):
         return found
 
     def stretch(self, slopes: Floats) -> float:
-        """Return by how much it moves neighbouring slopes apart at most, at any of those (..., 2) it sees."""
+        """Return the largest local magnification of slopes over the given ones (..., 2)."""
         seen = slopes[np.isfinite(slopes).all(axis=-1)]
         return float(np.linalg.norm(self._bent_with_slope(seen)[1], ord=2, axis=(-2, -1)).max())
 
     def _bent_with_slope(self, slopes: Floats) -> tuple[Floats, Floats]:
-        """Return the bent slopes (..., 2) and their derivative (..., 2, 2)."""
+        """Return the distorted slopes (..., 2) and their derivative (..., 2, 2)."""
         x, y = slopes[..., 0], slopes[..., 1]
         r2 = x * x + y * y
         above = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
@@ -132,33 +131,33 @@ class Lens(Value):
 
 
 STRAIGHT = Lens()
-"""A lens that bends nothing."""
+"""A lens without distortion."""
 
 
 Singles: TypeAlias = NDArray[np.float32]
-"""Coordinates in single precision: depths are known to a tenth of a millimetre at best."""
+"""Single-precision coordinates: depths are known to a tenth of a millimetre at best."""
 MOST_PIXELS = 1 << 26
-"""Pixels of a picture at most: eight times those of the largest sensor in use."""
+"""Largest number of pixels of an image: eight times that of the largest sensor in use."""
 BEYOND = 1.05
-"""The slopes of a lens are taken at pixels; between them they differ by far less than this share."""
+"""Magnification is evaluated at pixels; between them it differs by far less than this share."""
 
 
 @checked
 @dataclass(frozen=True, eq=False)
 class Intrinsics(Value):
-    """Which way each pixel of a camera looks.
+    """The viewing direction of each pixel of a camera.
 
-    In the camera's optical frame x points right, y down and z forward. The middle of the first pixel, on top
-    at the left, has the coordinates (0, 0), as in ROS and OpenCV.
+    In the camera's optical frame x points right, y down and z forward. The centre of the top left pixel has
+    the coordinates (0, 0), as in ROS and OpenCV.
 
     Attributes:
-        width: Of its pictures [pixels].
-        height: Of its pictures [pixels].
-        fx: Focal length across [pixels].
-        fy: Focal length down [pixels].
-        cx: Where the axis z meets the picture, across [pixels].
-        cy: The same, down [pixels].
-        lens: How its lens bends the rays.
+        width: Of its images [pixels].
+        height: Of its images [pixels].
+        fx: Horizontal focal length [pixels].
+        fy: Vertical focal length [pixels].
+        cx: Horizontal coordinate of the principal point [pixels].
+        cy: Vertical coordinate of the principal point [pixels].
+        lens: Distortion of the lens.
     """
 
     width: int
@@ -180,9 +179,9 @@ class Intrinsics(Value):
 
     @cached_property
     def slopes(self) -> tuple[Singles, Singles]:
-        """Slopes of the pixels' rays, x/z and y/z: what can be broadcast to (height, width) each.
+        """Slopes of the pixels' rays, x/z and y/z, each broadcastable to (height, width).
 
-        Not a number where the lens lets no ray to a pixel.
+        NaN for pixels that no ray reaches.
         """
         across = (np.arange(self.width) - self.cx) / self.fx
         down = (np.arange(self.height) - self.cy) / self.fy
@@ -194,13 +193,13 @@ class Intrinsics(Value):
 
     @cached_property
     def longest_ray(self) -> float:
-        """Length of a pixel's ray up to a depth of 1, the largest of all."""
+        """Largest length of a pixel's ray up to a depth of 1."""
         across, down = self.slopes
         return float(np.sqrt(1.0 + np.nanmax(across**2 + down**2)))
 
     @cached_property
     def stretch(self) -> float:
-        """By how much the lens moves slopes apart, at most, in the picture and a little beyond."""
+        """Largest magnification of slopes by the lens in the image and a little beyond."""
         if self.lens.straight:
             return 1.0
         across, down = self.slopes
@@ -212,9 +211,9 @@ class Intrinsics(Value):
         return float(np.hypot(1.0 / self.fx, 1.0 / self.fy))
 
     def pixels_of(self, points: Floats) -> Floats:
-        """Return where points are in the picture, (k, 3) in the optical frame [m] -> (k, 2) [pixels].
+        """Return the pixel coordinates of points, (k, 3) in the optical frame [m] -> (k, 2) [pixels].
 
-        Not a number for points that are not in front of the camera.
+        NaN for points that are not in front of the camera.
         """
         depth = np.where(points[:, 2] > 0.0, points[:, 2], np.nan)
         slopes = self.lens.bent(points[:, :2] / depth[:, None])
@@ -224,12 +223,12 @@ class Intrinsics(Value):
 @checked
 @dataclass(frozen=True)
 class DepthNoise(Value):
-    """How far off a measured depth is: its standard deviation is a + b z + c z^2 at a depth z.
+    """Standard deviation of a measured depth: a + b z + c z^2 at a depth z.
 
     Attributes:
-        constant: a, near or far [m].
-        linear: b, as a share of the depth: of cameras that measure time.
-        quadratic: c, of cameras that triangulate [1/m].
+        constant: a, independent of the depth [m].
+        linear: b, a share of the depth, for time-of-flight cameras.
+        quadratic: c, for cameras that triangulate [1/m].
     """
 
     constant: float = 0.0
@@ -241,7 +240,7 @@ class DepthNoise(Value):
         at_least(self, 0.0, "constant", "linear", "quadratic")
 
     def sigma(self, depth: float) -> float:
-        """Return the standard deviation at a depth [m]; it never falls with the depth."""
+        """Return the standard deviation at a depth [m]; it never decreases with the depth."""
         return self.constant + depth * (self.linear + depth * self.quadratic)
 
     def sigmas(self, depths: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -250,7 +249,7 @@ class DepthNoise(Value):
 
 
 NOISELESS = DepthNoise()
-"""Measures exactly."""
+"""Exact measurements."""
 
 
 @checked
@@ -259,12 +258,12 @@ class Camera(Value):
     """A depth camera, fixed in the world or on a robot.
 
     Attributes:
-        intrinsics: Which way its pixels look.
+        intrinsics: Viewing directions of its pixels.
         frame: "world", a link, a tool frame or an object of the scene.
         placement: Of its optical frame (x right, y down, z forward) in that frame.
-        nearest: Smallest depth that it measures [m].
-        farthest: Largest depth that it measures [m].
-        noise: How far off a depth is.
+        nearest: Smallest measurable depth [m].
+        farthest: Largest measurable depth [m].
+        noise: Standard deviation of depths.
     """
 
     intrinsics: Intrinsics
@@ -282,21 +281,21 @@ class Camera(Value):
 
     @checked
     def at(self, scene: Scene, positions: Floats | None) -> Placement:
-        """Return where the optical frame is in the world.
+        """Return the placement of the optical frame in the world.
 
         Args:
-            scene: Has the frame that it is fixed on.
-            positions: Of all joints, shape (number of joints,) [rad | m]; None where no joint moves it.
+            scene: The scene with the frame that the camera is fixed on.
+            positions: Of all joints, shape (number of joints,) [rad | m]; None if no joint moves the camera.
 
         Raises:
             FrameNotFound: If the scene has no such frame.
-            ShapeError: If a joint moves the frame, and there is not one finite position for each.
+            ShapeError: If a joint moves the frame and the positions are not one finite number for each joint.
         """
         return placed_on(scene, self.frame, positions) * self.placement
 
 
 def placed_on(scene: Scene, frame: str, positions: Floats | None) -> Placement:
-    """Return where a frame is in the world; raises as `Camera.at`."""
+    """Return the placement of a frame in the world; raises as `Camera.at`."""
     holder = scene.holder(frame)
     if holder.link == WORLD:
         return holder.placement
@@ -306,14 +305,14 @@ def placed_on(scene: Scene, frame: str, positions: Floats | None) -> Placement:
 
 
 def looking_at(eye: Floats, target: Floats) -> Placement:
-    """Return the placement of an optical frame that looks from one point at another, level.
+    """Return the placement of an optical frame that looks from one point at another, without roll.
 
     Args:
-        eye: Where it is, shape (3,) [m].
-        target: In the middle of its picture, shape (3,) [m].
+        eye: Position of the camera, shape (3,) [m].
+        target: Point in the middle of its image, shape (3,) [m].
 
     Raises:
-        ShapeError: If the two are one point.
+        ShapeError: If the points coincide.
     """
     eye, target = floats("eye", eye, (3,)), floats("target", target, (3,))
     forward = target - eye

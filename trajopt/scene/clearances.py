@@ -1,4 +1,7 @@
-"""Required clearance: how far apart things must stay, unlike the margin, which is only aimed at."""
+"""Required clearances and allowed collisions.
+
+A required clearance is proven; a margin is a buffer that the optimiser aims at.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -10,26 +13,25 @@ from trajopt.values.arrays import Value, number, one_of
 from trajopt.values.errors import ModelError, ShapeError, shown
 
 ROOM = 5e-3
-"""The optimiser aims at this much more than is required: samples, tolerances and timing take a part [m]."""
+"""Added to a required clearance by the optimiser, for samples, tolerances and timing [m]."""
 
 
 class PairKind(Enum):
-    """What two things are that keep apart; each kind may have a clearance and a margin of its own.
+    """Kinds of pairs of bodies; each kind may have its own clearance and margin.
 
-    What is carried keeps from the world what is said of the world and what is said of what is carried: the
-    larger of both.
+    Attached objects keep the larger of the world's and the carried clearance from the world.
     """
 
     WORLD = "world"
-    """The robot, with what it carries, and what stands in the world."""
+    """The robot or an attached object, and an object in the world."""
     CARRIED = "carried"
-    """What is carried, and the robot's links and whatever else is carried."""
+    """An attached object, and a link or another attached object."""
     ROBOT = "robot"
     """Two of the robot's links."""
 
 
 class Part(Enum):
-    """What a link or an object is to the robot."""
+    """Role of a link or object: robot, carried or world."""
 
     LINK = "a link"
     CARRIED = "carried"
@@ -37,13 +39,13 @@ class Part(Enum):
 
 
 def kept(every: float, kinds: Mapping[PairKind, float], one: Part, other: Part) -> float:
-    """Return what two things keep apart by their kind [m].
+    """Return the distance of two bodies by their kind [m].
 
     Args:
-        every: What everything keeps [m].
-        kinds: What kinds of pairs keep, where it differs [m].
-        one: What one is.
-        other: What the other is.
+        every: Default distance [m].
+        kinds: Distances of kinds of pairs that differ [m].
+        one: Role of one body.
+        other: Role of the other.
     """
     both = {one, other}
     stated = [PairKind.WORLD] if Part.WORLD in both else []
@@ -53,17 +55,17 @@ def kept(every: float, kinds: Mapping[PairKind, float], one: Part, other: Part) 
 
 
 def in_kinds(every: float, kinds: Mapping[PairKind, float]) -> str:
-    """Say what everything keeps and what kinds of pairs keep instead [m]."""
+    """Print the default distance and those of kinds that differ [m]."""
     apart = ", ".join(f"{kind.value} {1000 * kinds[kind]:g} mm" for kind in PairKind if kind in kinds)
     return f"{1000 * every:g} mm" + f" ({apart})" * bool(apart)
 
 
 PAIRS_DIFFER = " (single pairs differ)"
-"""Added to a clearance that is not the same for all pairs."""
+"""Added to the printed clearance if single pairs differ."""
 
 
 def how_near(first: str, second: str, distance: float, required: float) -> str:
-    """Say that two things are inside each other, or nearer than is required [m]."""
+    """Print that two bodies penetrate or are nearer than required [m]."""
     if distance <= 0.0:
         depth = f"{-distance:.4g} m" if distance < -1.0 else f"{-1e3 * distance:.1f} mm"
         return f"{first} is {depth} inside {second}" if distance <= -5e-5 else f"{first} touches {second}"
@@ -72,13 +74,13 @@ def how_near(first: str, second: str, distance: float, required: float) -> str:
 
 @dataclass(frozen=True)
 class Clearances:
-    """The clearance that is required between links and objects; none by default.
+    """Required clearances between links and objects; none by default.
 
     Attributes:
-        everywhere: Between any two [m].
-        pairs: Between single pairs, where it differs [m].
-        links: Between a link, with what it carries, and what stands in the world, where it is more [m].
-        kinds: Between those of a kind, where it differs from everywhere [m].
+        everywhere: Between any two bodies [m].
+        pairs: Between single pairs that differ [m].
+        links: Between a link, with its attached objects, and the world, if larger [m].
+        kinds: Between pairs of a kind that differs [m].
     """
 
     everywhere: float = 0.0
@@ -94,7 +96,7 @@ class Clearances:
                 raise ShapeError("required clearance", f"is negative: {value:g} m")
 
     def having(self, value: float, pair: frozenset[str] | None) -> "Clearances":
-        """Return these with another clearance everywhere, whatever the kind, or between two things [m].
+        """Return a copy with another clearance for all pairs of every kind, or for one pair [m].
 
         Raises:
             ShapeError: If it is negative or not finite.
@@ -104,21 +106,21 @@ class Clearances:
         return replace(self, pairs={**self.pairs, pair: value})
 
     def without(self, name: str) -> "Clearances":
-        """Return these without those of single pairs with a name."""
+        """Return a copy without the pairs of a name."""
         return replace(self, pairs={pair: value for pair, value in self.pairs.items() if name not in pair})
 
     def __str__(self) -> str:
-        """Say what is required everywhere and of each kind, and whether pairs differ."""
+        """Return the default, the kinds, and a remark if single pairs differ."""
         differ = PAIRS_DIFFER * bool(self.pairs or self.links)
         return f"clearance {in_kinds(self.everywhere, self.kinds)} required{differ}"
 
 
 @dataclass(frozen=True)
 class AllowedCollisions(Value):
-    """Allowed-collision matrix.
+    """Allowed-collision matrix, with the rules of MoveIt.
 
-    An entry for a pair decides; without one the default of a name that has one, and where both
-    have one the pair is allowed if both allow it; without any the pair is checked.
+    An entry for a pair decides; without one the default of either name decides, and if both have a default,
+    both must allow the contact; without any the pair is checked.
 
     Attributes:
         entries: Pair of names -> whether contact is allowed.
@@ -129,7 +131,7 @@ class AllowedCollisions(Value):
     defaults: Mapping[str, bool] = field(default_factory=dict[str, bool])
 
     def allowed(self, a: str, b: str) -> bool:
-        """Say whether contact between two named things is allowed."""
+        """Return whether contact between two names is allowed."""
         entry = self.entries.get(frozenset((a, b)))
         if entry is not None:
             return entry
@@ -166,13 +168,13 @@ class AllowedCollisions(Value):
 
 @dataclass(frozen=True)
 class ContactAllowance:
-    """Intended contact, for a time: the part lifted off its table touches it at the start.
+    """A temporary intended contact: a part that is lifted off its table touches it at the start.
 
     Attributes:
-        name: What it is for, shown in the certificate.
+        name: Its purpose, shown in the certificate.
         a: One link or object.
         b: The other.
-        depth: Deepest penetration accepted [m].
+        depth: Largest accepted penetration [m].
         first: Contact is accepted during the first seconds of the motion [s].
         last: Contact is accepted during the last seconds of the motion [s].
     """
@@ -185,7 +187,7 @@ class ContactAllowance:
     last: float
 
     def __post_init__(self) -> None:
-        """Check that the numbers are not negative, and that the allowance has a time."""
+        """Check that the numbers are not negative and one duration is positive."""
         one_of("name", self.name, str)
         for label in ("depth", "first", "last"):
             value = number(label, getattr(self, label))

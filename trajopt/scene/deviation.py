@@ -1,4 +1,4 @@
-"""How far a robot's bodies can be from where they should be, when its joints are off by a little."""
+"""Bounds on the displacement of a robot's bodies by joint position errors."""
 
 import numpy as np
 import pinocchio as pin
@@ -10,16 +10,16 @@ from trajopt.values.shapes.shapes import Plane, bounding_box
 
 
 def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
-    """Return how far any point of the robot, and of what it carries, can be off in any configuration [m].
+    """Bound the displacement of any point of the robot and its attached objects, in any configuration [m].
 
-    A joint that turns by an angle moves a point by no more than the angle times the point's distance from the
-    joint; that distance is at most the sum of the distances from joint to joint between them. Errors of
-    several joints add up. It bounds as well by how much two bodies can be nearer to each other than they
-    should be: only the joints between them count there, of two arms those of both.
+    A joint that turns by an angle moves a point by at most the angle times the point's distance from the
+    joint, which is at most the sum of the distances between consecutive joints. Errors of several joints add
+    up. The result also bounds the approach of two bodies; for these only the joints between them count, and
+    for two arms the joints of both.
 
     Args:
         reduced: Robot and scene.
-        errors: How far each joint of the group can be off, shape (n,) [rad | m].
+        errors: Largest error of each joint of the group, shape (n,) [rad | m].
     """
     alone = reduced.derived(_levers) @ (np.abs(reduced.mimic_matrix) @ errors)
     together = pair_levers(reduced) @ errors
@@ -27,9 +27,9 @@ def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
 
 
 def pair_levers(reduced: ReducedModel) -> Floats:
-    """Return how fast the bodies of each pair can come nearer to each other by each joint, shape (p, n).
+    """Bound the approach speed of the bodies of each pair per unit speed of each joint, shape (p, n).
 
-    In any configuration, for a unit of speed of a joint of the group [m/rad | m/m].
+    In any configuration [m/rad | m/m].
 
     Args:
         reduced: Robot and scene.
@@ -46,9 +46,9 @@ def _pair_levers(reduced: ReducedModel) -> Floats:
 
 
 def _levers(reduced: ReducedModel) -> Floats:
-    """Return how far each body's points are at most from each joint that carries it, 1 of one that slides.
+    """Bound the distance of each body's points from each joint that carries it, 1 for a sliding joint.
 
-    In any configuration, shape (bodies, model joints) [m]; 0 of joints that do not carry it.
+    In any configuration, shape (bodies, model joints) [m]; 0 for joints that do not carry the body.
     """
     model = reduced.model
     slides = [joint_unit(model, name) == "m" for name in model.names]
@@ -75,6 +75,6 @@ def _levers(reduced: ReducedModel) -> Floats:
 
 
 def _stroke(model: pin.Model, joint: int) -> float:
-    """Return how far a sliding joint is from its zero at most [m]."""
+    """Return the largest distance of a sliding joint from its zero [m]."""
     place = model.joints[joint].idx_q
     return float(max(abs(model.lowerPositionLimit[place]), abs(model.upperPositionLimit[place])))

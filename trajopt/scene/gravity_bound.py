@@ -1,10 +1,10 @@
-"""The largest torque that gravity can need of each joint: a bound that holds at every configuration.
+"""Bounds on the gravity torque of each joint over all configurations.
 
-What a joint j carries has the first moment d_j = sum m c about its origin, and gravity g needs of it the
+The bodies carried by joint j have the first moment d_j = sum m c about its origin; the gravity torque is the
 component of d_j x g along its axis. From the tip to the base, the set of all d_j is enclosed by a cylinder
-around the axis (turning changes neither how far along the axis a moment lies nor how far from it) and by a
-ball; from the base to the tip, the angle between axis and gravity by an interval. Position limits of joints
-that turn are left out: most of them turn nearly all the way.
+around the axis (a turn changes neither the axial component of a moment nor its distance from the axis) and by
+a ball; from the base to the tip, the angle between axis and gravity by an interval. Position limits of
+revolute joints are ignored: most of them allow nearly a whole turn.
 """
 
 from collections.abc import Callable
@@ -19,15 +19,15 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 
 ENDLESS = 1e6
-"""Stands for the range of a sliding joint without limits [m]."""
+"""Range of a sliding joint without limits [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Moments:
-    """Encloses the first moments of what a joint carries, in the joint's frame.
+    """Enclosure of the first moments of the bodies that a joint carries, in the joint's frame.
 
     Attributes:
-        mass: Of all that it carries [kg].
+        mass: Total mass [kg].
         low: Least component along the axis [kg m].
         high: Largest component along the axis.
         radius: Largest distance from the axis.
@@ -42,12 +42,12 @@ class _Moments:
 
 
 def largest_gravity_torques(reduced: ReducedModel) -> Floats:
-    """Bound the torque that holds the arm still, over all configurations, shape (n,) [Nm | N].
+    """Bound the holding torque over all configurations, shape (n,) [Nm | N].
 
-    What is carried counts. A joint also bears what the joints that mimic it need.
+    Attached objects count. A joint also bears the torques of the joints that mimic it.
 
     Args:
-        reduced: The robot with what it carries.
+        reduced: The robot with its attached objects.
     """
     return _derived(reduced, _largest_torques)
 
@@ -66,18 +66,18 @@ def _largest_torques(reduced: ReducedModel) -> Floats:
 
 
 def _derived(reduced: ReducedModel, build: Callable[[ReducedModel], Floats]) -> Floats:
-    """Return what is built of an arm that carries nothing once for all scenes, else once for each."""
+    """Return the enclosure, shared by all scenes if nothing is attached."""
     return reduced.derived(build) if payloads(reduced) else reduced.derived_of_robot(build)
 
 
 def largest_gravity_slopes(reduced: ReducedModel) -> Floats:
-    """Bound by how much the torque that holds the arm still changes with each joint, over all configurations.
+    """Bound the derivative of the holding torque with respect to each joint, over all configurations.
 
-    Turning joints i and j, j further out, change each other's torque by no more than |d_j x g|; a sliding
-    joint j and the joints before it that turn by the weight that j carries.
+    Revolute joints i and j, j further out, change each other's torque by at most |d_j x g|; a prismatic joint
+    j and the revolute joints before it by the weight that j carries.
 
     Args:
-        reduced: The robot with what it carries.
+        reduced: The robot with its attached objects.
 
     Returns:
         Derivatives of the torque of each joint (rows) by the position of each, shape (n, n).
@@ -100,13 +100,13 @@ def _largest_slopes(reduced: ReducedModel) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Enclosed:
-    """What encloses the moments of each joint of a model, and its axis's angle from gravity; the world first.
+    """Enclosures of each joint's moments and of its axis's angle to gravity; the world first.
 
     Attributes:
-        gravity: How strong it is [m/s^2].
-        slides: Whether each joint slides.
-        tilts: Least and largest angle of each joint's axis from gravity [rad].
-        moments: Of what each joint carries, by the joint's number.
+        gravity: Its magnitude [m/s^2].
+        slides: Whether each joint is prismatic.
+        tilts: Least and largest angle of each joint's axis to gravity [rad].
+        moments: Of the bodies that each joint carries, by joint index.
     """
 
     gravity: float
@@ -134,7 +134,7 @@ class _Enclosed:
 
 
 def _axes(model: pin.Model) -> tuple[list[Floats], list[bool]]:
-    """Return each joint's axis in its own frame, and whether it slides along it; the world's first."""
+    """Return each joint's axis in its own frame, and whether it is prismatic; the world's first."""
     axes, slides = [np.zeros(3)], [False]
     neutral = pin.neutral(model)
     for joint in model.joints[1:]:
@@ -150,7 +150,7 @@ def _axes(model: pin.Model) -> tuple[list[Floats], list[bool]]:
 def _tilts(
     model: pin.Model, axes: list[Floats], slides: list[bool], down: Floats
 ) -> list[tuple[float, float]]:
-    """Return the least and the largest angle of each joint's axis from gravity [rad]; the world's first."""
+    """Return the least and largest angle of each joint's axis to gravity [rad]; the world's first."""
     # The last joint before each, itself included, that turns, and how the joint stands in its frame.
     turning: list[tuple[int, Floats]] = [(0, np.eye(3))]
     tilts = [(0.0, 0.0)]
@@ -186,7 +186,7 @@ def _slide_ranges(reduced: ReducedModel) -> Floats:
 
 
 def _moments(model: pin.Model, joint: int, axes: list[Floats], outer: dict[int, _Moments]) -> _Moments:
-    """Enclose the moments of a joint by its own link's and those of the joints that hang on it."""
+    """Enclose the moments of a joint by those of its own link and of its child joints."""
     axis, link = axes[joint], model.inertias[joint]
     mass = float(link.mass)
     fixed = mass * np.array(link.lever)
@@ -214,7 +214,7 @@ def _moments(model: pin.Model, joint: int, axes: list[Floats], outer: dict[int, 
 
 
 def _slid(moments: _Moments, low: float, high: float) -> _Moments:
-    """Return the moments about where a sliding joint is fixed, over its range [m]."""
+    """Return the moments about the mounting of a sliding joint, over its range [m]."""
     least, most = moments.low + moments.mass * low, moments.high + moments.mass * high
     norm = float(np.hypot(moments.radius, max(abs(least), abs(most))))
     return _Moments(moments.mass, least, most, moments.radius, norm)

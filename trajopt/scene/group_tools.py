@@ -1,4 +1,4 @@
-"""The frame that stands for a planning group: its tool, or the link at which it ends."""
+"""The frame of a planning group that goals refer to: its tool, or its last link."""
 
 from trajopt.robot.loading.pinocchio_model import joint_above, link_above, link_joint
 from trajopt.robot.robot import Robot
@@ -8,17 +8,17 @@ from trajopt.values.placement import WORLD
 
 
 def tool_of(scene: Scene, group: str) -> str:
-    """Return the frame that a placement as a goal of a group means.
+    """Return the frame that a bare placement as goal of a group refers to.
 
-    The tool frame fixed to what the group's last joint moves, where the scene or else the robot was given
-    one; else the tool centre point of the group's one end effector, which is the one link without children
-    and without a shape that is fixed to it; else the tip of the group's chain; else the link that the SRDF
-    fixes an end effector of the group to; else the one link at which the group ends. A chain whose tip is
-    on the end effector itself ends at that tip.
+    The tool frame of the scene, or else of the robot, that is fixed to the body of the group's last joint;
+    else the tool centre point of the group's only end effector: the one link without children and shape that
+    is fixed to it; else the tip of the group's chain; else the link that the SRDF fixes an end effector of
+    the group to; else the group's only last link. A chain whose tip is on the end effector itself ends at
+    that tip.
 
     Raises:
         GroupNotFound: If there is no such group.
-        ProblemError: If there is none, or several.
+        ProblemError: If there is no such frame, or several.
     """
     candidates = _tools(scene, group)
     if len(candidates) == 1:
@@ -30,7 +30,7 @@ def tool_of(scene: Scene, group: str) -> str:
 
 
 def ends_of(scene: Scene, group: str) -> tuple[str, ...]:
-    """Return the frames at the ends of a group: its tool, or one for each arm that it has.
+    """Return the frames at the ends of a group: its tool, or one for each arm.
 
     Raises:
         GroupNotFound: If there is no such group.
@@ -40,7 +40,7 @@ def ends_of(scene: Scene, group: str) -> tuple[str, ...]:
 
 
 def end_link(robot: Robot, group: str) -> str:
-    """Return the link at which a group ends: the tip of its chain, or else its one last link; or nothing.
+    """Return the last link of a group: the tip of its chain, or else its only last link; None if ambiguous.
 
     Raises:
         GroupNotFound: If there is no such group.
@@ -50,7 +50,7 @@ def end_link(robot: Robot, group: str) -> str:
 
 
 def _ends(robot: Robot, group: str) -> tuple[str, ...]:
-    """Return the last links of a group: of those that it lists, or else of those that its joints move."""
+    """Return the last links of a group: of its listed links, or else of those that its joints move."""
     own = robot.group(group)
     links = own.links or tuple(link for link in robot.links if joint_above(robot.model, link) in own.joints)
     above = {link_above(robot.model, link) for link in links}
@@ -59,7 +59,7 @@ def _ends(robot: Robot, group: str) -> tuple[str, ...]:
 
 
 def _tools(scene: Scene, group: str) -> list[str]:
-    """Return the frames that a placement may mean, the scene's own first; none where nothing says so."""
+    """Return the frames that a placement may refer to, those of the scene first."""
     robot, own, ends = scene.robot, scene.robot.group(group), _ends(scene.robot, group)
     effectors = (item.parent_link for item in robot.end_effectors.values() if item.parent_group == group)
     tips = [own.tip] if own.tip is not None else list(dict.fromkeys(effectors))
@@ -76,7 +76,7 @@ def _tools(scene: Scene, group: str) -> list[str]:
 
 
 def _centre_points(robot: Robot, group: str) -> list[str]:
-    """Return the tool centre point of a group's one end effector; none if there is no single one."""
+    """Return the tool centre point of a group's only end effector; empty if there is not exactly one."""
     own = robot.group(group)
     moved = [
         item.parent_link
@@ -98,7 +98,7 @@ def _centre_points(robot: Robot, group: str) -> list[str]:
 
 
 def _above(robot: Robot, link: str) -> set[str]:
-    """Return the links above a link, up to the root."""
+    """Return the ancestors of a link, up to the root."""
     found = set[str]()
     while above := link_above(robot.model, link) if joint_above(robot.model, link) != "universe" else "":
         found.add(above)

@@ -1,7 +1,7 @@
-"""Pairs of bodies that must keep apart: a list that grows with the bodies, not with their square.
+"""Pairs of bodies that must keep apart; their number grows linearly with the objects.
 
-Only what a joint of the robot carries, and its own links, are paired with everything. How two objects come
-near each other that stand in the world, or move by themselves, is not up to the robot: they are not checked.
+Only links and attached objects are paired with everything. Two objects that rest or move in the world
+independently of the robot are not checked against each other.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,11 +35,11 @@ class BodyPairs:
     Attributes:
         first: Index of the first body of each pair, shape (p,), read-only.
         second: Index of the second, larger than the first, shape (p,), read-only.
-        margin: Clearance that the optimiser aims at, more than is required, shape (p,) [m], read-only.
-        required: Clearance that is required, shape (p,) [m], read-only.
-        allowances: Allowances of intended contact, each with the index of its pair.
-        immobile: Owner pairs with a link or a carried object in them that cannot move relative to each
-            other and are left out.
+        margin: Clearance that the optimiser aims at, above the required one, shape (p,) [m], read-only.
+        required: Required clearance, shape (p,) [m], read-only.
+        allowances: Intended contacts, each with the index of its pair.
+        immobile: Pairs of owners with a link or attached object that cannot move relative to each other; they
+            are left out.
     """
 
     first: Ints
@@ -52,19 +52,19 @@ class BodyPairs:
 
 @dataclass(frozen=True)
 class ContactRules:
-    """What a scene says of contact.
+    """The contact rules of a scene.
 
     Attributes:
         allowed: Pairs that may touch.
-        touch_links: Links that may touch an object, by object; those without any may be left out.
-        margin: Clearance that the optimiser keeps where it can [m].
-        pair_margins: The same of single pairs, where it differs [m].
-        kind_margins: The same of kinds of pairs, where it differs [m].
-        clearances: What is required.
-        carriers: The link that carries each object, by object; those that stand in the world have none.
-        parts: What each link and object is to the robot; may be left out where no kind of pairs differs.
-        allowances: Intended contacts, for a time.
-        robot_joints: How many joints are the robot's, the world included; time drives the others.
+        touch_links: Links that may touch an object, by object; objects without any may be missing.
+        margin: Default margin of the optimiser [m].
+        pair_margins: Margins of single pairs that differ [m].
+        kind_margins: Margins of kinds of pairs that differ [m].
+        clearances: Required clearances.
+        carriers: The link that carries each attached object, by object.
+        parts: Role of each link and object; may be empty if no kind of pairs differs.
+        allowances: Temporary intended contacts.
+        robot_joints: Number of the robot's joints, the world included; the others are driven by time.
     """
 
     allowed: AllowedCollisions
@@ -84,8 +84,8 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
 
     Args:
         bodies: All bodies; those of one owner are carried by the same joint.
-        links: Names of the robot's links: what does not move relative to them is noted as immobile.
-        rules: What the scene says of contact.
+        links: Names of the robot's links; bodies that cannot move relative to them are listed as immobile.
+        rules: The contact rules.
     """
     owners = _Owners(bodies, frozenset(links), rules)
     part = owners.of_body
@@ -116,12 +116,12 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
 
 
 class _Owners:
-    """Links and objects that own bodies; a row for each that is held against all of them.
+    """Links and objects that own bodies; a row for each that is paired with all others.
 
     Attributes:
         names: Names of the owners, o of them.
         of_body: Owner of each body.
-        row: Row of each owner, shape (o,); -1 for objects that stand in the world.
+        row: Row of each owner, shape (o,); -1 for objects in the world.
         excused: Whether two owners may touch, shape (rows, o).
         fixed: Whether they cannot move relative to each other, shape (rows, o).
     """
@@ -141,11 +141,10 @@ class _Owners:
         self.excused = self._excused(rules)
 
     def margins(self, rules: ContactRules) -> Floats:
-        """Return the margin of any two owners, shape (rows, o) [m]."""
         return self._entered(self._by_kind(rules.margin, rules.kind_margins, rules), rules.pair_margins)
 
     def _by_kind(self, every: float, kinds: Mapping[PairKind, float], rules: ContactRules) -> Floats:
-        """Return a value of any two owners that differs for kinds of pairs, shape (rows, o)."""
+        """Return a distance of all owner pairs that depends on their kind, shape (rows, o)."""
         if not kinds:
             return np.full(self.excused.shape, every)
         order = tuple(Part)
@@ -154,7 +153,7 @@ class _Owners:
         return table[code[self._of_row]][:, code]
 
     def required(self, rules: ContactRules) -> Floats:
-        """Return the clearance that is required of any two owners, shape (rows, o) [m]."""
+        """Return the required clearance of all owner pairs, shape (rows, o) [m]."""
         clearances = rules.clearances
         values = self._by_kind(clearances.everywhere, clearances.kinds, rules)
         holders = [name if name in self._links else rules.carriers.get(name, WORLD) for name in self.names]
@@ -175,7 +174,7 @@ class _Owners:
         return tuple(sorted(found, key=lambda entry: entry[0]))
 
     def immobile(self) -> frozenset[frozenset[str]]:
-        """Return the pairs that would have to keep apart, but cannot move relative to each other."""
+        """Return the pairs to be checked that cannot move relative to each other."""
         rows, others = np.nonzero(self.fixed & ~self.excused)
         mine, theirs = map(int, self._of_row[rows]), map(int, others)
         names = self.names
@@ -204,7 +203,7 @@ class _Owners:
         return values
 
     def _enter(self, matrix: Bools | Floats, one: str, other: str, value: float) -> None:
-        """Enter a value for two names, if both own bodies and the first has a row."""
+        """Set the value of two names, if both own bodies and the first has a row."""
         place, column = self._index.get(one), self._index.get(other)
         if place is not None and column is not None and self.row[place] >= 0:
             matrix[self.row[place], column] = value
@@ -215,7 +214,7 @@ class CollisionModel:
     """A scene's bodies, fixed to the joints of a reduced robot.
 
     Attributes:
-        anchors: Where each frame of the robot, each tool, each object and the world is fixed, by name.
+        anchors: Carrying joint and placement of each frame, tool, object and the world, by name.
         bodies: Collision bodies of links, then of objects.
         pairs: Those that must keep apart.
     """
@@ -228,10 +227,10 @@ class CollisionModel:
 def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     """Fix a scene's bodies to the joints of its reduced robot.
 
-    What changes with time is there only if the robot has joints that time drives.
+    Dynamic obstacles are included only if the robot has joints that are driven by time.
 
-    The last answers are kept for each scene. An edited scene shares with the one before the bodies of all
-    objects that stayed where they were, and the pairs if the edit changes none.
+    The last results are cached for each scene. An edited scene shares the bodies of all unchanged objects
+    with its predecessor, and the pairs if the edit does not affect them.
 
     Args:
         scene: The scene.
@@ -248,7 +247,7 @@ def _collision_models(scene: Scene) -> LruCache[ReducedRobot, CollisionModel]:
 
 @cached_per_value
 def _pairs(robot: ReducedRobot) -> LruCache[object, BodyPairs]:
-    """Return the pairs that the scenes seen last must keep apart, by what decides on them."""
+    """Return the cached pairs of recent scenes."""
     del robot
     return LruCache(4)
 
@@ -260,9 +259,9 @@ def _places(item: SceneObject) -> LruCache[Anchor, AnchoredObject]:
 
 
 def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
-    """Return an object where it is fixed to the joint that carries its frame.
+    """Return an object fixed to the joint that carries its frame.
 
-    The answer is kept as long as that anchor is the same one: all scenes that share the object share its
+    The result is cached as long as that anchor is identical, so scenes that share the object share its
     bodies.
     """
     return _places(item).get(frame, lambda: item.anchored(frame))
@@ -298,7 +297,7 @@ def _bodies(item: SceneObject, anchors: Mapping[str, Anchor]) -> tuple[FixedBody
 
 
 def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
-    """Return where a frame or object is fixed, and enter it: objects may stand on later ones."""
+    """Return the anchor of a frame or object, and store it; an object may be placed on a later one."""
     found = anchors.get(name)
     if found is None:
         item = scene.placed[name]

@@ -1,4 +1,4 @@
-"""Objects with a mass that joints carry, spread evenly over their shapes."""
+"""Attached objects with mass, as loads of the joints that carry them."""
 
 from dataclasses import dataclass
 
@@ -29,7 +29,7 @@ class Payload(Value):
 
 
 def payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
-    """Return the objects with a mass that the reduced model's joints carry."""
+    """Return the objects with mass that the reduced model's joints carry."""
     return reduced.derived(_payloads)
 
 
@@ -45,7 +45,7 @@ def _payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
 
 
 def loaded_model(reduced: ReducedModel) -> pin.Model:
-    """Return pinocchio's model of a reduced model with what is carried; the same one if that is nothing."""
+    """Return the pinocchio model of a reduced model with its payloads; the same model without any."""
     carried = payloads(reduced)
     if not carried:
         return reduced.model

@@ -1,4 +1,4 @@
-"""What moves as planned: a plan, a result that has one, or a reduced model with a trajectory."""
+"""Protocols of planned motions: a plan, a result with a plan, or a reduced model with a trajectory."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, TypeVar, cast, runtime_checkable
@@ -17,7 +17,7 @@ Model_co = TypeVar("Model_co", covariant=True)
 
 @runtime_checkable
 class MovingRobot(Protocol):
-    """What a reduced model says of its robot; see there."""
+    """The part of a reduced model that a moving robot needs; see `ReducedModel`."""
 
     @property
     def model(self) -> pin.Model:
@@ -41,16 +41,16 @@ class MovingRobot(Protocol):
 
     @property
     def anchors(self) -> Mapping[str, Anchor]:
-        """Where each frame of the robot, each object and the world is fixed, by name."""
+        """Carrying joint and placement of each frame, object and the world, by name."""
         ...
 
     @property
     def scene(self) -> "HasObjects":
-        """Where the robot is."""
+        """The robot's scene."""
         ...
 
     def attachment(self, name: str) -> tuple[int, Placement]:
-        """Return the joint (0: the world) that carries a frame or object, and where in it."""
+        """Return the joint (0: the world) that carries a frame or object, and its placement there."""
         ...
 
     def configuration(self, positions: Floats) -> Floats:
@@ -59,7 +59,7 @@ class MovingRobot(Protocol):
 
 
 class HasObjects(Protocol):
-    """A scene, by its objects."""
+    """A scene with objects."""
 
     @property
     def objects(self) -> Mapping[str, object]:
@@ -69,7 +69,7 @@ class HasObjects(Protocol):
 
 @runtime_checkable
 class HasReduced(Protocol[Model_co]):
-    """A problem, by its reduced model."""
+    """A problem with a reduced model."""
 
     @property
     def reduced(self) -> Model_co:
@@ -106,14 +106,14 @@ def model_and_trajectory(
     kind: type[Model],
     argument: str = "motion",
 ) -> tuple[Model, Trajectory]:
-    """Return what moves and how, of a plan or of a reduced model with a trajectory.
+    """Return robot and motion of a plan, or of a reduced model with a trajectory.
 
     Args:
-        caller: Name of the function that was called, for errors.
+        caller: Name of the calling function, for errors.
         motion: A plan, a result that has one, or a reduced model.
-        trajectory: The motion of a reduced model; of a plan, None for its own.
-        kind: What a reduced model is an instance of.
-        argument: What the caller calls `motion`, for errors.
+        trajectory: The motion of a reduced model; None for a plan's own.
+        kind: Class of reduced models.
+        argument: Name of `motion` in the caller, for errors.
 
     Raises:
         PlanningFailed: If the result has no plan.

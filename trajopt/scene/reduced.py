@@ -1,7 +1,7 @@
-"""The robot with only a group's joints free: what planning, judging and simulating work on.
+"""The robot with only a group's joints free, as used for planning, judging and simulation.
 
-All other joints stay exactly where the start state has them, even outside their limits. What
-depends only on the robot, or only on one object, is computed once and shared by all scenes with it.
+All other joints keep their start positions, even outside their limits. Data that depends only on the robot,
+or only on one object, is computed once and shared by all scenes with it.
 """
 
 from collections.abc import Callable, Mapping
@@ -38,10 +38,10 @@ class ReducedModel:
         start: Positions of all joints at the start, shape (number of joints,) [rad | m].
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
-        limits: Their limits, those of the joints that mimic them kept as well.
+        limits: Their limits, which respect those of the joints that mimic them.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
-        collision_model: Its bodies, and which of them must keep apart.
+        collision_model: Its bodies, and the pairs that must keep apart.
     """
 
     scene: Scene
@@ -55,7 +55,7 @@ class ReducedModel:
     collision_model: CollisionModel
 
     def __repr__(self) -> str:
-        """Say the group, how many joints are free, and the scene."""
+        """Return the group, the number of free joints, and the scene."""
         return f"ReducedModel(group {self.group}, {in_number(self.joint_names, 'joint')}, {self.scene})"
 
     @property
@@ -70,14 +70,14 @@ class ReducedModel:
 
     @property
     def anchors(self) -> Mapping[str, Anchor]:
-        """Where each frame of the robot, each object and the world is fixed, by name."""
+        """Carrying joint and placement of each frame, object and the world, by name."""
         return self.collision_model.anchors
 
     def derived(self, build: Callable[["ReducedModel"], T]) -> T:
-        """Return what a function builds of this model, built at the first call.
+        """Return a function's result for this model, computed at the first call.
 
-        All starts with the same joints fixed share it, so it must not depend on where the group starts; nor
-        may it refer to the model or its scene, which would then never be freed.
+        All starts with the same fixed joints share it, so it must not depend on the group's start positions,
+        nor refer to the model or its scene, which would then never be freed.
         """
         kept = _kept(self.collision_model)
         if build not in kept:
@@ -85,10 +85,10 @@ class ReducedModel:
         return kept[build]
 
     def derived_of_robot(self, build: Callable[["ReducedModel"], T]) -> T:
-        """Return what a function builds of the robot alone, built at the first call.
+        """Return a function's result for the robot alone, computed at the first call.
 
-        All scenes with the same robot and the same joints fixed share it, so it must not depend on what is in
-        a scene, nor on where the group starts; nor may it refer to the model.
+        All scenes with the same robot and the same fixed joints share it, so it must not depend on the
+        objects of a scene or on the group's start positions, nor refer to the model.
         """
         kept = _kept_of_robot(self.model)
         if build not in kept:
@@ -96,7 +96,7 @@ class ReducedModel:
         return kept[build]
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        """Be rebuilt from the scene; a model that carries a load is stored."""
+        """Pickle by the scene; a model with a load is pickled whole."""
         robot = reduce_robot(self.scene.robot, self.group, self.start)
         loaded = None if self.model is robot.model else model_data(self.model)
         return _again, (self.scene, self.group, self.start, loaded)
@@ -123,16 +123,16 @@ class ReducedModel:
         return full
 
     def owners(self, pair: int) -> tuple[str, str]:
-        """Return the links or objects that the bodies of a pair are part of."""
+        """Return the links or objects of the bodies of a pair."""
         first, second = int(self.pairs.first[pair]), int(self.pairs.second[pair])
         return self.bodies[first].owner, self.bodies[second].owner
 
     def attachment(self, name: str) -> tuple[int, Placement]:
-        """Return the joint (0: the world) that carries a frame or object, and where in it.
+        """Return the joint (0: the world) that carries a frame or object, and its placement there.
 
         Raises:
-            FrameNotFound: If the name is no frame.
-            ProblemError: If it moves by itself, so that where it is depends on the time.
+            FrameNotFound: If the name is not a frame.
+            ProblemError: If it moves by itself, so that its placement depends on the time.
         """
         found = self.anchors.get(name)
         if found is None and self.scene.carrier(name) is not None:
@@ -145,14 +145,14 @@ class ReducedModel:
 
 @cached_per_value
 def _kept(collision_model: CollisionModel) -> dict[Callable[[ReducedModel], Any], Any]:
-    """Return what was derived of reduced models with these bodies, by the function that built it."""
+    """Return the cache of derived results of models with these bodies."""
     del collision_model
     return {}
 
 
 @cached_per_value
 def _kept_of_robot(model: pin.Model) -> dict[Callable[[ReducedModel], Any], Any]:
-    """Return what was derived of robots with these joints free, by the function that built it."""
+    """Return the cache of derived results of robots with these free joints."""
     del model
     return {}
 
@@ -168,7 +168,7 @@ def _again(scene: Scene, group: str, start: Floats, loaded: ModelData | None) ->
 
 @checked
 def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
-    """Fix every joint outside the group where it is at the start; mimic joints are where they follow.
+    """Fix every joint outside the group at its start position; mimic joints follow.
 
     Args:
         scene: The scene.
@@ -198,9 +198,9 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
 def tool_frame(reduced: ReducedModel) -> str:
     """Return the name of the frame that represents the group's motion.
 
-    Tip link and hand move as one, so this is a tool frame fixed to the same joint, if there is one: the
-    last that the scene was given, else the robot's first; else the link there whose origin is farthest from
-    the joint. A group without a tip link counts as ending with what its last joint moves.
+    Tip link and hand move together, so this is a tool frame on the same joint if there is one: the last of
+    the scene, else the first of the robot; else the link there whose origin is farthest from the joint. A
+    group without a tip link ends at the body of its last joint.
     """
     tip = reduced.scene.robot.group(reduced.group).tip
     last = reduced.model.getJointId(reduced.joint_names[-1])
@@ -210,7 +210,7 @@ def tool_frame(reduced: ReducedModel) -> str:
 def tool_frames(reduced: ReducedModel) -> tuple[str, ...]:
     """Return one frame for each tool that a group moves: `tool_frame`, or one at the end of each branch.
 
-    A group without a tip link may move several arms; each ends where no other joint of the group follows.
+    A group without a tip link may move several arms; each ends at its last joint.
     """
     if reduced.scene.robot.group(reduced.group).tip is not None:
         return (tool_frame(reduced),)
@@ -225,7 +225,7 @@ def tool_frames(reduced: ReducedModel) -> tuple[str, ...]:
 
 
 def _tool_on(reduced: ReducedModel, carrier: int) -> str:
-    """Return the tool frame, or else the farthest link, that a joint carries."""
+    """Return the tool frame, or else the farthest link, on a joint."""
     robot = reduced.scene.robot
     tip = robot.group(reduced.group).tip
     for name in (*reversed(tuple(reduced.scene.tools)), *robot.frames):
@@ -241,5 +241,5 @@ def _tool_on(reduced: ReducedModel, carrier: int) -> str:
 
 
 def tool_point(reduced: ReducedModel, frame: str, positions: Floats) -> Floats:
-    """Return where a frame is for the group's positions (n,), shape (3,) in the world [m]."""
+    """Return the origin of a frame for the group's positions (n,), shape (3,) in the world [m]."""
     return reduced.scene.placement_of(frame, reduced.all_positions(positions)).translation

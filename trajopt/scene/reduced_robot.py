@@ -1,4 +1,4 @@
-"""The robot's own part of a reduced model: the same for all scenes and starts with the same joints fixed."""
+"""The robot's part of a reduced model, shared by all scenes and starts with the same fixed joints."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ from trajopt.values.trajectory import refined
 
 @dataclass(frozen=True, eq=False)
 class DrivenJoints(Value):
-    """Positions of joints that time drives.
+    """Positions of joints that are driven by time.
 
     Attributes:
         names: Names of the m joints.
-        times: Ends of the k pieces, increasing, shape (k + 1,) [s]; before and after them all rest.
-        coefficients: Of the joints' positions, by the time since the start of each piece, highest power
+        times: Ends of the k pieces, increasing, shape (k + 1,) [s]; outside of them all rest.
+        coefficients: Of the joints' positions, in the time since the start of each piece, highest power
             first, shape (degree + 1, k, m) [rad | m].
     """
 
@@ -46,7 +46,7 @@ class DrivenJoints(Value):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """Joints that were added to a model, and what they carry.
+    """Joints added to a model, and the frames that they carry.
 
     Attributes:
         joints: Their positions.
@@ -61,7 +61,7 @@ def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> Drive:
     """Add joints to a model that move frames along tracks.
 
     Args:
-        model: Changed: it gets the joints, after its own.
+        model: Changed in place: the joints are appended.
         tracks: The frames' tracks, by name.
     """
     names: list[str] = []
@@ -85,7 +85,7 @@ def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> Drive:
 
 
 def _turns(track: Track) -> list[tuple[int, Floats]]:
-    """Return the pieces in which a track turns, each with its angle in all pieces, (2, k): rate and start."""
+    """Return the rotating pieces of a track, each with rate and start of its angle, (2, k)."""
     found: list[tuple[int, Floats]] = []
     lengths = np.diff(track.times)
     for piece, rate in enumerate(track.rates.tolist()):
@@ -99,14 +99,14 @@ def _turns(track: Track) -> list[tuple[int, Floats]]:
 
 
 def _columns(slides: Floats, angles: list[Floats]) -> Floats:
-    """Return the coefficients of all joints of a track side by side, of the highest degree of any."""
+    """Return the coefficients of all joints of a track, padded to the highest degree."""
     columns = [slides, *(angle[:, :, None] for angle in angles)]
     degree = max(len(column) for column in columns)
     return np.concatenate([np.pad(c, ((degree - len(c), 0), (0, 0), (0, 0))) for c in columns], axis=2)
 
 
 def _joined(names: tuple[str, ...], moved: list[tuple[Floats, Floats]]) -> DrivenJoints:
-    """Return all tracks' joints over the same pieces."""
+    """Return all tracks' joints on common pieces."""
     if not moved:
         return DrivenJoints(names, readonly(np.array((0.0, 1.0))), readonly(np.zeros((1, 1, 0))))
     times = np.unique(np.concatenate([track_times for track_times, _ in moved]))
@@ -122,13 +122,12 @@ class ReducedRobot:
     Attributes:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
-        limits: Their limits, those of the joints that mimic them kept as well.
+        limits: Their limits, which respect those of the joints that mimic them.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
-        anchors: Where links and tool frames are, by name, with the world.
+        anchors: Carrying joint and placement of links, tool frames and the world, by name.
         bodies: Collision bodies of all links.
-        driven: Joints that time drives, which carry what moves by itself; None where time stands still: then
-            what changes with time is left out.
+        driven: Joints that are driven by time and carry dynamic obstacles; None to leave these out.
     """
 
     model: pin.Model
@@ -142,9 +141,9 @@ class ReducedRobot:
 
 
 def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
-    """Fix every joint outside the group where it is at the start.
+    """Fix every joint outside the group at its start position.
 
-    The last answers are kept for each robot: they depend only on the joints that are fixed.
+    The last results are cached for each robot: they depend only on the fixed joints.
 
     Args:
         robot: The robot.

@@ -1,4 +1,4 @@
-"""Scene: a robot among objects, and what may touch what. A value: an edit gives a new one."""
+"""Scene: a robot among objects, and the contact rules. A value: an edit returns a new scene."""
 
 from __future__ import annotations
 
@@ -58,30 +58,30 @@ from trajopt.values.shapes.shapes import Points, Shape, Voxels, bounding_box
 from trajopt.values.trajectory import Trajectory
 
 DEFAULT_MARGIN = 0.01
-"""Default clearance that the optimiser aims at from everything [m]."""
+"""Default margin of the optimiser [m]."""
 
 FROM_SRDF = AllowedCollisions()
-"""Stands for the pairs that the robot's description disables, unless another matrix is given."""
+"""Default matrix: the pairs that the robot's description disables."""
 
 
 COPY = "added to a copy of this scene, which `scene = scene.add(..)` keeps"
-"""Why a scene lacks what was added: it is a value."""
+"""Message for an object that was added to another copy of the scene."""
 
 
 @dataclass(frozen=True, eq=False)
 class SceneParts(Value):
-    """The fields of a scene, which `Scene` says more of, and what can be asked of them.
+    """The fields of a scene, and queries on them; see `Scene`.
 
     Attributes:
         robot: The robot.
         objects: Objects by id.
-        allowed: Pairs that may touch; starts with the robot's disabled pairs.
-        margin: Clearance that the optimiser keeps from everything where it can [m].
-        pair_margins: The same of single pairs of links and objects, where it differs [m].
-        clearances: Clearance that is required: no motion is verified that undercuts it.
-        allowances: Intended contacts, for a time.
-        tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
-        kind_margins: The margin of kinds of pairs, where it differs from that of everything [m].
+        allowed: Pairs that may touch; initially the robot's disabled pairs.
+        margin: Default margin of the optimiser [m].
+        pair_margins: Margins of single pairs that differ [m].
+        clearances: Required clearances: no motion is verified that violates them.
+        allowances: Temporary intended contacts.
+        tools: Tool frames of this scene, by name, as objects without a shape.
+        kind_margins: Margins of kinds of pairs that differ [m].
     """
 
     robot: Robot
@@ -95,7 +95,7 @@ class SceneParts(Value):
     kind_margins: Mapping[PairKind, float] = field(default_factory=dict[PairKind, float])
 
     def __post_init__(self) -> None:
-        """Check the margin; start from the robot's disabled pairs when no matrix was given."""
+        """Check the margin; use the robot's disabled pairs if no matrix is given."""
         robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
         for value in (margin, *(number("margin", each) for each in self.kind_margins.values())):
             if value < 0.0:
@@ -117,29 +117,29 @@ class SceneParts(Value):
 
     @cached_property
     def added_elsewhere(self) -> set[str]:
-        """Ids of the objects that `add` gave to scenes made of this one, which does not have them."""
+        """Ids of the objects that `add` gave to scenes derived from this one, which lacks them."""
         return set()
 
     @property
     def placed(self) -> Mapping[str, SceneObject]:
-        """Everything that has a placement in another frame, by name: tools and objects."""
+        """All tools and objects, by name."""
         return {**self.tools, **self.objects} if self.tools else self.objects
 
     @property
     def tools_on_links(self) -> Mapping[str, SceneObject]:
-        """The tools that would stay without any object."""
+        """The tools that do not depend on an object."""
         return {name: item for name, item in self.tools.items() if self.owner(name) not in self.objects}
 
     @property
     def frame_names(self) -> tuple[str, ...]:
-        """Names of all links and tool frames: those of the robot, then those of this scene."""
+        """Names of all links and tool frames, those of the robot first."""
         return (*self.robot.frame_names, *self.tools)
 
     def holder(self, name: str) -> FrameAttachment:
-        """Return the link (or "world") that a frame or object is fixed to, and where in it.
+        """Return the link (or "world") that carries a frame or object, and its placement there.
 
         Raises:
-            FrameNotFound: If the name is no frame.
+            FrameNotFound: If the name is not a frame.
         """
         if one_of("frame", name, str) == WORLD:
             return FrameAttachment(WORLD, IDENTITY)
@@ -151,7 +151,7 @@ class SceneParts(Value):
         return self.robot.frame(name)
 
     def carrier(self, name: str) -> str | None:
-        """Return the moving object that carries a frame or object, itself if it moves; None if none does."""
+        """Return the dynamic obstacle that carries a frame or object, perhaps itself; None without one."""
         while name in (placed := self.placed):
             if placed[name].timing.motion is not None:
                 return name
@@ -185,10 +185,10 @@ class SceneParts(Value):
         )
 
     def at(self, time: float) -> Self:
-        """Return the scene by a clock that shows 0 when this one's shows `time`: what a later motion meets.
+        """Return the scene with its clock advanced: `time` becomes 0. For a motion that starts later.
 
         Raises:
-            ShapeError: If the time is negative, or nothing is known of an object's motion any more then.
+            ShapeError: If the time is negative, or after the end of an object's prediction.
         """
         moment = number("time", time)
         if moment < 0.0:
@@ -196,14 +196,14 @@ class SceneParts(Value):
         return replace(self, objects={name: item.shifted(moment) for name, item in self.objects.items()})
 
     def owner(self, name: str, kind: str = "link, frame or object") -> str:
-        """Return the link or object that is meant where collisions are spoken of.
+        """Return the link or object that a name refers to in contact rules.
 
-        An object means itself, and so does a link that has a shape. A frame means what it is fixed on, and so
-        does a link without a shape, such as a flange: no other link could be meant.
+        An object refers to itself, and so does a link with a shape. A frame, or a link without a shape such
+        as a flange, refers to the body that it is fixed on.
 
         Args:
             name: A link, a tool frame or an object.
-            kind: What it is called where it is not found.
+            kind: Kind of the name in the error.
 
         Raises:
             FrameNotFound: If it is none of them.
@@ -222,18 +222,18 @@ class SceneParts(Value):
 
         Args:
             name: "world", a link, tool frame or object.
-            positions: The configuration in any of its forms: positions of all joints or of a group's, shape
+            positions: The configuration: positions of all joints or of a group's, shape
                 (number of joints,) [rad | m], joint -> position, the name of a state, or a plan, for its end.
 
         Raises:
-            FrameNotFound: If the name is no frame.
+            FrameNotFound: If the name is not a frame.
             NameNotFound: If a state or a joint is unknown.
-            ShapeError: If there is not one finite position for each joint.
+            ShapeError: If the positions are not one finite number for each joint.
         """
         return self._placement_at(name, self._configuration("positions", positions))
 
     def _configuration(self, name: str, given: ConfigurationLike) -> Floats:
-        """Return the positions of all joints in a configuration in any of its forms."""
+        """Return the positions of all joints of a configuration."""
         # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
         joints = len(self.robot.joint_names)
         if isinstance(given, list | tuple | np.ndarray) and len(cast("Sized", given)) == joints:
@@ -256,7 +256,7 @@ class SceneParts(Value):
         )
 
     def may_touch(self, a: str, b: str) -> bool:
-        """Say whether two links or objects are excused from keeping apart."""
+        """Return whether contact of two links or objects is allowed."""
         one, other = self.owner(a), self.owner(b)
         for first, second in ((one, other), (other, one)):
             if first in self.objects and second in self.objects[first].touch_links:
@@ -265,14 +265,14 @@ class SceneParts(Value):
         return self.allowed.allowed(self._entered(a), self._entered(b))
 
     def margin_of(self, a: str, b: str) -> float:
-        """Return the clearance that the optimiser aims at, always a little above what is required [m]."""
+        """Return the distance that the optimiser aims at, above the required clearance [m]."""
         pair, required = frozenset((self.owner(a), self.owner(b))), self.clearance_of(a, b)
         by_kind = kept(self.margin, self.kind_margins, self.part(a), self.part(b))
         margin = self.pair_margins.get(pair, by_kind)
         return max(margin, required + ROOM) if required > 0.0 else margin
 
     def clearance_of(self, a: str, b: str) -> float:
-        """Return the clearance that is required between two links or objects [m]."""
+        """Return the required clearance between two links or objects [m]."""
         holders, links = [self.holder(name).link for name in (a, b)], self.clearances.links
         padding = max(links.get(link, 0.0) for link in holders) if WORLD in holders else 0.0
         pair = frozenset((self.owner(a), self.owner(b)))
@@ -280,9 +280,9 @@ class SceneParts(Value):
         return self.clearances.pairs.get(pair, max(by_kind, padding))
 
     def part(self, name: str) -> Part:
-        """Say what a link, a frame or an object is to the robot.
+        """Return the role of a link, frame or object.
 
-        An object on a link that no joint moves stands in the world: a table placed on the robot's base. So
+        An object on a link that no joint moves belongs to the world: a table placed on the robot's base. So
         does a link that is fixed beside the robot: a table or a floor in its description.
 
         Raises:
@@ -294,14 +294,14 @@ class SceneParts(Value):
         return Part.WORLD if self.holder(owner).link in _standing_links(self.robot) else Part.CARRIED
 
     def __repr__(self) -> str:
-        """Say the robot, its tools, the objects and the distances to keep."""
+        """Return the robot, its tools, the objects and the clearances."""
         objects = in_short(", ".join(self.objects) or "no objects", 100)
         mounted = f" with {in_short(', '.join(self.tools), 100)}" if self.tools else ""
         return f"Scene({shown(self.robot.name)}{mounted}, {objects}; {self.distances})"
 
     @property
     def described(self) -> tuple[tuple[str, str], ...]:
-        """Each tool, and what is around the robot, as a heading and words."""
+        """Tools and surroundings, as headings with text."""
         tools = (f"{item.name} on {item.frame} at {item.placement}" for item in self.tools.values())
         around = f"{', '.join(self.objects) or 'nothing'}; {self.distances}"
         lines = [*(("tool", words) for words in tools), ("around it", around)]
@@ -312,12 +312,12 @@ class SceneParts(Value):
 
     @property
     def distances(self) -> str:
-        """The distances to keep, in words."""
+        """Clearances and margins in words."""
         margin = in_kinds(self.margin, self.kind_margins) + PAIRS_DIFFER * bool(self.pair_margins)
         return f"{self.clearances}, margin {margin}"
 
     def _entered(self, name: str) -> str:
-        """Return the name that a matrix of allowed collisions has for a link, frame or object."""
+        """Return the name of a link, frame or object in the allowed-collision matrix."""
         owner = self.owner(name)
         return name if name in self.robot.links else owner
 
@@ -331,7 +331,7 @@ class SceneParts(Value):
         return frozenset(self.owner(name, "touch link") for name in several("touch_links", names, str))
 
     def _check_not_within(self, name: str, frame: str) -> None:
-        """Refuse a frame that is placed, directly or not, in what is to be placed in it."""
+        """Refuse a frame that is placed, directly or indirectly, in itself."""
         over, placed = frame, self.placed
         while over in placed:
             if over == name:
@@ -346,7 +346,7 @@ class SceneParts(Value):
         b: str | None,
         kinds: tuple[float | None, float | None, float | None],
     ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
-        """Return the pair that is asked of, if it is one, and what is asked of kinds of pairs [m]."""
+        """Return the requested pair, if any, and the requested distances of kinds of pairs [m]."""
         order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
         first = "margin" if caller == "with_margin" else "value"
         for name, each in zip((first, "world", "carried", "robot"), (value, *kinds), strict=True):
@@ -373,7 +373,7 @@ class SceneParts(Value):
 
 @cached_per_value
 def _shaped_links(robot: Robot) -> Mapping[str, str]:
-    """Return the nearest link with a shape that each link without one is fixed on, where there is one."""
+    """Return, for each link without a shape, the nearest link with one that it is fixed on."""
     shaped, frames = {body.owner for body in robot.bodies}, robot.model.frames
     found: dict[str, str] = {}
     for link in robot.links:
@@ -402,7 +402,7 @@ def _standing_links(robot: Robot) -> frozenset[str]:
 
 
 class SceneMotions(SceneParts):
-    """The edits of a scene that say what moves by itself, or is seen again and again."""
+    """Edits of a scene that concern dynamic obstacles and repeated measurements."""
 
     def with_motion(
         self,
@@ -416,7 +416,7 @@ class SceneMotions(SceneParts):
 
         Raises:
             ObjectNotFound: If there is none of that id.
-            ModelError: If it is to move, and is placed in another frame than the world.
+            ModelError: If a moving object is placed in another frame than the world.
             ShapeError: If it expires before it appears.
         """
         item, timing = self.object(name), timing_of(name, motion, appears, expires)
@@ -440,27 +440,26 @@ class SceneMotions(SceneParts):
     ) -> Self:
         """Add another robot that moves as planned: `scene.with_robot_in_motion("left", plan, base=...)`.
 
-        Each of its links with a shape, and what it carries, becomes an object "left/link7": on a track where
-        it moves, with an error that is proven to hold how far the track is from the robot (the module
-        `trajopt.scene.track` says how). Before the motion it rests at its start, after it at its
-        end. What stands in the other robot's scene is not taken over.
+        Each of its links with a shape, and its attached objects, become objects such as "left/link7", on a
+        track with a proven bound on the error (see `trajopt.scene.track`). Before the motion it rests at its
+        start, afterwards at its end. Objects of the other robot's scene are not included.
 
         Args:
-            name: What its objects' ids begin with.
+            name: Prefix of the objects' ids.
             motion: A plan, a result that has one, or a reduced model.
-            trajectory: The motion of a reduced model; of a plan, None for its own.
-            base: Of the world of the other robot's scene in this one's.
-            start: When it begins, by the clock of this scene; negative if it has begun [s].
-            until: Until when it is known to move so [s].
-            tolerance: How far its points may be from where tracks have them; they are taken to be as near to
-                everything as that. Tighter tracks have more pieces, which the judge takes longer for [m].
+            trajectory: The motion of a reduced model; None for a plan's own.
+            base: Placement of the other scene's world in this scene's world.
+            start: Start of the motion on the clock of this scene; negative if it has begun [s].
+            until: End of the time for which the motion is known [s].
+            tolerance: Largest error of the tracks, which is subtracted from all distances. Smaller errors
+                need more pieces, and longer checks [m].
 
         Raises:
             PlanningFailed: If the result has no plan.
             ProblemError: If `motion` is neither, or the trajectory is missing.
             DuplicateObject: If an id is taken.
             ModelError: If a half-space would have to move.
-            ShapeError: If a number or the placement is none.
+            ShapeError: If a number or the placement is invalid.
         """
         robot, moved = model_and_trajectory("with_robot_in_motion", motion, trajectory, MovingRobot)
         if not one_of("name", name, str):
@@ -473,17 +472,17 @@ class SceneMotions(SceneParts):
         return replace(self, objects={**self.objects, **added})
 
     def with_cloud(self, name: str, cloud: Points | Voxels | None, *, given: Iterable[str] = ()) -> Self:
-        """Put what was seen into the world, in place of all that was seen before under that name.
+        """Add a measured cloud to the world, or replace the earlier cloud of that name.
 
-        What else is said of the object stays: what may touch it, margins and clearances.
+        The object keeps its allowed contacts, margins and clearances.
 
         Args:
-            name: Of the object: a new one, or a cloud that the scene has.
-            cloud: In the world, about its origin; None where nothing was seen: a mere frame remains.
-            given: What is taken for granted of it, as phrases: each certificate repeats them.
+            name: Of the object: a new one, or a cloud of the scene.
+            cloud: In world coordinates; None for an empty measurement, which leaves a frame without a shape.
+            given: Assumptions about it, as phrases that each certificate repeats.
 
         Raises:
-            ModelError: If the name is one of the robot's, or of an object that is no cloud.
+            ModelError: If the name is one of the robot's, or of an object that is not a cloud.
         """
         stated = several("given", given, str)
         if one_of("the cloud's id", name, str) in self.objects:
@@ -516,36 +515,37 @@ OTHER_NAMES = {
     **dict.fromkeys(("attach_box", "attach_object", "attach_mesh"), "scene = scene.attach(name, frame)"),
     **dict.fromkeys(("get_objects", "get_known_object_names"), "scene.objects"),
 }
-"""Names of methods in other libraries, and what to write here."""
+"""Names of methods in other libraries, and the expressions to use here."""
 LIFTING = 0.5
-"""For so long an object may touch what it rests on after it was grasped [s]: lifted at 0.1 m/s^2 it is a
-centimetre above by then."""
+"""Duration of the allowed contact of a grasped object with its support [s]: lifted at 0.1 m/s^2, it is a
+centimetre above it afterwards.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Scene(SceneMotions):
     """A robot among objects.
 
-    Wherever a frame is meant, a link, a tool frame or an object does: an object means its own frame. Where
-    a link or an object is meant (touch links, margins, clearances, what may touch), a frame does too: it
-    means what it is fixed on.
+    An argument that takes a frame accepts a link, a tool frame or an object. An argument that takes a link or
+    object (touch links, margins, clearances, contacts) also accepts a frame, which refers to the body that it
+    is fixed on.
 
     Attributes:
         robot: The robot.
         objects: Objects by id.
-        allowed: Pairs that may touch; starts with the robot's disabled pairs.
-        margin: Clearance that the optimiser keeps from everything where it can [m].
-        pair_margins: The same of single pairs of links and objects, where it differs [m].
-        clearances: Clearance that is required: no motion is verified that undercuts it.
-        allowances: Intended contacts, for a time.
-        tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
-        kind_margins: The margin of kinds of pairs, where it differs from that of everything [m].
+        allowed: Pairs that may touch; initially the robot's disabled pairs.
+        margin: Default margin of the optimiser [m].
+        pair_margins: Margins of single pairs that differ [m].
+        clearances: Required clearances: no motion is verified that violates them.
+        allowances: Temporary intended contacts.
+        tools: Tool frames of this scene, by name, as objects without a shape.
+        kind_margins: Margins of kinds of pairs that differ [m].
     """
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
-            """Name what is meant by a name of another library."""
+            """Suggest the name to use for a name of another library."""
             raise unknown_attribute(self, name, OTHER_NAMES)
 
     def add(
@@ -565,24 +565,24 @@ class Scene(SceneMotions):
         """Add an object.
 
         Args:
-            name: Its id, not taken by another object or a frame of the robot.
-            shape: One shape, or several with placements in the object's frame (none: a mere
-                frame). A mesh is covered by convex pieces unless `meshes` asks for it exactly.
-            placement: Of the object in `frame`; at its origin when None.
-            frame: "world", a link or tool frame (it moves along then), or another object.
-            touch_links: Links that may touch it; objects too, and frames for what they are fixed on.
+            name: Its id, not used by another object or a frame of the robot.
+            shape: One shape, or several with placements in the object's frame (none: a frame without a
+                shape). A mesh is covered by convex pieces unless `meshes` requests the exact triangles.
+            placement: Of the object in `frame`; at its origin if None.
+            frame: "world", a link or tool frame (the object moves with it), or another object.
+            touch_links: Links, objects or frames that may touch it.
             meshes: How meshes become convex.
-            mass: Its mass [kg]; 0 where it is not known. It counts where a joint carries the object,
-                spread evenly over its shapes.
-            motion: How its frame moves in the world, instead of a placement; the scene's clock shows 0 when a
-                motion starts. What is placed in its frame moves along.
-            appears: Before it is not there [s]; None where it always was.
-            expires: After it is no longer there [s]; None where it stays.
+            mass: Its mass [kg]; 0 if unknown. It counts while a joint carries the object, spread evenly over
+                its shapes.
+            motion: Motion of its frame in the world, instead of a placement; a motion of the robot starts at
+                time 0 of the scene's clock. Objects in its frame move with it.
+            appears: Time before which it does not exist [s]; None if it always exists.
+            expires: Time after which it no longer exists [s]; None if it stays.
 
         Raises:
             DuplicateObject: If the id is taken.
             FrameNotFound: If `frame` or a touch link is unknown.
-            ShapeError: If the mass is negative or not finite, or it expires before it appears.
+            ShapeError: If the mass is negative or not finite, or the object expires before it appears.
             ModelError: If there is both a motion and a placement or frame.
         """
         self._check_free(name)
@@ -599,21 +599,20 @@ class Scene(SceneMotions):
         return self._with(added).with_motion(name, motion, appears=appears, expires=expires)
 
     def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> Scene:
-        """Give the robot a tool's frame: `scene.with_tool("tcp", on="tool0", placement=(...))`.
+        """Add a tool frame: `scene.with_tool("tcp", on="tool0", placement=(...))`.
 
-        Its name will do wherever a frame is meant, from then on. It has no shape; what the tool looks like
-        is an object on the same link (`add`, `attach`), and `on` may be that object: the frame moves along.
-        `move` and `remove` take its name.
+        Any argument that takes a frame accepts its name. It has no shape; the shape of the tool is an object
+        on the same link (`add`, `attach`), and `on` may be that object. `move` and `remove` accept its name.
 
         Args:
-            name: Not taken by a frame of the robot or an object.
+            name: Not used by a frame of the robot or an object.
             on: A link, a tool frame or an object.
-            placement: Of the frame in that one; at its origin when None.
+            placement: Of the frame in that one; at its origin if None.
 
         Raises:
             ModelError: If the name is taken or empty, or `on` is the world.
             FrameNotFound: If `on` is unknown.
-            ShapeError: If the placement is none.
+            ShapeError: If the placement is invalid.
         """
         if name_of("tool frame", name) in (WORLD, "", *self.frame_names, *self.objects):
             taken = "a frame of the robot" if name in self.frame_names else "an object"
@@ -626,13 +625,13 @@ class Scene(SceneMotions):
         return self._with_tool(SceneObject(name, (), object_placement(name, placement), on))
 
     def still_at(self, time: float) -> Scene:
-        """Return the scene as it stands at a time of its clock [s]: nothing in it changes any more.
+        """Return a static scene: a snapshot at a time of the clock [s].
 
-        What is not known any more stands where it was known last; errors of predictions are left out. What is
-        not there then is left out, unless something is placed in it.
+        After the end of a prediction an object keeps its last position; errors of predictions are left out.
+        Objects that do not exist then are left out, unless another object is placed in their frame.
 
         Raises:
-            ShapeError: If the time is no finite number.
+            ShapeError: If the time is not a finite number.
         """
         moment = number("time", time)
         if not self.changing:
@@ -649,7 +648,7 @@ class Scene(SceneMotions):
 
         Raises:
             ObjectNotFound: If there is none of that id.
-            ModelError: If an object or a tool's frame is placed in its frame.
+            ModelError: If an object or a tool frame is placed in its frame.
         """
         if one_of("object", name, str) not in self.tools:
             self.object(name)
@@ -667,14 +666,14 @@ class Scene(SceneMotions):
         )
 
     def move(self, name: str, placement: PlacementLike, *, frame: str | None = None) -> Scene:
-        """Place an object, or the frame of a tool, elsewhere, in its present frame or another.
+        """Place an object, or a tool frame, elsewhere, in its present frame or another.
 
-        One that moves rests there from now on.
+        A moving object rests there afterwards.
 
         Raises:
             ObjectNotFound: If there is none of that id.
             FrameNotFound: If the frame is unknown.
-            ModelError: If it would be placed in itself, or a tool's frame in the world.
+            ModelError: If it would be placed in itself, or a tool frame in the world.
         """
         item = self.tools[name] if one_of("object", name, str) in self.tools else self.object(name)
         target = item.frame if frame is None else frame
@@ -700,26 +699,26 @@ class Scene(SceneMotions):
         mass: float | None = None,
         resting_on: str | Iterable[str] = (),
     ) -> Scene:
-        """Fix an object to a link, a tool frame or an object that is attached: it moves along from now on.
+        """Fix an object to a link, a tool frame or an attached object, with which it moves afterwards.
 
-        An object that moves by itself can carry others too: a tray on a conveyor.
+        A dynamic obstacle can carry others too: a tray on a conveyor.
 
         Args:
             name: The object's id.
-            link: The link, tool frame, attached object or object that moves.
+            link: The link, tool frame, attached object or dynamic obstacle.
             placement: Of the object in the link's frame; or
-            at: Configuration at which it is grasped where it stands, in any of its forms; of what
-                moves by itself, where it is when the clock shows 0.
-            touch_links: Links that may touch it, beside the link itself and what is attached between; as
-                for `add`.
-            mass: Its mass [kg]; the one it was added with when None.
-            resting_on: One or several objects or links that it stands on until it is lifted: contact is
-                accepted for the first half second of a motion, to a depth of 1 mm (`allow_contact`).
+            at: Configuration at which it is grasped at its present place; for a moving object, its place at
+                time 0.
+            touch_links: Links that may touch it, in addition to the link itself and the objects attached
+                between; as for `add`.
+            mass: Its mass [kg]; if None, the mass that it was added with.
+            resting_on: Objects or links that support it until it is lifted: contact is accepted
+                for the first half second of a motion, to a depth of 1 mm (`allow_contact`).
 
         Raises:
             ObjectNotFound: If there is none of that id.
-            FrameNotFound: If the link, a touch link or what it rests on is unknown.
-            ModelError: Unless exactly one of `placement` and `at` is given, or if `link` stands still.
+            FrameNotFound: If the link, a touch link or a support is unknown.
+            ModelError: Unless exactly one of `placement` and `at` is given, or if `link` cannot move.
             ShapeError: If the mass is negative or not finite.
         """
         item = self.object(name)
@@ -747,17 +746,17 @@ class Scene(SceneMotions):
         return held
 
     def detach(self, name: str, *, at: ConfigurationLike) -> Scene:
-        """Leave an object in the world where it is at a configuration, when the clock shows 0.
+        """Leave an object in the world at its place in a configuration, at time 0.
 
         Args:
             name: The object's id.
-            at: The configuration, in any of its forms: the end of a plan is one.
+            at: The configuration; the end of a plan is one.
 
         Raises:
             ObjectNotFound: If there is none of that id.
             ModelError: If it is not attached.
             NameNotFound: If a state or a joint is unknown.
-            ShapeError: If there is not one finite position for each joint.
+            ShapeError: If the positions are not one finite number for each joint.
         """
         item = self.object(name)
         if self.holder(name).link == WORLD and self.carrier(item.frame) is None:
@@ -766,10 +765,10 @@ class Scene(SceneMotions):
         return self._with(replace(item, placement=where, frame=WORLD, touch_links=nothing))
 
     def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> Scene:
-        """Let two things touch, or one touch anything (`b` None); `allowed=False` forbids again.
+        """Allow contact of two bodies, or of one with anything (`b` None); `allowed=False` forbids it again.
 
         Raises:
-            FrameNotFound: If a name is no link, frame or object.
+            FrameNotFound: If a name is not a link, frame or object.
         """
         matrix, allowed = self.allowed, one_of("allowed", allowed, bool)
         for meant in (self._entered, self.owner):
@@ -789,28 +788,28 @@ class Scene(SceneMotions):
         carried: float | None = None,
         robot: float | None = None,
     ) -> Scene:
-        """Require a clearance: of everything from everything, of two named things, or by kind [m].
+        """Require a clearance: between all bodies, between two, or by kind [m].
 
-        `with_clearance(world=0.03)` asks for 30 mm from the world and for nothing between the robot's own
-        links. The judge proves what is required, and refuses a nearer start or goal. Links nearer by design
-        need a clearance of their own, by kind or by name.
+        `with_clearance(world=0.03)` requires 30 mm from the world, and nothing between the robot's own links.
+        The judge proves the clearance, and refuses a nearer start or goal. Links that are nearer by design
+        need their own clearance, by kind or by name.
 
         Args:
-            value: Between everything, whatever its kind, or between `a` and `b`.
+            value: Between all bodies of every kind, or between `a` and `b`.
             a: One link, frame or object.
             b: The other.
-            world: From what stands in the world, tables and floors of the robot's description too, of the
-                robot and of what it carries.
-            carried: Of what is carried, from everything; from the world it keeps the larger of both.
-            robot: Of the robot's links from each other.
+            world: Between the world (also tables and floors of the robot's description) and the robot with
+                its attached objects.
+            carried: Between attached objects and everything; from the world the larger of both applies.
+            robot: Between the robot's links.
 
         Raises:
             ShapeError: If a clearance is negative or not finite.
-            FrameNotFound: If a name is no link, frame or object.
+            FrameNotFound: If a name is not a link, frame or object.
             ModelError: If nothing is given, only one name, names without a value, or names with kinds.
 
         Warns:
-            UnitWarning: If it is farther than any arm reaches.
+            UnitWarning: If it is larger than the reach of any arm.
         """
         pair, kinds = self._asked("with_clearance", value, a, b, (world, carried, robot))
         kept = self.clearances if value is None else self.clearances.having(value, pair)
@@ -826,10 +825,11 @@ class Scene(SceneMotions):
         carried: float | None = None,
         robot: float | None = None,
     ) -> Scene:
-        """Set the margin: what the optimiser keeps where it can, but the judge does not require [m].
+        """Set the margin: a distance that the optimiser keeps if possible, and the judge does not require
+        [m].
 
         Args:
-            margin: From everything, whatever its kind, or between `a` and `b`.
+            margin: Between all bodies of every kind, or between `a` and `b`.
             a: One link, frame or object.
             b: The other.
             world: As for `with_clearance`.
@@ -838,11 +838,11 @@ class Scene(SceneMotions):
 
         Raises:
             ShapeError: If a margin is negative or not finite.
-            FrameNotFound: If a name is no link, frame or object.
+            FrameNotFound: If a name is not a link, frame or object.
             ModelError: If nothing is given, only one name, names without a margin, or names with kinds.
 
         Warns:
-            UnitWarning: If it is farther than any arm reaches.
+            UnitWarning: If it is larger than the reach of any arm.
         """
         pair, kinds = self._asked("with_margin", margin, a, b, (world, carried, robot))
         if pair is not None and margin is not None:
@@ -858,16 +858,16 @@ class Scene(SceneMotions):
         """Accept contact of a pair during the first or last seconds of the motion.
 
         Args:
-            name: What it is for; shown in the certificate.
+            name: Its purpose, shown in the certificate.
             a: One link or object.
             b: The other.
-            depth: Deepest penetration accepted [m].
-            first: How long from the start [s].
-            last: How long up to the end [s].
+            depth: Largest accepted penetration [m].
+            first: Duration from the start [s].
+            last: Duration up to the end [s].
 
         Raises:
-            FrameNotFound: If a name is no link, frame or object.
-            ModelError: If no window is given.
+            FrameNotFound: If a name is not a link, frame or object.
+            ModelError: If no duration is given.
             ShapeError: If a number is negative or not finite.
         """
         allowance = ContactAllowance(name, self.owner(a), self.owner(b), depth, first, last)
@@ -884,22 +884,22 @@ def robot_objects(
     until: float = inf,
     tolerance: float,
 ) -> Mapping[str, SceneObject]:
-    """Return everything with a shape that a robot is made of, and what it carries, as objects by id.
+    """Return the links with shapes of a moving robot, and its attached objects, as objects by id.
 
-    Of what one joint carries the first has a track, and the rest is placed in its frame.
+    The first object on each joint has a track, and the others are placed in its frame.
 
     Args:
-        name: What the ids begin with.
-        robot: What moves.
+        name: Prefix of the ids.
+        robot: The moving robot.
         trajectory: Of its group's joints.
-        base: Of its world in the scene that the objects are for.
-        start: When the motion begins, by the clock of that scene [s].
-        until: Until when it is known to move so [s].
-        tolerance: How far points may be from where the tracks have them [m].
+        base: Placement of its world in the scene that the objects are for.
+        start: Start of the motion on the clock of that scene [s].
+        until: End of the time for which the motion is known [s].
+        tolerance: Largest error of the tracks [m].
 
     Raises:
-        ModelError: If something that moves is a half-space.
-        ShapeError: If a number is not usable.
+        ModelError: If a moving body is a half-space.
+        ShapeError: If a number is invalid.
     """
     owned: dict[str, list[FixedBody]] = {}
     for body in robot.bodies:
@@ -934,7 +934,7 @@ def robot_objects(
 
 
 def _reach(body: FixedBody, frame: Anchor) -> float:
-    """Return how far the points of a body may be from the origin of a frame on the same joint [m].
+    """Return the largest distance of a body's points from the origin of a frame on the same joint [m].
 
     Raises:
         ModelError: If it is a half-space.

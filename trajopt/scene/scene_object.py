@@ -1,4 +1,4 @@
-"""An object in the scene: shapes in a frame that is placed somewhere."""
+"""An object in the scene: shapes in a frame."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -26,10 +26,10 @@ Part = tuple[Shape, Placement]
 
 @dataclass(frozen=True, eq=False)
 class AnchoredObject:
-    """An object where it is fixed.
+    """An object on its joint.
 
     Attributes:
-        anchor: The joint that carries it, and where in it.
+        anchor: The joint that carries it, and its placement there.
         bodies: Its collision bodies there.
     """
 
@@ -43,14 +43,14 @@ class SceneObject(Value):
 
     Attributes:
         name: Its id.
-        parts: Shapes with their placements in the object's frame; none makes a mere frame.
+        parts: Shapes with their placements in the object's frame; empty for a frame without a shape.
         placement: Of the object's frame in `frame`.
         frame: "world", a link or tool frame, or another object.
         touch_links: Links that may touch it.
-        notes: What its meshes became.
-        mass: Its mass [kg]; 0 where it is not known.
-        timing: When it is there, and how it moves; `placement` is where it is at time 0 then.
-        given: What is taken for granted of it, in phrases that follow "proven given that" in certificates.
+        notes: Notes on the conversion of its meshes.
+        mass: Its mass [kg]; 0 if unknown.
+        timing: Its existence and motion; `placement` is then its placement at time 0.
+        given: Assumptions about it, as phrases that follow "proven given that" in certificates.
     """
 
     name: str
@@ -64,7 +64,7 @@ class SceneObject(Value):
     given: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Say what it is made of and where it is."""
+        """Return its shapes and its place."""
         parts = shown(self.parts[0][0]) if len(self.parts) == 1 else in_number(self.parts, "shape")
         when = "" if self.timing.always else f"; {self.timing}"
         return f"SceneObject({shown(self.name)}: {parts} at {self.placement}{seen_from(self.frame)}{when})"
@@ -79,7 +79,7 @@ class SceneObject(Value):
         """Return the object fixed to the joint that carries its frame.
 
         Args:
-            frame: Where `frame` is.
+            frame: Anchor of `frame`.
         """
         anchor = Anchor(frame.joint, frame.placement * self.placement)
         bodies = tuple(
@@ -90,7 +90,7 @@ class SceneObject(Value):
 
     @cached_property
     def inertia(self) -> pin.Inertia:
-        """Its mass, spread evenly over its shapes, in its frame; at its origin where these have no volume."""
+        """Its mass, spread evenly over its shapes, in its frame; at its origin if these have no volume."""
         whole = pin.Inertia.Zero()
         for shape, where in self.parts:
             whole += pin.SE3(where.rotation, where.translation).act(uniform_inertia(shape))
@@ -100,17 +100,17 @@ class SceneObject(Value):
 
     @cached_property
     def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:
-        """What decides which bodies it must keep apart from: all but where it is in its frame."""
+        """Everything that determines its pairs: all fields except its placement."""
         return (self.name, self.frame, len(self.parts), self.touch_links)
 
     def still_at(self, time: float) -> "SceneObject":
-        """Return it where it is at a time of its clock [s], or where it was known last."""
+        """Return it at rest, at its place at a time [s] or at the last known one."""
         motion = self.timing.motion
         where = self.placement if motion is None else motion.track.at(min(time, motion.until))
         return replace(self, placement=where, timing=ALWAYS)
 
     def shifted(self, time: float) -> "SceneObject":
-        """Return it by a clock that shows 0 when this one's shows `time` [s]; see `Timing.shifted`."""
+        """Return it with its clock advanced by `time` [s]; see `Timing.shifted`."""
         if self.timing.always:
             return self
         timing = self.timing.shifted(time)
@@ -119,13 +119,13 @@ class SceneObject(Value):
 
 
 def object_placement(name: str, value: PlacementLike | None) -> Placement:
-    """Return where an object is placed; at the origin when None.
+    """Return the placement of an object; the origin if None.
 
     Raises:
-        ShapeError: If it is no placement.
+        ShapeError: If it is not a placement.
 
     Warns:
-        UnitWarning: If it is farther away than any shape may be large.
+        UnitWarning: If it is farther away than the largest shape.
     """
     if value is None:
         return IDENTITY
@@ -137,11 +137,11 @@ def object_placement(name: str, value: PlacementLike | None) -> Placement:
 def covered_parts(
     name: str, shape: Shape | Sequence[tuple[Shape, PlacementLike]], policy: MeshPolicy
 ) -> tuple[tuple[Part, ...], tuple[str, ...]]:
-    """Return what an object is made of, its meshes covered by convex pieces, and notes on these.
+    """Return the parts of an object, with meshes covered by convex pieces, and notes on these.
 
     Args:
         name: The object's id.
-        shape: One shape in its origin, or several with placements in the object's frame.
+        shape: One shape at its origin, or several with placements in the object's frame.
         policy: How meshes become convex.
 
     Raises:
@@ -166,16 +166,16 @@ def covered_parts(
 
 
 def _is_part(item: object) -> bool:
-    """Say whether something is a shape with its placement; callers may not check types."""
+    """Return whether a value is a shape with its placement; callers may not check types."""
     pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
     return len(pair) == 2 and isinstance(pair[0], Shape)
 
 
 def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
-    """Return what an object is made of that stands for a cloud in the world; nothing for None.
+    """Return the parts of an object for a cloud in the world; empty for None.
 
     Raises:
-        ModelError: If it is no cloud.
+        ModelError: If it is not a cloud.
     """
     if not isinstance(cloud, Points | Voxels | None):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ModelError(f"cloud must be Points, Voxels or None, is {shown(cloud)}")
@@ -185,10 +185,10 @@ def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
 def replaced_cloud(
     old: SceneObject, cloud: Points | Voxels | None, given: tuple[str, ...] = ()
 ) -> SceneObject:
-    """Return an object with another cloud in the world in place of its own.
+    """Return an object with its cloud replaced by another.
 
     Raises:
-        ModelError: If it is no cloud, or the object was none.
+        ModelError: If the value or the object is not a cloud.
     """
     if not all(isinstance(shape, Points | Voxels) for shape, _ in old.parts):
         raise ModelError(f"{shown(old.name)} is no cloud, and would be lost: remove it, or take another name")

@@ -1,4 +1,4 @@
-"""Timed model: a reduced model among what changes with time, with joints that time drives."""
+"""Timed model: a reduced model among dynamic obstacles, which joints driven by time carry."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,12 +19,12 @@ from trajopt.values.cached import LruCache, cached_in_value, cached_per_value
 
 @dataclass(frozen=True, eq=False)
 class TimedModel:
-    """A reduced model whose joints are the group's, n of them, and then those that time drives.
+    """A reduced model with the group's joints, n of them, followed by joints driven by time.
 
     Attributes:
-        reduced: The model with all of its scene's objects.
-        driven: Where time has the joints that it drives.
-        timings: Of each object that changes: when it is there, and the motion of what carries it.
+        reduced: The model with all objects of its scene.
+        driven: Positions of the driven joints.
+        timings: Existence of each changing object, and the motion of its carrier.
     """
 
     reduced: ReducedModel
@@ -33,7 +33,7 @@ class TimedModel:
 
     @property
     def until(self) -> float:
-        """Until when all motions are known [s]."""
+        """End of the time for which all motions are known [s]."""
         known = (timing.motion.until for timing in self.timings.values() if timing.motion is not None)
         return min(known, default=inf)
 
@@ -42,25 +42,25 @@ class TimedModel:
         return np.concatenate((positions, self.driven.at(times)), axis=1)
 
     def there(self, name: str, time: float) -> bool:
-        """Say whether a link or an object is there at a time [s]."""
+        """Return whether a link or an object exists at a time [s]."""
         timing = self.timings.get(name)
         return timing is None or timing.appears <= time <= timing.expires
 
     def error(self, name: str, time: float) -> float:
-        """Return how far a link or an object may be off its track at a time [s], in metres."""
+        """Return the largest error of a link's or object's track at a time [m]."""
         timing = self.timings.get(name)
         return 0.0 if timing is None or timing.motion is None else timing.motion.error_at(time)
 
     def is_uncertain(self, name: str) -> bool:
-        """Say whether a link or an object may ever be off its track."""
+        """Return whether a link's or object's track has an error."""
         timing = self.timings.get(name)
         return timing is not None and timing.motion is not None and any(timing.motion.error)
 
 
 def timed_model(reduced: ReducedModel) -> TimedModel | None:
-    """Return the timed model of a reduced one; None where nothing in its scene changes with time.
+    """Return the timed model of a reduced one; None if its scene is static.
 
-    The last answers are kept for each scene.
+    The last results are cached for each scene.
     """
     scene = reduced.scene
     if not scene.changing:
@@ -107,14 +107,14 @@ def _built(reduced: ReducedModel, robot: ReducedRobot) -> TimedModel:
 
 
 def _timing(scene: Scene, name: str) -> Timing:
-    """Return when an object is there, and the motion of what carries it."""
+    """Return the existence of an object, and the motion of its carrier."""
     carrier = scene.carrier(name)
     motion: Prediction | None = None if carrier is None else scene.objects[carrier].timing.motion
     return replace(scene.objects[name].timing, motion=motion)
 
 
 def _unlimited(limits: JointLimits, names: tuple[str, ...]) -> JointLimits:
-    """Return limits of the group's joints, and none of those that time drives."""
+    """Return limits of the group's joints, and infinite ones for the driven joints."""
     wide = np.full(len(names), np.inf)
     fields = ("upper", "velocity", "acceleration", "jerk", "effort")
     wider = {name: readonly(np.append(getattr(limits, name), wide)) for name in fields}
@@ -123,7 +123,7 @@ def _unlimited(limits: JointLimits, names: tuple[str, ...]) -> JointLimits:
 
 
 def _beside(matrix: Floats, count: int) -> Floats:
-    """Return a matrix that maps further joints to themselves."""
+    """Extend a matrix by the identity for further joints."""
     rows, columns = matrix.shape
     whole = np.zeros((rows + count, columns + count))
     whole[:rows, :columns] = matrix
@@ -133,14 +133,14 @@ def _beside(matrix: Floats, count: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class ChangingPairs(Printed):
-    """What is known of the pairs of which one changes with time; windows of contact are left to the judge.
+    """The pairs with a dynamic obstacle; temporary contacts are left to the judge.
 
     Attributes:
-        changes: Whether one of the pair does, shape (p,).
-        required: Clearance that is required, shape (p,) [m].
+        changes: Whether a body of the pair changes with time, shape (p,).
+        required: Required clearance, shape (p,) [m].
         errors: Radius, velocity and acceleration of the error, shape (p, 3).
-        appears: When both are there, shape (p,) [s].
-        expires: When no longer, shape (p,) [s].
+        appears: Time from which both exist, shape (p,) [s].
+        expires: Time until which both exist, shape (p,) [s].
     """
 
     changes: Bools
@@ -151,7 +151,7 @@ class ChangingPairs(Printed):
 
     @staticmethod
     def of(timed: TimedModel) -> "ChangingPairs":
-        """Return the pairs of a timed model; found once for each."""
+        """Return the pairs of a timed model; computed once for each."""
         return _of(timed)
 
     def error_at(self, time: Floats | float, pair: Ints | slice) -> Floats:

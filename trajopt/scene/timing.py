@@ -1,4 +1,4 @@
-"""Timing: when a thing is in the scene, and how it moves."""
+"""Timing: existence and motion of an object."""
 
 from dataclasses import dataclass
 from math import inf, isfinite
@@ -10,12 +10,12 @@ from trajopt.values.errors import ModelError, ShapeError, shown
 
 @dataclass(frozen=True, eq=False)
 class Timing(Value):
-    """When a thing is there, by the clock of the scene, and where.
+    """Existence and motion of an object, on the clock of the scene.
 
     Attributes:
-        motion: How its frame moves; None where it rests, or is carried.
-        appears: Before it is not there [s].
-        expires: After it is no longer there [s].
+        motion: Motion of its frame; None if it rests, or is carried.
+        appears: Start of its existence [s].
+        expires: End of its existence [s].
     """
 
     motion: Prediction | None = None
@@ -24,20 +24,20 @@ class Timing(Value):
 
     @property
     def always(self) -> bool:
-        """Whether it is always there, and where it is placed."""
+        """Whether it always exists and does not move."""
         return self.motion is None and self.appears == -inf and self.expires == inf
 
     def shifted(self, time: float) -> "Timing":
-        """Return it by a clock that shows 0 when this one's shows `time` [s].
+        """Return it with the clock advanced by `time` [s].
 
         Raises:
-            ShapeError: If nothing is known of its motion any more then, or the time is before 0.
+            ShapeError: If its motion is unknown by then, or the time is before 0.
         """
         motion = self.motion if self.motion is None else self.motion.shifted(time)
         return Timing(motion, self.appears - time, self.expires - time)
 
     def __repr__(self) -> str:
-        """Say what differs from always."""
+        """Return the fields that are not the default."""
         parts = [] if self.motion is None else [str(self.motion)]
         parts += [f"appears at {self.appears:g} s"] if isfinite(self.appears) else []
         parts += [f"expires at {self.expires:g} s"] if isfinite(self.expires) else []
@@ -45,23 +45,23 @@ class Timing(Value):
 
 
 ALWAYS = Timing()
-"""At rest, and always there."""
+"""At rest and always existing."""
 
 
 def timing_of(
     name: str, motion: Prediction | Track | None, appears: float | None, expires: float | None
 ) -> Timing:
-    """Return the timing of an object; a track alone is a prediction without error and without end.
+    """Return the timing of an object; a track alone is a prediction without error and end.
 
     Args:
         name: The object's id.
-        motion: How its frame moves; None where it rests.
-        appears: Before it is not there [s]; None where it always was.
-        expires: After it is no longer there [s]; None where it stays.
+        motion: Motion of its frame; None if it rests.
+        appears: Start of its existence [s]; None if it always exists.
+        expires: End of its existence [s]; None if it stays.
 
     Raises:
         ModelError: If the motion is neither track nor prediction.
-        ShapeError: If it expires before it appears, or a time is no number.
+        ShapeError: If it expires before it appears, or a time is not a number.
     """
     if isinstance(motion, Track):
         motion = Prediction(motion)

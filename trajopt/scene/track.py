@@ -1,4 +1,4 @@
-"""Track: where a thing in the scene is at every time; prediction: a track with an error that grows."""
+"""Track: the motion of a frame over time. Prediction: a track with a growing error."""
 
 from __future__ import annotations
 
@@ -28,31 +28,32 @@ from trajopt.values.printed import in_number
 from trajopt.values.trajectory import LONGEST, Trajectory
 
 MOST_DEGREE = 5
-"""Highest power of a piece's translation: that of trajectories, which tracks are made of."""
+"""Largest degree of a piece's translation, which is that of trajectories."""
 JUMP = 1e-6
-"""Pieces may end by so much beside where the next begins [m | rad]: rounding in files."""
+"""Largest gap between consecutive pieces [m | rad], from rounding in files."""
 TOLERANCE = 2e-3
-"""How far points of another robot may be from its tracks, where nothing else is said: well inside the margin
-that motions keep anyway, and arms at speed are no nearer to their motions [m]."""
+"""Default error of the tracks of another robot [m]: far below the margin of motions, and of the size of an
+arm's tracking error at speed.
+"""
 STEADY = 1e-12
-"""Slower than this nothing turns [rad/s]."""
+"""Slower rotations count as none [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Track(Value):
-    """Where a frame is at every time: at rest before the first time and after the last.
+    """The placement of a frame over time: at rest before the first time and after the last.
 
     In each piece the origin moves along polynomials of time and the frame turns about one axis at a constant
-    rate. Make one with `Track.through` or `Track.constant_velocity`, or of another robot's motion with
+    rate. Make one with `Track.through` or `Track.constant_velocity`, or from another robot's motion with
     `Track.of`.
 
     Attributes:
         times: Ends of the k pieces, increasing, shape (k + 1,) [s].
-        coefficients: Of the origin's position in the world, by the time since the start of each piece,
+        coefficients: Of the origin's position in the world, in the time since the start of each piece,
             highest power first, shape (degree + 1, k, 3) [m].
         rotations: Of the frame at the start of each piece, shape (k, 3, 3).
-        axes: Unit vector about which it turns in each piece, in its own frame, shape (k, 3).
-        rates: How fast it does, shape (k,) [rad/s].
+        axes: Unit rotation axis in each piece, in the frame itself, shape (k, 3).
+        rates: Angular velocity, shape (k,) [rad/s].
     """
 
     times: Floats
@@ -62,11 +63,11 @@ class Track(Value):
     rates: Floats
 
     def __post_init__(self) -> None:
-        """Check that it is a motion.
+        """Check that the pieces form a motion.
 
         Raises:
-            ShapeError: If the shapes do not fit, the times do not increase, an axis is not of length one, or
-                the frame jumps from one piece to the next.
+            ShapeError: If the shapes do not match, the times do not increase, an axis is not of length one,
+                or the frame jumps between pieces.
         """
         times = floats("times of the track", self.times, (None,))
         if len(times) < 2 or (np.diff(times) <= 0.0).any() or np.abs(times).max() > LONGEST:
@@ -85,7 +86,6 @@ class Track(Value):
         self._check_jumps()
 
     def _check_jumps(self) -> None:
-        """Refuse a frame that is elsewhere when the next piece begins."""
         for piece, (moment, length) in enumerate(zip(self.times[1:-1], np.diff(self.times), strict=False)):
             reached, begins = self._within(piece, float(length)), self._within(piece + 1, 0.0)
             away = float(np.linalg.norm(reached.translation - begins.translation))
@@ -99,7 +99,7 @@ class Track(Value):
     @staticmethod
     @checked
     def through(times: ArrayLike, placements: Sequence[PlacementLike]) -> Track:
-        """Make a track that is at placements at times, straight and turning evenly in between.
+        """Make a track through placements, straight and at constant angular velocity between them.
 
         Args:
             times: Increasing, shape (k,) [s].
@@ -180,27 +180,25 @@ class Track(Value):
     ) -> Prediction:
         """Make the track of a frame of another robot that moves as planned, with its error: a `Prediction`.
 
-        A conveyor that was planned is such a robot too. (`Scene.with_robot_in_motion` adds a whole robot.)
-
-        The frame does not move as tracks do, and the prediction's error is a proven bound on how far any
-        point within `reach` of its origin is from where the track has it; how, is said in the module
-        `trajopt.scene.track`.
+        The robot may be a planned conveyor. (`Scene.with_robot_in_motion` adds a whole robot.) The error of
+        the prediction is a proven bound on the distance of any point within `reach` of the frame's origin
+        from its place on the track; the module `trajopt.scene.track` derives it.
 
         Args:
             motion: A plan, a result that has one, or a reduced model.
             frame: Link or tool frame of that robot, or an object that it carries.
-            reach: No point of what moves with the frame is farther from its origin [m].
-            trajectory: The motion of a reduced model; of a plan, None for its own.
-            base: Of the world of that robot's scene in the scene that the track is for.
-            start: When the motion begins, by the clock of the scene; negative if it has begun [s].
-            until: Until when it is known to move so [s].
-            tolerance: How large the error may be [m].
+            reach: Largest distance of points that move with the frame from its origin [m].
+            trajectory: The motion of a reduced model; None for a plan's own.
+            base: Placement of that robot's world in the scene that the track is for.
+            start: Start of the motion on the clock of the scene; negative if it has begun [s].
+            until: End of the time for which the motion is known [s].
+            tolerance: Largest error [m].
 
         Raises:
             PlanningFailed: If the result has no plan.
             ProblemError: If `motion` is neither, or the trajectory is missing.
             FrameNotFound: If the frame is unknown.
-            ShapeError: If a number is not usable.
+            ShapeError: If a number is invalid.
         """
         robot, moved = model_and_trajectory("Track.of", motion, trajectory, MovingRobot)
         if number("reach", reach) < 0.0 or number("tolerance", tolerance) <= 0.0:
@@ -225,7 +223,7 @@ class Track(Value):
 
     @property
     def end(self) -> float:
-        """After this time the frame rests [s]."""
+        """Time after which the frame rests [s]."""
         return float(self.times[-1])
 
     def at(self, time: float) -> Placement:
@@ -236,11 +234,11 @@ class Track(Value):
 
     @checked
     def shifted(self, time: float) -> Track:
-        """Return the track by a clock that shows 0 when this one's shows `time` [s]."""
+        """Return the track with the clock advanced by `time` [s]."""
         return replace(self, times=readonly(self.times - number("time", time)))
 
     def _within(self, piece: int, since: float) -> Placement:
-        """Return where the frame is some time after the start of a piece."""
+        """Return the placement some time after the start of a piece."""
         point = self.coefficients[0, piece]
         for coefficient in self.coefficients[1:, piece]:
             point = point * since + coefficient
@@ -250,19 +248,19 @@ class Track(Value):
         return Placement(readonly(turned), readonly(np.array(point)))
 
     def __repr__(self) -> str:
-        """Say when it moves."""
+        """Return the times of the motion."""
         return f"Track({self.times[0]:g} to {self.end:g} s, {in_number(self.rates, 'piece')})"
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction(Value):
-    """A track that is known to within an error, for a time.
+    """A track with a bounded error, known for a time.
 
     Attributes:
         track: The track.
         error: Radius r [m], velocity v [m/s] and acceleration a [m/s^2], none negative: at time t >= 0 no
-            point of the body is farther than r + v t + a t^2 / 2 from where the track has it, before than r.
-        until: Until then [s]; afterwards nothing is known, so no motion that ends later is verified.
+            point of the body is farther than r + v t + a t^2 / 2 from its place on the track, before that r.
+        until: End of the known time [s]; no motion that ends later is verified.
     """
 
     track: Track
@@ -273,8 +271,8 @@ class Prediction(Value):
         """Check the parts.
 
         Raises:
-            ProblemError: If `track` is none.
-            ShapeError: If the error is no such numbers, or `until` is not after 0.
+            ProblemError: If `track` is not a track.
+            ShapeError: If the error is invalid, or `until` is not after 0.
         """
         one_of("track", self.track, Track)
         radius, velocity, acceleration = floats("error", self.error, (3,)).tolist()
@@ -286,16 +284,16 @@ class Prediction(Value):
 
     @checked
     def error_at(self, time: float) -> float:
-        """Return how far points may be from where the track has them at a time [m]."""
+        """Return the largest error at a time [m]."""
         radius, velocity, acceleration = self.error
         since = max(time, 0.0)
         return radius + velocity * since + acceleration * since**2 / 2.0
 
     def shifted(self, time: float) -> Prediction:
-        """Return the prediction by a clock that shows 0 when this one's shows `time` [s].
+        """Return the prediction with the clock advanced by `time` [s].
 
         Raises:
-            ShapeError: If the time is before 0, or not before nothing is known any more.
+            ShapeError: If the time is before 0, or not before the end of the known time.
         """
         if not 0.0 <= number("time", time) < self.until:
             raise ShapeError("time", f"must be from 0 to before {self.until:g} s, is {time:g} s")
@@ -304,7 +302,7 @@ class Prediction(Value):
         return Prediction(self.track.shifted(time), error, self.until - time)
 
     def __repr__(self) -> str:
-        """Say the track and how well it is known."""
+        """Return the track and its error."""
         radius, velocity, acceleration = self.error
         known = f", until {self.until:g} s" if isfinite(self.until) else ""
         within = f", within {1e3 * radius:g} mm" if any(self.error) else ""
@@ -314,29 +312,31 @@ class Prediction(Value):
 
 
 def _unit(vectors: Floats, lengths: Floats) -> Floats:
-    """Return the directions of vectors, (k, 3); the z axis for those without length."""
+    """Normalise vectors, (k, 3); zero vectors become the z axis."""
     still = lengths <= STEADY
     return np.where(still[:, None], (0.0, 0.0, 1.0), vectors / np.where(still, 1.0, lengths)[:, None])
 
 
 STEPS = 0.125
-"""Share of the tolerance that is left for what is between the steps: shorter ones take time, longer ones
-leave less to the pieces."""
+"""Share of the tolerance reserved for the deviation between steps: smaller steps take longer, larger ones
+leave
+less to the pieces.
+"""
 ROUNDING = 1e-12
-"""Smaller turns of a piece are rounding, and slower ones would never be seen [rad, rad/s]."""
+"""Smaller rotations of a piece are rounding errors [rad, rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class FramePieces:
-    """The numbers of a track, and how far it is from what it follows.
+    """The numbers of a track, and its error.
 
     Attributes:
         times: Ends of the k pieces, increasing, shape (k + 1,) [s].
         coefficients: Of the origin's position, as those of a track, shape (4, k, 3) [m].
         rotations: At the start of each piece, shape (k, 3, 3).
-        axes: Unit vector about which it turns in each piece, in its own frame, shape (k, 3).
-        rates: How fast it does, shape (k,) [rad/s].
-        error: No point within reach is ever farther from where the track has it [m].
+        axes: Unit rotation axis in each piece, in the frame itself, shape (k, 3).
+        rates: Angular velocity, shape (k,) [rad/s].
+        error: Largest distance of a point within reach from its place on the track [m].
     """
 
     times: Floats
@@ -353,11 +353,11 @@ def frame_pieces(
     """Return pieces of a track that follow a frame.
 
     Args:
-        robot: What moves.
+        robot: The moving robot.
         trajectory: Of its group's joints.
-        anchor: The joint that carries the frame, and where in it.
+        anchor: The joint that carries the frame, and its placement there.
         reach: Of the points that count, from the frame's origin [m].
-        tolerance: How far they may be from where the track has them [m].
+        tolerance: Largest error [m].
     """
     bounds = _Bounds.of(robot, trajectory, anchor)
     curvature = bounds.point + reach * bounds.turning
@@ -373,7 +373,7 @@ def frame_pieces(
 
 @dataclass(frozen=True, eq=False)
 class _Bounds:
-    """Bounds on second derivatives that hold at all times of a motion.
+    """Bounds on second derivatives at all times of a motion.
 
     Attributes:
         point: Acceleration of a frame's origin [m/s^2].
@@ -406,7 +406,7 @@ class _Bounds:
 
 
 def _chain(model: pin.Model, joint: int) -> list[int]:
-    """Return a joint and those it hangs on, outermost first."""
+    """Return a joint and its ancestors, outermost first."""
     found: list[int] = []
     while joint > 0:
         found.append(joint)
@@ -421,9 +421,9 @@ def _turns(model: pin.Model, joint: int) -> bool:
 
 
 def _largest(trajectory: Trajectory, order: int) -> Floats:
-    """Bound the sizes of positions or a derivative over all times, shape (n,).
+    """Bound the magnitudes of positions or a derivative over all times, shape (n,).
 
-    In Bernstein form a polynomial lies between its smallest and its largest control value.
+    In Bernstein form a polynomial lies between its smallest and largest coefficient (Farin, section 5.1).
     """
     rows = trajectory.coefficients
     for _ in range(order):
@@ -483,7 +483,7 @@ class _Steps:
         return _Steps(times, points, velocities, rotations)
 
     def longest(self, begin: int, reach: float, bounds: _Bounds, tolerance: float) -> tuple[int, float]:
-        """Return where the longest piece within the tolerance ends, and how far points are from it [m]."""
+        """Return the end of the longest piece within the tolerance, and its error [m]."""
         last = len(self.times) - 1
         good, off = begin + 1, self._off(begin, begin + 1, reach, bounds)
         stride = 1
@@ -497,7 +497,7 @@ class _Steps:
         return good, off
 
     def _off(self, begin: int, end: int, reach: float, bounds: _Bounds) -> float:
-        """Bound how far points are from a piece between two steps."""
+        """Bound the error of a piece between two steps."""
         times = self.times[begin : end + 1]
         cubic, (axis, rate) = self._cubic(begin, end), self._turn(begin, end)
         since = (times - times[0])[:, None]
@@ -521,7 +521,7 @@ class _Steps:
         )
 
     def _turn(self, begin: int, end: int) -> tuple[Floats, float]:
-        """Return the axis and the rate [rad/s] of the even turn between two steps."""
+        """Return the axis and rate [rad/s] of the constant rotation between two steps."""
         vector = as_rotation_vector(self.rotations[begin].T @ self.rotations[end])
         angle = float(np.linalg.norm(vector))
         rate = angle / float(self.times[end] - self.times[begin])
@@ -546,7 +546,7 @@ class _Steps:
 
 
 def _rotations(axis: Floats, angles: Floats) -> Floats:
-    """Return turns about one axis, (s,) -> (s, 3, 3), by Rodrigues' formula."""
+    """Return rotations about one axis, (s,) -> (s, 3, 3), by Rodrigues' formula."""
     quarter = from_rotation_vector(axis * (np.pi / 2.0))
     outer = np.outer(axis, axis)
     cross = quarter - outer

@@ -1,4 +1,4 @@
-"""The reduced model of any joints of a robot, whatever its groups."""
+"""The reduced model of any joints of a robot, independent of its groups."""
 
 from dataclasses import replace
 
@@ -14,15 +14,15 @@ WHOLE = "all that is simulated"
 
 
 def driven_joints(robot: Robot) -> tuple[str, ...]:
-    """Return the joints that have motors in a simulation: all that do not follow another."""
+    """Return the joints with motors in a simulation: all that do not mimic another."""
     return tuple(name for name in robot.joint_names if name not in robot.mimics)
 
 
 def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> ReducedModel:
-    """Return the reduced model of any joints of a robot, whatever its groups.
+    """Return the reduced model of any joints of a robot, independent of its groups.
 
     Args:
-        scene: The robot and what is around it.
+        scene: The robot and its surroundings.
         joints: Joints that are free.
         start: Positions of all joints [rad | m].
 

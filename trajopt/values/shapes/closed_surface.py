@@ -83,7 +83,7 @@ def part_points(shape: Shape) -> Floats:
 
 
 def _twisted(faces: NDArray[np.int32], part: Ints, parts: int) -> Bools:
-    """Return the parts with an edge, not at a hole, that its faces traverse in one direction, shape (parts,)."""
+    """Return the parts with an edge, not at a hole, that faces traverse in one direction, (parts,)."""
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     way = np.where(directed[:, 0] < directed[:, 1], 1, -1)
     _, edge, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
