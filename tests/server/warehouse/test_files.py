@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-from trajopt.server.warehouse import Warehouse
+from trajopt.server.warehouse import State, Warehouse
 from trajopt.server.warehouse.database import APPLICATION, VERSION
-from trajopt.values.errors import FileFormatError
+from trajopt.values.errors import FileFormatError, ModelError
 
 
 def change(path: Path, *statements: str) -> None:
@@ -167,3 +167,31 @@ def test_a_stranger_cannot_put_a_bundle_of_nonsense_in(kept: Warehouse, tmp_path
         with pytest.raises(FileFormatError):
             call()
     assert kept.find() == ()
+
+
+SURROGATE = "\ud800"
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda kept, cell: kept.add("cell", cell, note=SURROGATE),
+        lambda kept, _: kept.find(text=SURROGATE),
+        lambda kept, _: kept.find(name=SURROGATE),
+        lambda kept, _: kept.entry(SURROGATE),
+        lambda kept, _: kept.add("stand", State("arm", {SURROGATE: 0.1})),
+        lambda kept, _: kept.add("stand", State(SURROGATE, {})),
+    ],
+    ids=["note", "text", "name", "entry", "joint", "robot"],
+)
+def test_a_lone_surrogate_is_refused(
+    use: Callable[[Warehouse, to.Scene], object], kept: Warehouse, cell: to.Scene
+) -> None:
+    with pytest.raises(ModelError, match="UTF-8 cannot encode"):
+        use(kept, cell)
+    assert kept.find() == ()
+
+
+def test_a_name_with_a_zero_is_refused() -> None:
+    with pytest.raises(FileFormatError, match="zero character"):
+        Warehouse("kept\0.trj")

@@ -15,7 +15,7 @@ from threading import RLock
 from weakref import WeakSet
 
 from trajopt.values.documents.files import is_file
-from trajopt.values.errors import FileFormatError, shown
+from trajopt.values.errors import FileFormatError, ModelError, shown
 
 
 class Forked(ABC):
@@ -99,10 +99,13 @@ class Database(Forked):
 
         Raises:
             FileFormatError: If it is missing, cannot be opened, is no warehouse, or newer than this trajopt.
+            ModelError: If a text has a lone surrogate, as those of all transactions.
         """
         self.path, self._depth = path, 0
         self._connection: sqlite3.Connection | None = None
         super().__init__()
+        if "\0" in str(path):
+            raise self.error("is not the name of a file: it has a zero character")
         if not create and not is_file(path):
             raise self.error("there is no such file")
         with self._translated():
@@ -171,6 +174,10 @@ class Database(Forked):
         """Turn errors of SQLite into ours."""
         try:
             yield
+        except UnicodeEncodeError as error:
+            raise ModelError(
+                f"{shown(error.object)} has a character that UTF-8 cannot encode: write it differently"
+            ) from error
         except (sqlite3.Error, OSError) as error:
             code = getattr(error, "sqlite_errorname", "")
             if code == "SQLITE_NOTADB":

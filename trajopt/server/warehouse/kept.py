@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from trajopt.problem.requirements import Requirement
-from trajopt.values.arrays import Value, mapping, number, one_of, several
+from trajopt.values.arrays import Value, mapping, name_of, number, one_of, several
 from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked
 
@@ -41,11 +41,14 @@ class State(Value):
 
         Raises:
             ProblemError: If they are none.
+            ModelError: If a name has a lone surrogate.
             ShapeError: If a position is no number, or not finite.
         """
         one_of("robot", self.robot, str)
         positions = mapping("positions", self.positions)
         several("joints of positions", positions, str)
+        for name in (self.robot, *positions):
+            name_of("name", name)
         stated = {name: number(f"position of {name}", each) for name, each in positions.items()}
         object.__setattr__(self, "positions", stated)
 
