@@ -58,6 +58,12 @@ def _without_problem(members: Members) -> None:
     del members["problem.json"]
 
 
+def _with_flag(data: bytes, flag: int) -> bytes:
+    """Set a flag of the first member in the directory of a zip."""
+    place = data.index(b"PK\x01\x02") + 8
+    return data[:place] + bytes([data[place] | flag]) + data[place + 1 :]
+
+
 def files() -> dict[str, Callable[[Path, Members], object]]:
     """Files that are no bundles, by what is wrong with them."""
     names = (
@@ -94,6 +100,10 @@ def files() -> dict[str, Callable[[Path, Members], object]]:
             path, [("inner.zip", write_members(path, members).read_bytes())]
         ),
         "a member twice": lambda path, members: _zip_of(path, [*members.items(), ("problem.json", b"{}")]),
+        "a member said to be encrypted": lambda path, members: (
+            write_members(path, members),
+            path.write_bytes(_with_flag(path.read_bytes(), 0x40)),
+        ),
         "packed by bzip2": lambda path, members: _zip_of(path, [*members.items()], zipfile.ZIP_BZIP2),
         "packed by lzma": lambda path, members: _zip_of(path, [*members.items()], zipfile.ZIP_LZMA),
         "too many members": lambda path, members: _zip_of(

@@ -87,6 +87,7 @@ def test_an_empty_file_becomes_a_warehouse(tmp_path: Path) -> None:
         ("UPDATE contents SET packed = 'text'", "damaged"),
         ("UPDATE contents SET size = size - 1", "damaged"),
         ("UPDATE contents SET size = 1 << 40", "holds more than"),
+        ("UPDATE contents SET size = 'text'", "the size of a member is not a number"),
         ("UPDATE members SET name = 'meshes/..' WHERE name = 'value.json'", "of a name that no entry has"),
         ("DELETE FROM members", "has no member 'value.json'"),
     ],
@@ -95,6 +96,20 @@ def test_damaged_contents_are_named(path: Path, statement: str, words: str) -> N
     change(path, statement)
     with Warehouse(path) as kept, pytest.raises(FileFormatError, match=words):
         kept.scene("cell")
+
+
+def test_a_schema_that_is_not_text_is_damaged(path: Path) -> None:
+    bad = "CAST(x'e5ff' AS TEXT)"
+    change(path, "PRAGMA writable_schema = ON", f"UPDATE sqlite_master SET name = {bad}, sql = {bad}")
+    with pytest.raises(FileFormatError, match="damaged"):
+        Warehouse(path)
+
+
+@pytest.mark.parametrize("ends", ["nonsense", "[]", '{"joint1": "far"}', "1"])
+def test_the_end_of_a_motion_is_checked(path: Path, ends: str) -> None:
+    change(path, f"UPDATE entries SET ends = '{ends}'")
+    with Warehouse(path) as kept, pytest.raises(FileFormatError, match="the end of a motion is damaged"):
+        kept.find(goal={"joint1": 0.1})
 
 
 @pytest.mark.parametrize("column", ["kind", "version", "duration"])

@@ -68,7 +68,7 @@ class Archive(Members):
         try:
             with zipfile.ZipFile(self.path) as file, file.open(item) as member:
                 data = member.read(most + 1)
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        except (OSError, ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
             raise self.error(f"{name} is damaged: {error}") from error
         if len(data) != item.file_size:
             raise self.error(f"{name} is damaged: it holds {len(data)} bytes and not {item.file_size}")

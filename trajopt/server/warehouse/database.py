@@ -178,6 +178,8 @@ class Database(Forked):
             raise ModelError(
                 f"{shown(error.object)} has a character that UTF-8 cannot encode: write it differently"
             ) from error
+        except UnicodeDecodeError as error:
+            raise self.error(f"is damaged: a text in it is not UTF-8: {error}") from error
         except (sqlite3.Error, OSError) as error:
             code = getattr(error, "sqlite_errorname", "")
             if code == "SQLITE_NOTADB":

@@ -71,8 +71,16 @@ class Conditions:
         return [(row[0], entry_of(connection, row)) for row in rows]
 
     def _ends_there(self, ends: str) -> bool:
+        """Say whether a motion ends at the positions of the goal.
+
+        Raises:
+            sqlite3.DatabaseError: If the column does not hold positions by joint.
+        """
         assert isinstance(self.goal, Mapping)
-        known = json.loads(ends)
+        try:
+            known = {str(joint): float(at) for joint, at in json.loads(ends).items()}
+        except (AttributeError, TypeError, ValueError) as error:
+            raise sqlite3.DatabaseError(f"the end of a motion is damaged: {error}") from error
         return all(
             joint in known and abs(known[joint] - at) <= self.within for joint, at in self.goal.items()
         )

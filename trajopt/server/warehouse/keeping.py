@@ -174,6 +174,8 @@ class StoredMembers(Members):
                 "ORDER BY members.rowid",
                 (entry,),
             ).fetchmany(MOST_MEMBERS + 1)
+        if not all(isinstance(size, int) and size >= 0 for *_, size in rows):
+            raise self.error("is damaged: the size of a member is not a number of bytes")
         if len(rows) > MOST_MEMBERS or sum(size for *_, size in rows) > LARGEST:
             raise self.error(f"holds more than {LARGEST >> 20} MB or {MOST_MEMBERS} members")
         strange = [name for name, *_ in rows if not is_plain(str(name))]
