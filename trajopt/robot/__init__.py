@@ -1,1 +1,1 @@
-"""What exists: robots, scenes, shapes, limits and requirements, all immutable."""
+"""Robots: kinematics, limits, groups, collision bodies and bases, and the loading of their descriptions."""

@@ -1,4 +1,4 @@
-"""What a robot's base can do beside standing still: move in the plane, or along a rail."""
+"""Moving bases: in the plane, or along a rail."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,28 +13,27 @@ from trajopt.values.errors.arguments import checked
 
 
 class Drive(Enum):
-    """How a base in the plane is driven."""
+    """Drive of a base in the plane."""
 
     HOLONOMIC = "holonomic"
-    """In every direction at any time: by omnidirectional or steered wheels."""
+    """Moves in every direction: omnidirectional or steered wheels."""
     DIFFERENTIAL = "differential"
-    """Forwards, backwards and about its own middle: by two wheels that roll and do not slide sideways."""
+    """Moves forwards, backwards and about its own centre: two wheels that roll without sliding sideways."""
 
 
 DRIFT = 0.01
-"""How far a base whose wheels roll may stray from the planned motion, unless told otherwise [m]: as much as
-the optimiser's margin."""
+"""Default deviation of a rolling base from the planned motion [m]: the optimiser's margin."""
 
 
 @dataclass(frozen=True)
 class BaseJoint:
-    """One joint of a base that moves.
+    """One joint of a moving base.
 
     Attributes:
-        suffix: What its name has after that of the base, such as "/x".
-        kind: URDF's name of its type.
-        axis: Its axis in the frame of the joint before it, shape (3,).
-        lower: Its lower limit [rad | m]; not read of a continuous joint.
+        suffix: Suffix of its name after that of the base, such as "/x".
+        kind: Its URDF type.
+        axis: Its axis in the frame of the previous joint, shape (3,).
+        lower: Its lower limit [rad | m]; ignored for a continuous joint.
         upper: Its upper limit [rad | m].
         velocity: Its largest speed [rad/s | m/s].
         acceleration: Its largest acceleration [rad/s^2 | m/s^2].
@@ -51,14 +50,14 @@ class BaseJoint:
 
 @dataclass(frozen=True)
 class MovingBase:
-    """A base that moves, for `load` and `Robot.from_urdf`; made by `planar_base` and `rail`.
+    """A moving base, for `load` and `Robot.from_urdf`; made by `planar_base` and `rail`.
 
     Attributes:
         joints: Its joints, from the world to the robot.
-        name: What their names begin with; empty for that of the joint that they stand for.
-        groups: Groups that move it besides those that the SRDF says so of.
-        drive: How it is driven.
-        drift: How far a base whose wheels roll may stray from the planned motion [m].
+        name: Prefix of their names; empty for the name of the joint that they replace.
+        groups: Groups that move it, in addition to those of the SRDF.
+        drive: Its drive.
+        drift: Largest deviation of a rolling base from the planned motion [m].
     """
 
     joints: tuple[BaseJoint, ...]
@@ -70,14 +69,14 @@ class MovingBase:
 
 @dataclass(frozen=True)
 class RobotBase:
-    """How a robot stands in the world.
+    """The connection of a robot to the world.
 
     Attributes:
-        name: The joint between the two in MoveIt's files; empty where nobody named it.
-        frame: What MoveIt's files call the world; empty where nobody named it.
-        joints: Names of the joints that move the base, from the world to the robot; none where it is fixed.
-        drive: How it is driven.
-        drift: How far a base whose wheels roll may stray from the planned motion [m].
+        name: The joint between the two in MoveIt's files; may be empty.
+        frame: The world frame in MoveIt's files; may be empty.
+        joints: Names of the joints that move the base, from the world to the robot; empty if it is fixed.
+        drive: Its drive.
+        drift: Largest deviation of a rolling base from the planned motion [m].
     """
 
     name: str = ""
@@ -88,7 +87,7 @@ class RobotBase:
 
     @checked
     def rolling(self, moved: Sequence[str]) -> tuple[int, int, int] | None:
-        """Return where x, y and yaw are among joints that move; None where no wheels have to roll."""
+        """Return the indices of x, y and yaw among the moving joints; None unless the base rolls."""
         if self.drive is not Drive.DIFFERENTIAL or not set(self.joints) <= set(moved):
             return None
         x, y, yaw = (moved.index(joint) for joint in self.joints)
@@ -96,7 +95,7 @@ class RobotBase:
 
 
 PLANAR = ("/x", "/y", "/theta")
-"""What MoveIt calls the variables of a planar joint, after the joint's name."""
+"""MoveIt's variables of a planar joint, as suffixes of its name."""
 
 
 @checked
@@ -113,35 +112,35 @@ def planar_base(
     drift: float = DRIFT,
     degrees: bool = False,
 ) -> MovingBase:
-    """Let a robot's base move in the plane: joints `NAME/x` and `NAME/y` [m], then `NAME/theta` [rad].
+    """Make a base that moves in the plane: joints `NAME/x` and `NAME/y` [m], then `NAME/theta` [rad].
 
-    They stand for a planar or floating joint of the SRDF (`virtual_joint`) or of the URDF, and are in the
-    groups that it is in. Where there is none they carry the whole robot.
+    They replace a planar or floating joint of the SRDF (`virtual_joint`) or of the URDF, and belong to its
+    groups. Without such a joint they carry the whole robot.
 
-    The speeds of x and y are limited apart, as in MoveIt: along a diagonal of the world the base may be
-    faster by the square root of 2. `tool_speed` on a link of the base limits the speed itself.
+    The speeds of x and y are limited separately, as in MoveIt: along a diagonal the base may be faster by the
+    square root of 2. `tool_speed` on a link of the base limits the speed itself.
 
-    A base of `Drive.DIFFERENTIAL` cannot move sideways: the middle between its wheels, which is the origin of
-    its link, moves along the link's x axis only. Motions are planned and judged so: were the wheels to turn
-    as planned, forward speed and yaw rate, and nobody to correct, then the base would stray from the planned
-    motion by at most `drift` at any time. Bodies are judged where they are planned.
+    A base of `Drive.DIFFERENTIAL` cannot move sideways: the centre between its wheels, the origin of its
+    link, moves along the link's x axis only. The judge proves that wheels driven at the planned forward speed
+    and yaw rate, without feedback, would deviate from the planned motion by at most `drift` at any time.
+    Bodies are judged at their planned places.
 
     Args:
         lower: Least x and y, shape (2,) [m].
         upper: Largest x and y, shape (2,) [m].
         velocity: Largest speed along x and along y [m/s], and of yaw [rad/s], shape (2,).
         acceleration: Largest acceleration along x and along y [m/s^2], and of yaw [rad/s^2], shape (2,).
-        yaw: Least and largest yaw, shape (2,) [rad]; the base turns without end when None.
-        name: The joint that they stand for; may be left out where there is one only. Where there is none,
-            what their names begin with: "base" when left out.
-        groups: Groups that move the base besides those that the SRDF says so of.
-        drive: How it is driven.
-        drift: How far a base whose wheels roll may stray from the planned motion, > 0 [m].
+        yaw: Least and largest yaw, shape (2,) [rad]; unlimited if None.
+        name: The joint that they replace; needed if there are several. Without such a joint, the prefix of
+            their names ("base" by default).
+        groups: Groups that move the base, in addition to those of the SRDF.
+        drive: Its drive.
+        drift: Largest deviation of a rolling base from the planned motion, > 0 [m].
         degrees: Whether yaw, its velocity and its acceleration are in degrees.
 
     Raises:
-        ShapeError: If a number is not usable.
-        ModelError: If limits leave no room.
+        ShapeError: If a number is invalid.
+        ModelError: If a lower limit is not below its upper limit.
         ProblemError: If a speed or the drift is not positive.
     """
     (left, near), (right, far) = (_pair("lower", lower), _pair("upper", upper))
@@ -176,22 +175,22 @@ def rail(
     name: str = "",
     groups: Sequence[str] = (),
 ) -> MovingBase:
-    """Put a robot on a rail: one prismatic joint between the world and the robot.
+    """Make a rail: one prismatic joint between the world and the robot.
 
-    A rail that the URDF has already is a joint like any other and needs nothing.
+    A rail that is part of the URDF is an ordinary joint and needs no base.
 
     Args:
         axis: Its direction in the world, shape (3,); scaled to length one.
-        lower: Least travel; the robot stands at the origin at zero [m].
+        lower: Least travel; at zero the robot is at the origin [m].
         upper: Largest travel [m].
         velocity: Largest speed [m/s].
         acceleration: Largest acceleration [m/s^2].
-        name: Name of the joint; that of the SRDF's virtual joint when left out, "rail" where there is none.
-        groups: Groups that move the robot along it besides those that the SRDF says so of.
+        name: Name of the joint; by default that of the SRDF's virtual joint, or else "rail".
+        groups: Groups that move the robot along it, in addition to those of the SRDF.
 
     Raises:
-        ShapeError: If a number is not usable, or the axis has no length.
-        ModelError: If limits leave no room.
+        ShapeError: If a number is invalid, or the axis is zero.
+        ModelError: If the lower limit is not below the upper one.
         ProblemError: If a speed is not positive.
     """
     x, y, z = direction_of("axis", axis).tolist()

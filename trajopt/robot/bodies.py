@@ -1,4 +1,4 @@
-"""Collision bodies: a convex shape (or an exact mesh, if asked for) fixed to a frame."""
+"""Collision bodies: a convex shape (or an exact mesh, if requested) fixed to a frame."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -21,13 +21,13 @@ class CollisionBody(Value):
     """One shape fixed to a frame.
 
     Attributes:
-        name: Link or object it belongs to, with a number where there are several.
-        owner: The link or scene object it is part of.
+        name: Its link or object, with a number if there are several.
+        owner: The link or scene object that it is part of.
         frame: Link it moves with, or "world".
         placement: Of the shape in that frame.
         shape: The shape.
-        centre: Point about which it is scaled, in its own frame, shape (3,) [m]: of a mesh, and of what
-            covers one, the mean of the mesh's vertices.
+        centre: Point about which it is scaled, in its own frame, shape (3,) [m]; for a mesh and its cover
+            the mean of the mesh's vertices.
         scale: Factor on its size.
     """
 
@@ -40,10 +40,10 @@ class CollisionBody(Value):
     scale: float = 1.0
 
     def scaled(self, scale: float) -> "CollisionBody":
-        """Return it at another scale, as MoveIt scales links: relative to its first size.
+        """Return it at another scale, relative to its original size, as MoveIt scales links.
 
         Raises:
-            SizeError: If it would become larger than any shape may be.
+            SizeError: If the result is larger than any shape may be.
         """
         return replace(self, shape=scaled(self.shape, scale / self.scale, self.centre), scale=scale)
 
@@ -54,8 +54,8 @@ class RobotBodies:
 
     Attributes:
         bodies: The bodies, in the order of the links' shapes.
-        mesh_notes: What the mesh of each link became.
-        notes: Of those that stand out of the mesh farther than asked, the same.
+        mesh_notes: A note on the cover of each mesh.
+        notes: The notes on covers that exceed the tolerance.
     """
 
     bodies: tuple[CollisionBody, ...]
@@ -118,11 +118,11 @@ WORLD_ANCHOR = Anchor(0, IDENTITY)
 
 @dataclass(frozen=True, eq=False)
 class FixedBody:
-    """A collision body, by the joint that carries it.
+    """A collision body and the joint that carries it.
 
     Attributes:
         name: The body's name.
-        owner: The link or object it is part of.
+        owner: The link or object that it is part of.
         joint: Joint of the reduced model that carries it; 0 is the world.
         placement: Of the shape in that joint's frame.
         shape: The shape.

@@ -1,4 +1,4 @@
-"""Configurations of a robot in the forms that callers give, resolved to positions of all joints."""
+"""Configurations in the forms that callers use, resolved to positions of all joints."""
 
 from collections.abc import Mapping
 from typing import Protocol, TypeAlias, cast, runtime_checkable
@@ -24,7 +24,8 @@ class Motion(Protocol):
 
 ConfigurationLike: TypeAlias = str | Mapping[str, float] | ArrayLike | Motion
 """Name of a state, joint -> position [rad | m], positions of the group's joints or of all joints, or a
-motion, which stands for its end."""
+motion, of which the end is taken.
+"""
 
 FORMS = (
     "the name of a state, joint -> position, positions of the group's joints or of all joints, "
@@ -37,23 +38,23 @@ def stated_configuration(
 ) -> Floats:
     """Return the positions of all joints in a configuration, shape (number of joints,) [rad | m].
 
-    Joints that are not given are at the position nearest to zero inside their limits. Numbers for all
+    Joints that are not named are at the position nearest to zero inside their limits. Numbers for all
     joints are in the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
 
     Args:
         robot: The robot.
         name: The name of the argument, for errors.
         given: The configuration.
-        group: The group whose states come first and whose joints numbers may be for. When empty, numbers
-            may be for any group, if all groups of so many joints have the same.
+        group: The group whose states are preferred and whose joints an array may be for. If empty, an array
+            may be for any group, provided that all groups with that number of joints have the same joints.
         degrees: Whether positions of revolute joints by name or in an array are in degrees; states and
-            ends of motions are as they are.
+            ends of motions are always in radians.
 
     Raises:
-        ProblemError: If it is in none of its forms.
-        ShapeError: If there is not one finite number for each joint; it names those that are missing.
+        ProblemError: If it has none of these forms.
+        ShapeError: If there is not one finite number for each joint; the message names the missing joints.
         NameNotFound: If a name is unknown.
-        MimicContradiction: If a mimic joint is not where it follows.
+        MimicContradiction: If a mimic joint contradicts the joint that it follows.
         PlanningFailed: If it is a result without a motion.
     """
     in_degrees = one_of("degrees", degrees, bool)
@@ -76,7 +77,7 @@ def stated_configuration(
 
 
 def joints_of(robot: Robot, group: str, count: int) -> tuple[str, ...]:
-    """Return the joints that a number of positions are for; empty if they are for none or for several.
+    """Return the joints that an array of this length is for; empty if there are none or several candidates.
 
     Raises:
         GroupNotFound: If there is no such group.
@@ -98,7 +99,7 @@ def _of_joints(robot: Robot, name: str, given: ArrayLike, group: str) -> tuple[t
 
 
 def _in_state(robot: Robot, group: str, name: str) -> Floats:
-    """Return positions of all joints in a state: the group's own, and those of its name of other groups."""
+    """Return all joints' positions in a group's state, with states of that name in other groups."""
     others = {
         joint: at
         for (_, state), found in reversed(tuple(robot.states.items()))
@@ -111,7 +112,7 @@ def _in_state(robot: Robot, group: str, name: str) -> Floats:
 
 
 def _missing(robot: Robot, group: str, count: int) -> str:
-    """Name the joints that have no number, as far as the count of the numbers shows."""
+    """Name the joints without a number, as far as the length of the array shows."""
     joints = robot.joint_names
     own = f" group {group} has {len(robot.group(group).joints)} joints," if group else ""
     words = f"has {count} numbers,{own} and the robot has {len(joints)} joints"
@@ -128,13 +129,13 @@ def _missing(robot: Robot, group: str, count: int) -> str:
 
 
 def initial_positions(robot: Robot) -> Floats:
-    """Return positions of all joints, each group in its first named state.
+    """Return the default configuration: each group in its first named state.
 
     Args:
         robot: The robot.
 
     Returns:
-        Positions, shape (number of joints,) [rad | m]; at their default for joints of no such group.
+        Positions, shape (number of joints,) [rad | m]; joints of no group with a state at their default.
     """
     chosen: dict[str, float] = {}
     for group in robot.groups:

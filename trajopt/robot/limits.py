@@ -1,4 +1,4 @@
-"""Limits of joints, and MoveIt's `joint_limits.yaml` that states them."""
+"""Joint limits, and MoveIt's `joint_limits.yaml`."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ from trajopt.values.errors import FileFormatError, JointNotFound, ModelError, sh
 from trajopt.values.printed import in_unit
 
 DEFAULT_ACCELERATION_TIME = 0.5
-"""A joint without an acceleration limit reaches its velocity limit in this time [s]."""
+"""Time in which a joint without an acceleration limit reaches its velocity limit [s]."""
 _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "has_velocity_limits": ("max_velocity",),
     "has_acceleration_limits": ("max_acceleration",),
@@ -25,11 +25,11 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = {
 _LIMITS = frozenset(key for keys in _COLUMNS.values() for key in keys)
 _LARGEST = 1e300  # beyond it sums of limits overflow
 DEFAULT_VELOCITY = 1.0
-"""Velocity limit [rad/s | m/s] of a joint whose description states none."""
+"""Velocity limit [rad/s | m/s] of a joint whose description has none."""
 
 
 class LimitKind(Enum):
-    """Which quantity of a joint's motion is limited."""
+    """The limited quantity of a joint."""
 
     LOWER = "lower"
     UPPER = "upper"
@@ -39,7 +39,7 @@ class LimitKind(Enum):
 
 
 PER_SECOND = {LimitKind.VELOCITY: "/s", LimitKind.ACCELERATION: "/s^2", LimitKind.JERK: "/s^3"}
-"""What follows the unit of a position in that of a rate."""
+"""Suffix of a unit for a rate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +52,10 @@ class JointLimits(Value):
         upper: Upper position limits, shape (n,) [rad | m].
         velocity: Largest speeds, shape (n,) [rad/s | m/s].
         acceleration: Largest accelerations, shape (n,) [rad/s^2 | m/s^2].
-        jerk: Largest jerks, shape (n,) [rad/s^3 | m/s^3]; inf where unknown.
-        effort: Largest torques or forces, shape (n,) [Nm | N]; inf where unknown.
-        defaulted: Sentences that name every limit which no file stated and trajopt chose.
-        binding: The mimic joint that a limit comes from, by joint and kind, where its own is tighter.
+        jerk: Largest jerks, shape (n,) [rad/s^3 | m/s^3]; inf if unknown.
+        effort: Largest torques or forces, shape (n,) [Nm | N]; inf if unknown.
+        defaulted: Sentences that name every limit chosen by trajopt, because no file states it.
+        binding: The mimic joint that a limit comes from, by joint and kind, if it is tighter.
     """
 
     joint_names: tuple[str, ...]
@@ -69,7 +69,7 @@ class JointLimits(Value):
     binding: Mapping[tuple[str, LimitKind], str] = field(default_factory=dict[tuple[str, LimitKind], str])
 
     def because(self, joint: str, *kinds: LimitKind) -> str:
-        """Say in brackets which mimic joint binds a joint, where the limit of one does; empty where none."""
+        """Return, in brackets, the mimic joint that a limit comes from; empty if it is the joint's own."""
         found = dict.fromkeys(self.binding[joint, kind] for kind in kinds if (joint, kind) in self.binding)
         return "".join(f" (the limit of {mimic}, which follows {joint})" for mimic in found)
 
@@ -94,7 +94,7 @@ class JointLimits(Value):
         )
 
     def scaled(self, *, velocity: float, acceleration: float) -> "JointLimits":
-        """Return these limits with velocity and acceleration multiplied by factors in (0, 1]."""
+        """Return the limits with velocity and acceleration multiplied by factors in (0, 1]."""
         return replace(
             self,
             velocity=readonly(self.velocity * velocity),
@@ -103,12 +103,12 @@ class JointLimits(Value):
 
 
 def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator) -> Floats:
-    """Draw positions evenly within limits; joints without any within half a turn of zero.
+    """Draw positions uniformly within limits; joints without limits within half a turn of zero.
 
     Args:
         limits: Of n joints.
-        count: How many to draw.
-        rng: Draws them.
+        count: Number of configurations.
+        rng: Random generator.
 
     Returns:
         Shape (count, n) [rad | m].
@@ -125,20 +125,20 @@ def with_stated(
     units: Mapping[str, str],
     mimics: Collection[str] = (),
 ) -> JointLimits:
-    """Apply the entries of a `joint_limits.yaml`, and defaults where no limit is stated.
+    """Apply the entries of a `joint_limits.yaml`, and defaults for missing limits.
 
-    A mimic joint without stated limits has none: the joint that it follows has its own.
+    A mimic joint without stated limits has none: those of the joint that it follows apply.
 
     Args:
-        limits: What the robot description says; acceleration may hold nan for "not stated".
+        limits: Limits of the robot description; acceleration may be NaN for "not stated".
         stated: Joint name -> `max_velocity`, `max_acceleration`, `max_jerk`, `min_position`,
             `max_position`, `max_effort`, each with its `has_..._limits` flag.
         units: "rad" or "m" of each joint.
         mimics: Names of mimic joints.
 
     Raises:
-        JointNotFound: If an entry names no movable joint.
-        ModelError: If a joint is left no position.
+        JointNotFound: If an entry is not a movable joint.
+        ModelError: If no position of a joint is within its limits.
     """
     columns: dict[str, tuple[tuple[str, Floats], ...]] = {
         "has_velocity_limits": (("max_velocity", np.array(limits.velocity)),),
@@ -181,12 +181,12 @@ def with_stated(
 
 
 def not_stated(name: str, kind: LimitKind, limit: float, unit: str) -> str:
-    """Name a limit that was chosen: "elbow acceleration 229.2 deg/s^2 (no limit stated)".
+    """Print a chosen limit: "elbow acceleration 229.2 deg/s^2 (no limit stated)".
 
     Args:
         name: The joint.
         kind: Velocity, acceleration or jerk.
-        limit: What was chosen.
+        limit: The chosen limit.
         unit: "rad" or "m".
     """
     return f"{name} {kind.value} {in_unit(limit, unit + PER_SECOND[kind])} (no limit stated)"
@@ -200,7 +200,7 @@ def _default(
     *,
     mimics: Collection[str],
 ) -> list[str]:
-    """Set a default limit where none is stated, and say so; for mimic joints set none."""
+    """Set a missing limit, and add a sentence about it; mimic joints get none."""
     said: list[str] = []
     for place, name in enumerate(names):
         if name in mimics:
@@ -220,7 +220,7 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
     """Read the `joint_limits` mapping of MoveIt's `joint_limits.yaml`.
 
     Raises:
-        FileFormatError: If the file is missing, is no YAML, or has no such mapping.
+        FileFormatError: If the file is missing, is not YAML, or has no such mapping.
     """
     from trajopt.values.documents.yaml_files import read_yaml
 
@@ -238,7 +238,7 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]:
-    """Return one joint's entry after checking it: flags, and numbers that can be limits."""
+    """Return one joint's entry after checking its flags and numbers."""
     if not isinstance(entry, dict):
         raise FileFormatError(path, f"{place}: must be a mapping, is {shown(entry)}")
     found: dict[str, float | bool] = {}
@@ -261,5 +261,6 @@ def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]
 
 
 EXCESS = 1e-6
-"""Numerical excess over a limit or a tolerance that is accepted: relative to limits of velocity and
-acceleration, absolute for positions and requirements [rad | m]."""
+"""Accepted numerical excess over a limit or tolerance: relative for velocity and acceleration, absolute for
+positions and requirements [rad | m].
+"""

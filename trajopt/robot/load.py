@@ -1,4 +1,4 @@
-"""Robots by name: those that installed packages bring, and any from its URDF file."""
+"""Loading robots by name or from their files."""
 
 from __future__ import annotations
 
@@ -41,27 +41,26 @@ def load(
     """Load an installed robot by name ("panda"), or any robot from its URDF, xacro or MJCF file.
 
     Names come from the entry-point group `trajopt.robots`, so any package can add some. Other names that
-    end in "_description" are those of the package `robot_descriptions`, which downloads what they name.
+    end in "_description" belong to the package `robot_descriptions`, which downloads the files.
 
     Args:
-        robot: A name, or the path of a URDF, xacro or MJCF file, or of the folder of a MoveIt configuration,
-            which gives URDF, SRDF and joint limits.
-        srdf: With a path or a description: MoveIt's semantic description.
-        limits: With a path or a description: MoveIt's `joint_limits.yaml`.
-        package_dirs: With a path or a description: folders to look in for `package://` meshes.
-        xacro: With a xacro file: its arguments by name. The file is expanded in a process that reads only its
-            own folder, its packages and `package_dirs`.
-        meshes: With a path or a description: how collision meshes become convex.
-        base: With a path or a description: how the robot's base moves, made by `trajopt.bases`; it
-            stands still when None.
-        torque_scaling: Factor on the limits of torque, `Robot.with_torque_scaling`; inf turns them off.
-        limit_jerk: Whether joints that state no limit of their jerk get one, `Robot.with_jerk_limits`.
+        robot: A name, or the path of a URDF, xacro or MJCF file, or of the folder of a MoveIt configuration
+            with URDF, SRDF and joint limits.
+        srdf: For a path or a description: MoveIt's semantic description.
+        limits: For a path or a description: MoveIt's `joint_limits.yaml`.
+        package_dirs: For a path or a description: folders with the packages of `package://` meshes.
+        xacro: For a xacro file: its arguments by name. The file is expanded in a child process that reads
+            only its own folder, its packages and `package_dirs`.
+        meshes: For a path or a description: how collision meshes become convex.
+        base: For a path or a description: a moving base, made by `trajopt.bases`; a fixed base if None.
+        torque_scaling: Factor on the torque limits, see `Robot.with_torque_scaling`; inf turns them off.
+        limit_jerk: Whether joints without a jerk limit get one, see `Robot.with_jerk_limits`.
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
-        FileFormatError: If it is a folder in which no URDF can be told, or a file cannot be read.
-        MissingExtra: If it is a description or a xacro file, and what reads that is not installed.
-        ModelError: If options for a path come with a name, or a description has no URDF.
+        FileFormatError: If it is a folder without exactly one URDF, or a file cannot be read.
+        MissingExtra: If it is a description or a xacro file, and its reader is not installed.
+        ModelError: If options for a path are given with a name, or a description has no URDF.
     """
     from importlib.metadata import entry_points
 
@@ -107,10 +106,10 @@ def load(
 
 
 def _root(file: Path) -> str:
-    """Return the tag of the root of an XML file; nothing where it cannot be read.
+    """Return the root tag of an XML file; empty if it cannot be read.
 
     Raises:
-        FileFormatError: If it is `<sdf>`, which nothing here reads.
+        FileFormatError: If it is `<sdf>`, which is not supported.
     """
     try:
         with file.open("rb") as opened:

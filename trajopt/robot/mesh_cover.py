@@ -1,4 +1,4 @@
-"""What distances are measured to where a link or object is a mesh: the shapes that cover it."""
+"""Covers of meshes: convex pieces that contain them, to which distances are measured."""
 
 import logging
 from dataclasses import dataclass, field
@@ -25,17 +25,17 @@ _KEPT = ("vertices", "faces", "ends", "note", "centre", "coarse")
 @checked
 @dataclass(frozen=True)
 class MeshPolicy:
-    """How a collision mesh becomes what distances are measured to.
+    """How a collision mesh is represented.
 
     Attributes:
-        exact: Keep the triangles themselves (slower, and without depth of penetration) in place
-            of convex pieces that contain them. What a closed part of them encloses is in contact;
-            hollows whose faces point into them are not solid, and open parts have no inside.
-        hull_excess: A mesh becomes its convex hull where that adds at most this share of volume
-            and stands out of the mesh nowhere by more than twice the tolerance.
-        tolerance: A mesh is cut until its pieces stand out of it by no more than this [m], a fifth more at
-            most, at thousands of points looked at, and by half as much again anywhere between them; where
-            the work does not suffice that a cover may cost, the note says by how much they do.
+        exact: Whether to keep the triangles (slower, and without penetration depth) instead of convex pieces
+            that contain them. The inside of closed parts counts as contact; cavities whose faces point into
+            them are not solid, and open parts have no inside.
+        hull_excess: A mesh becomes its convex hull if that adds at most this share of volume
+            and protrudes by at most twice the tolerance.
+        tolerance: A mesh is cut until its pieces protrude by at most this [m], a fifth more at
+            most, at thousands of test points, and by half as much again anywhere between them; if
+            the allowed work is exceeded, the note contains the protrusion.
     """
 
     exact: bool = False
@@ -45,13 +45,13 @@ class MeshPolicy:
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """The shapes that stand for a mesh.
+    """The shapes that represent a mesh.
 
     Attributes:
         shapes: One convex hull, several convex pieces, or the mesh itself.
-        note: What they are, in words.
+        note: Their description.
         centre: Mean of the mesh's vertices, shape (3,) [m].
-        coarse: Whether the shapes stand out farther than the policy asks, as the note says.
+        coarse: Whether the shapes protrude farther than the policy allows.
     """
 
     shapes: tuple[Shape, ...]
@@ -61,7 +61,7 @@ class Cover:
 
 
 def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
-    """Return the shapes that stand for a mesh, and say which they are."""
+    """Return the shapes that represent a mesh, and a note on them."""
     centre = mesh.vertices.mean(axis=0)
     if policy.exact:
         known = f"exact mesh of {len(mesh.faces)} triangles"
@@ -83,9 +83,9 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
 
 
 def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy) -> Cover:
-    """Return the shapes that stand for a mesh file, from the cache folder if they were made before.
+    """Return the shapes that represent a mesh file, from the cache folder if they were computed before.
 
-    Then neither is the file parsed again, nor any hull made.
+    In that case the file is not parsed again.
 
     Args:
         path: The file.
@@ -93,7 +93,7 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
         policy: How the mesh becomes convex.
 
     Raises:
-        MeshFileError: If the file is missing or unreadable, or holds no triangle.
+        MeshFileError: If the file is missing or unreadable, or has no triangle.
     """
     if policy.exact or path.suffix.lower() not in ALONE or not path.is_file():
         return cover_mesh(load_mesh(path, scale), policy)
@@ -124,18 +124,18 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
 
 
 THICKNESS = covers.THICKNESS
-"""Least thickness of a piece [m]: to a flatter one as much is added, half on either side."""
+"""Least thickness of a piece [m]; flatter pieces are thickened by this, half on either side."""
 FARTHEST = covers.FARTHEST
-"""Tolerances by which pieces stand out of a mesh at most, where the work suffices that they may cost."""
+"""Largest protrusion of pieces, in tolerances, if the allowed work suffices."""
 VERSION = 4
-"""Of the algorithm: part of the key of what is kept on disk."""
+"""Of the algorithm: part of the key of the cache."""
 
 _SAMPLES = 40_000  # points in the hull of a mesh at which its distance is looked at
 _MOST_WORK = 3 * 10**8  # points times planes that cutting may cost, half a second; merging as much again
 
 
 class CoverMethod(Enum):
-    """How a mesh became convex."""
+    """Method of making a mesh convex."""
 
     HULL = "hull"
     DECOMPOSITION = "decomposition"
@@ -147,12 +147,12 @@ class ConvexCover:
 
     Attributes:
         pieces: Extreme points of each piece, frame of the mesh, shape (k, 3) [m], read-only.
-        method: Whether the one piece is the mesh's hull, or the mesh was cut.
-        excess: Volume that the plain hull adds, as a share of the mesh's (the union of its closed
-            parts, with hollows that nothing can enter); infinite if the mesh bounds no volume, and
-            None where nobody asked, as the hull is within the tolerance everywhere.
-        reach: No piece stands out of the mesh farther than this [m]: an upper bound, found by dividing
-            the pieces' faces until it is below the tolerance or as good as reached.
+        method: Whether the only piece is the mesh's hull, or the mesh was cut.
+        excess: Volume that the hull adds, as a share of the mesh's (the union of its closed
+            parts, with inaccessible cavities); infinite if the mesh bounds no volume, and
+            None if not computed, as the hull is within the tolerance.
+        reach: Upper bound on the protrusion of pieces [m], found by subdividing
+            their faces until it is below the tolerance or nearly attained.
     """
 
     pieces: tuple[Floats, ...]
@@ -171,26 +171,25 @@ def convex_pieces(
 ) -> ConvexCover:
     """Cover the surface of a mesh by convex pieces.
 
-    The mesh becomes its hull where that stands out of it no farther than `tolerance`, or adds at most
-    `hull_excess` of volume and stands out no farther than twice the tolerance. Otherwise it is cut until
-    no piece stands out farther than `tolerance`, a fifth more at most, at the points looked at in the
-    hull, nor by half as much again anywhere between them, unless `max_pieces` do not suffice, or the work
-    does not that cutting and merging may cost: it is counted (no clock is asked), and takes about a second
-    of one processor. Then pieces stay that stand out farther. `reach` says by how much at most. So a
-    distance to the pieces is the true one or smaller, by at most that. Pieces may fill what a ball of
-    radius `tolerance` cannot enter from outside: narrow holes, shut hollows. An open mesh is a thin sheet,
-    no solid.
+    The mesh becomes its hull if that protrudes by at most `tolerance`, or adds at most `hull_excess` of
+    volume and protrudes by at most twice the tolerance. Otherwise it is cut until no piece protrudes farther
+    than `tolerance`, a fifth more at most, at test points of the hull, nor by half as much again between
+    them, unless `max_pieces` or the allowed work is exceeded; the work is counted, not timed, and takes about
+    a second of one processor. In that case pieces protrude farther, by at most `reach`. So a distance to the
+    pieces is at most the true one, and smaller by at most `reach`. Pieces may fill places that a ball of
+    radius `tolerance` cannot enter from outside: narrow holes and closed cavities. An open mesh is a thin
+    sheet, not a solid.
 
-    Covers are kept on disk, in the folder $TRAJOPT_CACHE_DIR or else the user's cache folder.
+    Covers are cached on disk, in $TRAJOPT_CACHE_DIR or the user's cache folder.
 
     Args:
         mesh: Closed or open, of one or many parts, which may overlap.
         hull_excess: Share of the mesh's volume that its hull may add.
-        tolerance: Farthest that pieces may stand out of the mesh [m].
-        max_pieces: Cutting ends at so many; merging leaves fewer.
+        tolerance: Largest protrusion of pieces [m].
+        max_pieces: Largest number of pieces before merging.
 
     Returns:
-        The pieces. They contain the surface whatever the options are.
+        The pieces. They contain the surface for all options.
 
     Raises:
         ShapeError: If the mesh has no face, or an option is out of range.
@@ -237,28 +236,28 @@ def _cover(mesh: Mesh, hull_excess: float, tolerance: float, max_pieces: int) ->
 
 
 def _extreme(points: Floats) -> Floats:
-    """Return the extreme points of a hull's vertices, which may lie in its faces to within rounding."""
+    """Return the extreme points of a hull's vertices, which may lie in its faces up to rounding."""
     from scipy.spatial import ConvexHull
 
     return points[ConvexHull(points).vertices]
 
 
 FIRST = 1.0
-"""What takes less long is not told [s]: nobody waits for it."""
+"""Shorter times are not reported [s]."""
 _EVERY = 2.0  # between two lines [s]
 _LOG = logging.getLogger("trajopt.robot")
 
 
 @dataclass
 class CoverProgress:
-    """Says how many meshes are done, once covering them has taken a second of the clock, then every two.
+    """Reports the number of covered meshes after a second of wall time, then every two seconds.
 
-    The lines go to the logger "trajopt.robot" as warnings, which Python shows on standard error where nobody
-    has set up logging: they tell why a first load is slow, and that the next will not be.
+    The lines go to the logger "trajopt.robot" as warnings, which Python prints on standard error unless
+    logging is configured: they explain that the first load is slow and later ones are not.
 
     Attributes:
-        total: How many meshes there are.
-        done: How many are covered.
+        total: Number of meshes.
+        done: Number of covered meshes.
     """
 
     total: int

@@ -79,12 +79,12 @@ class FrameAttachment:
     placement: Placement
 
     def __post_init__(self) -> None:
-        """Take the placement in any of its forms."""
+        """Convert the placement."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
 
 
 def frame_attachment(name: str, value: FrameAttachment | tuple[str, PlacementLike]) -> FrameAttachment:
-    """Return a frame fixed to a link, from a pair (link, placement) too.
+    """Return a frame fixed to a link, also from a pair (link, placement).
 
     Raises:
         ShapeError: If it is neither.
@@ -102,7 +102,7 @@ def tool_frames(
     """Return the tool frames of a robot, checked against its links.
 
     Raises:
-        ShapeError: If one is no link with a placement in it.
+        ShapeError: If one is not a link with a placement.
         FrameNotFound: If its link is unknown.
         ModelError: If it has the name of a link or of the world.
     """
@@ -121,7 +121,7 @@ Frames: TypeAlias = Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | 
 
 @dataclass(frozen=True, eq=False)
 class RobotParts(Value):
-    """The fields of a robot; `Robot` says what each is."""
+    """The fields of a robot; `Robot` documents them."""
 
     name: str
     model: pin.Model
@@ -147,7 +147,7 @@ class RobotParts(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """What is asked of a robot beside its kinematics, as `Robot.from_urdf` says of each."""
+    """Inputs of a robot other than its kinematics; `Robot.from_urdf` documents them."""
 
     srdf: FileName
     limits: FileName
@@ -156,11 +156,11 @@ class Beside:
     meshes: MeshPolicy | None
 
     def semantics(self) -> Srdf:
-        """Return what the SRDF says; nothing where there is none."""
+        """Return the SRDF; an empty one if there is none."""
         return Srdf() if self.srdf is None else read_srdf(Path(self.srdf))
 
     def stated_limits(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return what the `joint_limits.yaml` says; nothing where there is none."""
+        """Return the content of `joint_limits.yaml`; empty if there is none."""
         return {} if self.limits is None else read_joint_limits(Path(self.limits))
 
 
@@ -172,14 +172,14 @@ def parts_of_urdf(
     base: MovingBase | None,
     beside: Beside,
 ) -> RobotParts:
-    """Return the parts of a robot that files describe; as `Robot.from_urdf`."""
+    """Return the parts of a robot described by files; as `Robot.from_urdf`."""
     written = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs], xacro)
     return _parts_of_description(written, beside.semantics(), base, beside)
 
 
 @checked
 def parts_of_mjcf(file: Path | str, base: MovingBase | None, beside: Beside) -> RobotParts:
-    """Return the parts of a robot of MuJoCo's; as `Robot.from_mjcf`."""
+    """Return the parts of a MuJoCo robot; as `Robot.from_mjcf`."""
     written, stated = read_mjcf(Path(file))
     semantics = beside.semantics()
     semantics = replace(
@@ -194,7 +194,7 @@ def parts_of_mjcf(file: Path | str, base: MovingBase | None, beside: Beside) -> 
 def _parts_of_description(
     written: Urdf, semantics: Srdf, base: MovingBase | None, beside: Beside
 ) -> RobotParts:
-    """Return the parts of a robot that a URDF and an SRDF describe, files or not."""
+    """Return the parts of a robot from a URDF and an SRDF."""
     based = with_base(written, semantics, base)
     try:
         model = pin.buildModelFromXML(based.urdf.xml)
@@ -216,7 +216,7 @@ def parts_of_pinocchio(
     groups: Mapping[str, Sequence[str]] | None,
     beside: Beside,
 ) -> RobotParts:
-    """Return the parts of a robot of Pinocchio's models; as `Robot.from_pinocchio`."""
+    """Return the parts of a robot from Pinocchio's models; as `Robot.from_pinocchio`."""
     check_joints(model)
     semantics = beside.semantics()
     own = model.copy()
@@ -234,7 +234,7 @@ def _assembled(
     base: RobotBase,
     beside: Beside,
 ) -> RobotParts:
-    """Put a robot together of what its descriptions state, whose names are checked against each other."""
+    """Assemble a robot from its descriptions, and check their names against each other."""
     links = link_names(model)
     named = semantics_of(model, semantics, description.mimics)
     motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
@@ -270,7 +270,7 @@ def _assembled(
 
 
 def _ghost_notes(description: Urdf) -> tuple[str, ...]:
-    """Return what there is to say of links that are seen and not solid."""
+    """Return notes on links with visual but without collision elements."""
     solid = {item.link for item in description.collisions}
     ghosts = list(dict.fromkeys(item.link for item in description.visuals if item.link not in solid))
     if not ghosts:
@@ -282,7 +282,7 @@ def _ghost_notes(description: Urdf) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Robot(RobotParts):
-    """A robot as its description files state it; immutable.
+    """A robot as described by its files; immutable.
 
     A joint has one number: its angle [rad] or travel [m]; continuous joints count whole turns.
     Positions of all joints are arrays in the order of `joint_names`.
@@ -297,16 +297,16 @@ class Robot(RobotParts):
         end_effectors: By name.
         passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
-        mimics: Joints that follow another, each with the joint at the head of its chain.
-        frames: Tool frames by name, beside the links.
+        mimics: Mimic joints, each with the joint at the head of its chain.
+        frames: Tool frames by name, in addition to the links.
         bodies: Collision bodies of all links.
         visuals: Visual elements of all links, for viewers.
-        mesh_notes: What the mesh of each link became (hull, convex pieces, exact mesh).
-        notes: Sentences on what of the files was left out or read differently.
-        left_out: Why a group or a named state of the files was left out, by its name.
-        base: How its base stands or moves in the world.
-        urdf_path: The file it came from; an empty path where it came from a Pinocchio model.
-        urdf_xml: Its text without collision and visual elements; then only the robot's name.
+        mesh_notes: A note on the cover of each link's mesh (hull, convex pieces, exact mesh).
+        notes: Sentences on skipped or reinterpreted parts of the files.
+        left_out: The reason for each skipped group or named state, by its name.
+        base: The connection of the robot to the world.
+        urdf_path: Its file; an empty path for a robot from a Pinocchio model.
+        urdf_xml: The file's text without collision and visual elements; only the robot's name without a file.
     """
 
     @staticmethod
@@ -325,26 +325,26 @@ class Robot(RobotParts):
         """Load a robot from its files.
 
         Args:
-            urdf: The URDF file, or a xacro file (its name ends in ".xacro").
+            urdf: The URDF file, or a xacro file (suffix ".xacro").
             srdf: MoveIt's semantic description; without it every joint is in a group named
-                "all" and only adjacent links are excused from collision.
+                "all" and only adjacent links are excluded from collision checks.
             limits: MoveIt's `joint_limits.yaml`, for acceleration and jerk limits.
-            package_dirs: Folders to look in for `package://` meshes, before those near the file and those
-                that ROS knows (`ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH`).
+            package_dirs: Folders with the packages of `package://` meshes, searched before those near the
+                file and those that ROS knows (`ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH`).
             xacro: Arguments of a xacro file by name.
             frames: Further frames fixed to links, such as tool centre points, each a link and a
                 placement in it.
-            name: A name in place of the URDF's.
-            meshes: How collision meshes become convex; the default policy when None.
-            base: How its base moves, made by `trajopt.bases`; it stands still when None.
+            name: A name instead of the URDF's.
+            meshes: How collision meshes become convex; the default policy if None.
+            base: A moving base, made by `trajopt.bases`; a fixed base if None.
 
         Raises:
-            FileFormatError: If a file does not say what it must.
-            MissingExtra: If the file is xacro, and the package that expands it is not installed.
+            FileFormatError: If a file has invalid content.
+            MissingExtra: If the file is xacro, and its expander is not installed.
             MeshFileError: If a collision mesh is missing, empty or unreadable.
-            UnsupportedJoint: If a joint is of no type that URDF has.
-            MimicCycle: If joints mimic each other in a circle.
-            NameNotFound: If the limits or a frame name what the URDF does not have.
+            UnsupportedJoint: If a joint has an unknown type.
+            MimicCycle: If joints mimic each other in a cycle.
+            NameNotFound: If the limits or a frame use a name that the URDF does not have.
         """
         beside = Beside(srdf, limits, frames, name, meshes)
         return Robot(**vars(parts_of_urdf(urdf, package_dirs, xacro, base, beside)))
@@ -361,26 +361,26 @@ class Robot(RobotParts):
         name: str | None = None,
         meshes: MeshPolicy | None = None,
     ) -> Robot:
-        """Make a robot of Pinocchio's model, which is copied, and its collision geometry.
+        """Make a robot from Pinocchio's model, which is copied, and its collision geometry.
 
-        No joint mimics another: Pinocchio's model of a URDF does not say so. Collision pairs of the
-        geometry model do not count; name in an SRDF the links that may touch.
+        No joint mimics another: Pinocchio's model does not contain mimics. Collision pairs of the geometry
+        model are ignored; allow contacts in an SRDF.
 
         Args:
             model: Revolute, continuous and prismatic joints on a fixed base.
-            collision_model: Shapes of the links; no link has one when None.
-            groups: Name -> joint names, or a pair (base link, tip link), beside those of the SRDF;
+            collision_model: Shapes of the links; None for a robot without shapes.
+            groups: Name -> joint names, or a pair (base link, tip link), in addition to those of the SRDF;
                 without either every joint is in a group named "all".
             srdf: As for `from_urdf`.
             limits: As for `from_urdf`.
             frames: As for `from_urdf`.
-            name: A name in place of the model's.
+            name: A name instead of the model's.
             meshes: As for `from_urdf`.
 
         Raises:
             UnsupportedJoint: If a joint is a free-flyer or has more than one degree of freedom.
-            ModelError: If limits or a collision geometry are not what they must be.
-            NameNotFound: If a group, the limits or a frame name what the model does not have.
+            ModelError: If limits or a collision geometry are invalid.
+            NameNotFound: If a group, the limits or a frame use a name that the model does not have.
         """
         beside = Beside(srdf, limits, frames, name, meshes)
         return Robot(**vars(parts_of_pinocchio(model, collision_model, groups, beside)))
@@ -396,29 +396,28 @@ class Robot(RobotParts):
         meshes: MeshPolicy | None = None,
         base: MovingBase | None = None,
     ) -> Robot:
-        """Load a robot from MuJoCo's own file (MJCF).
+        """Load a robot from MuJoCo's file format (MJCF).
 
-        Bodies are links, geoms that collide are their collision shapes, and what is fixed to the world is
-        part of the robot: each geom of the world is a link of its own. Pairs that MuJoCo does not check
-        are not checked. A joint that an equality constraint has follow another mimics it, force ranges of
-        actuators are limits of torque, and joints without an actuator are in no group, where others have
-        one. Named key frames are states of the group "all". Free joints are fixed where they stand.
-        `notes` says what is left out.
+        Bodies become links, colliding geoms their collision shapes, and geoms of the world links that are
+        part of the robot. Pairs that MuJoCo does not check are not checked. A joint coupled by an equality
+        constraint becomes a mimic joint, force ranges of actuators become torque limits, and joints without
+        an actuator are in no group if others have one. Named key frames become states of the group "all".
+        Free joints are fixed at their position. `notes` lists the skipped parts.
 
         Args:
-            file: The file; its name may end in ".xml".
-            srdf: As for `from_urdf`, beside what the file says.
-            limits: As for `from_urdf`; MJCF itself states no limits of velocity.
+            file: The file; its suffix may be ".xml".
+            srdf: As for `from_urdf`, in addition to the file's content.
+            limits: As for `from_urdf`; MJCF has no velocity limits.
             frames: As for `from_urdf`.
-            name: A name in place of the model's.
+            name: A name instead of the model's.
             meshes: As for `from_urdf`.
             base: As for `from_urdf`.
 
         Raises:
-            FileFormatError: If MuJoCo cannot read the file, or nothing in it moves.
+            FileFormatError: If MuJoCo cannot read the file, or it has no joint.
             UnsupportedJoint: If a joint is a ball.
             ModelError: If a geom is a height field or a signed distance field.
-            NameNotFound: If the limits or a frame name what the model does not have.
+            NameNotFound: If the limits or a frame use a name that the model does not have.
         """
         return Robot(**vars(parts_of_mjcf(file, base, Beside(srdf, limits, frames, name, meshes))))
 
@@ -429,7 +428,7 @@ class Robot(RobotParts):
 
     @cached_property
     def fixed_joints(self) -> frozenset[str]:
-        """Names of the joints that cannot move, which are not in `joint_names`."""
+        """Names of the fixed joints, which are not in `joint_names`."""
         return fixed_joint_names(self.model)
 
     @property
@@ -463,7 +462,7 @@ class Robot(RobotParts):
         """Return the indices of joints in `joint_names`, shape (k,).
 
         Raises:
-            JointNotFound: If one is no movable joint.
+            JointNotFound: If one is not a movable joint.
         """
         for joint in (names := several("joints", joints, str)):
             if joint not in self.joint_names:
@@ -480,18 +479,18 @@ class Robot(RobotParts):
         """Return positions of all joints.
 
         Args:
-            values: Joint -> position [rad | m], or the name of a state; joints not named are at
-                the position nearest to zero inside their limits, mimic joints follow; where only a
-                mimic joint is named, the joint that it follows is placed to suit. Positions of mimic
-                joints in a named state do not count: they follow, as in MoveIt.
-            group: The group whose named state is meant; any group that has it when None.
-            degrees: Whether positions of joints that turn are in degrees; a named state is as it is.
+            values: Joint -> position [rad | m], or the name of a state. Joints that are not named are at
+                the position nearest to zero inside their limits; mimic joints follow. If only a
+                mimic joint is named, the joint that it follows is adjusted. Positions of mimic
+                joints in a named state are ignored, as in MoveIt.
+            group: The group of the named state; any group that has it if None.
+            degrees: Whether positions of revolute joints are in degrees; named states are always in radians.
 
         Returns:
             Positions, shape (number of joints,), read-only.
 
         Raises:
-            JointNotFound: If a name is no movable joint.
+            JointNotFound: If a name is not a movable joint.
             StateNotFound: If there is no named state of that name.
         """
         result = np.clip(np.zeros(len(self.joint_names)), self.limits.lower, self.limits.upper)
@@ -508,18 +507,18 @@ class Robot(RobotParts):
         )
 
     def followed(self, positions: Floats, *, checked: Iterable[str] = ()) -> Floats:
-        """Return positions with each mimic joint where it follows.
+        """Return positions with each mimic joint at its implied position.
 
         Args:
             positions: Of all joints, shape (number of joints,) [rad | m].
-            checked: Mimic joints whose given position must be where they follow, up to the error of a
+            checked: Mimic joints whose given position must equal the implied one, up to the error of a
                 sensor.
 
         Returns:
             Positions, shape (number of joints,), read-only.
 
         Raises:
-            MimicContradiction: If one of those is not.
+            MimicContradiction: If one of those differs.
         """
         return followed(self.joint_names, self.mimics, positions, checked=checked)
 
@@ -541,30 +540,30 @@ class Robot(RobotParts):
         return configuration(self.model, floats("positions", positions, (len(self.joint_names),)))
 
     def with_torque_scaling(self, scaling: float, *, joints: Iterable[str] | None = None) -> Robot:
-        """Return the robot with other limits of torque, or none; `notes` says so.
+        """Return the robot with scaled torque limits, or without; `notes` has a sentence about it.
 
         Args:
             scaling: Factor on the effort limits [Nm | N] of the description; inf turns them off.
-            joints: The joints that it is for; all when None.
+            joints: The affected joints; all if None.
 
         Raises:
             ShapeError: If the factor is not positive.
-            JointNotFound: If one is no movable joint.
+            JointNotFound: If one is not a movable joint.
         """
         limits, said = torque_scaled(self.limits, scaling, joints)
         return replace(self, limits=limits, notes=(*self.notes, said))
 
     def with_jerk_limits(self, *, rise: float | None = None, joints: Iterable[str] | None = None) -> Robot:
-        """Return the robot with its jerk limited too; `notes` says so.
+        """Return the robot with jerk limits; `notes` has a sentence about them.
 
         Args:
-            rise: Time that each acceleration takes at least to reach its limit [s]. When None, 0.1 s for
-                joints that state no limit of their jerk; others keep theirs.
-            joints: The joints that it is for; all when None.
+            rise: Least time in which an acceleration reaches its limit [s]. If None, 0.1 s for
+                joints without a jerk limit; the others keep theirs.
+            joints: The affected joints; all if None.
 
         Raises:
             ShapeError: If the time is not positive.
-            JointNotFound: If one is no movable joint.
+            JointNotFound: If one is not a movable joint.
         """
         limits, said = jerk_limited(self.limits, rise, joints, units=joint_units(self.model))
         return replace(self, limits=limits, notes=(*self.notes, said)) if said else self
@@ -578,30 +577,30 @@ class Robot(RobotParts):
         self.__dict__.update(state, model=model_of(cast(ModelData, state["model"])))
 
     def __repr__(self) -> str:
-        """Say name, joints and groups."""
+        """Return name, joints and groups."""
         names = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
         return in_short(f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {names})")
 
 
 DEFAULT_RISE = 0.1
-"""The jerk limit that is chosen for a joint that states none lets its acceleration rise to its limit in this
-time [s]: one period of a swing at 10 Hz. Arms swing at some 5 to 20 Hz, and an acceleration that rises over a
-whole period of a swing leaves nothing of it behind."""
+"""Rise time of accelerations that determines a chosen jerk limit [s]: one period of a 10 Hz oscillation. Arms
+oscillate at 5 to 20 Hz, and an acceleration that rises over a whole period excites no residual vibration.
+"""
 
 
 def torque_scaled(
     limits: JointLimits, scaling: float, joints: Iterable[str] | None
 ) -> tuple[JointLimits, str]:
-    """Return limits with those of torque multiplied, and a sentence that says so.
+    """Return limits with scaled torque, and a sentence about it.
 
     Args:
         limits: Of all joints.
         scaling: The factor; inf turns limits off.
-        joints: The joints that it is for; all when None.
+        joints: The affected joints; all if None.
 
     Raises:
         ShapeError: If the factor is not positive.
-        JointNotFound: If one is no movable joint.
+        JointNotFound: If one is not a movable joint.
     """
     factor = number("scaling", scaling, infinite=True)
     if factor <= 0.0:
@@ -616,19 +615,19 @@ def torque_scaled(
 def jerk_limited(
     limits: JointLimits, rise: float | None, joints: Iterable[str] | None, *, units: Mapping[str, str]
 ) -> tuple[JointLimits, str]:
-    """Return limits with the jerk limited too, and a sentence that says so; none where nothing changes.
+    """Return limits with jerk limits, and a sentence about them; empty if nothing changes.
 
     Args:
         limits: Of all joints.
-        rise: Time that an acceleration takes at least to reach its limit [s]. When None, `DEFAULT_RISE` for
-            joints that have no limit of their jerk, and others keep theirs.
-        joints: The joints that it is for; all when None. Joints without a limit of acceleration, which follow
-            others, have none of jerk either.
+        rise: Least time in which an acceleration reaches its limit [s]. If None, `DEFAULT_RISE` for
+            joints without a jerk limit; the others keep theirs.
+        joints: The affected joints; all if None. Joints without an acceleration limit, which mimic
+            others, get no jerk limit either.
         units: "rad" or "m" of each joint.
 
     Raises:
         ShapeError: If the time is not positive.
-        JointNotFound: If one is no movable joint.
+        JointNotFound: If one is not a movable joint.
     """
     if rise is not None and number("rise", rise) <= 0.0:
         raise ShapeError("rise", f"is a positive time [s], is {rise:g}")

@@ -825,8 +825,7 @@ class Scene(SceneMotions):
         carried: float | None = None,
         robot: float | None = None,
     ) -> Scene:
-        """Set the margin: a distance that the optimiser keeps if possible, and the judge does not require
-        [m].
+        """Set the margin, a distance that the optimiser keeps if possible and the judge ignores [m].
 
         Args:
             margin: Between all bodies of every kind, or between `a` and `b`.

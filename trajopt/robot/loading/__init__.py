@@ -1,1 +1,1 @@
-"""Reading of a robot's description: URDF, SRDF, mimic joints, groups."""
+"""Readers of robot descriptions: URDF, SRDF, xacro, MJCF and Pinocchio models."""

@@ -1,4 +1,4 @@
-"""The joint between world and robot, and other joints of several degrees of freedom: moved, or fixed."""
+"""Joints of several degrees of freedom, such as the base: expanded to chains of simple joints, or fixed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,10 +20,10 @@ class Based:
     """A robot's descriptions with joints of one degree of freedom only.
 
     Attributes:
-        urdf: What the URDF says, the base's joints included, with notes on what stands still.
-        srdf: What the SRDF says, of these joints.
-        limits: Limits of the base's joints that no URDF can state, as in a `joint_limits.yaml`.
-        base: How the robot stands in the world.
+        urdf: The URDF with the base's joints, and notes on fixed ones.
+        srdf: The SRDF with these joints.
+        limits: Limits of the base's joints, as in a `joint_limits.yaml`.
+        base: The connection of the robot to the world.
     """
 
     urdf: Urdf
@@ -32,24 +32,24 @@ class Based:
     base: RobotBase
 
     def limits_beside(self, stated: Mapping[str, Mapping[str, Any]]) -> Mapping[str, Mapping[str, Any]]:
-        """Return these limits and those that a file states; the file's win."""
+        """Return these limits and those of a file, which take precedence."""
         return {
             name: {**self.limits.get(name, {}), **stated.get(name, {})} for name in {**self.limits, **stated}
         }
 
 
 def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
-    """Write joints of several degrees of freedom as chains of such of one, or fix them where they stand.
+    """Expand joints of several degrees of freedom to chains of simple ones, or fix them.
 
     Args:
-        urdf: What the URDF says.
-        srdf: What the SRDF says.
-        base: How the base moves; every such joint is fixed when None.
+        urdf: The URDF.
+        srdf: The SRDF.
+        base: The moving base; every such joint is fixed if None.
 
     Raises:
-        JointNotFound: If the base names a joint that has no several degrees of freedom.
+        JointNotFound: If the base names a joint with one degree of freedom.
         GroupNotFound: If it names a group that the SRDF does not have.
-        ModelError: If several joints could be meant, a name is taken, or no group would move the base.
+        ModelError: If several joints are possible, a name is taken, or no group would move the base.
     """
     root = ElementTree.fromstring(urdf.xml)
     inside = {
@@ -104,7 +104,7 @@ def _child(joint: ElementTree.Element) -> str:
 def _stands_for(
     base: MovingBase, inside: Mapping[str, ElementTree.Element], virtual: VirtualJoint | None
 ) -> str:
-    """Return the name of the joint that a base stands for, or of one of its own."""
+    """Return the name of the joint that a base replaces, or its own name."""
     known = {} if virtual is None else {virtual.name: virtual.kind}
     known |= {name: joint.get("type", "") for name, joint in inside.items()}
     free = [name for name, kind in known.items() if kind in SEVERAL_DEGREES_OF_FREEDOM]
@@ -145,7 +145,7 @@ def _add_below(
 ) -> str:
     """Add a chain of joints between the world and the robot; return the world's name.
 
-    A root link that is the world by its name stays where it is: the chain comes between it and the others.
+    If the root link is the world by its name, the chain is inserted between it and the other links.
     """
     if bottom in (WORLD, frame):
         carried = f"{names[-1]}/link"
@@ -193,7 +193,7 @@ def _add_chain(
 
 
 def _expanded(srdf: Srdf, name: str, moved: tuple[str, ...], child: str) -> Srdf:
-    """Return the SRDF with the base's joints in the place of the one that they stand for."""
+    """Return the SRDF with the base's joints instead of the joint that they replace."""
 
     def element(group: GroupElement) -> GroupElement:
         brought = moved if name in group.joints or child in group.links else ()
@@ -217,7 +217,7 @@ def _expanded(srdf: Srdf, name: str, moved: tuple[str, ...], child: str) -> Srdf
 
 
 def _in_plane(numbers: Sequence[float]) -> tuple[float, ...]:
-    """Return x, y and yaw of the numbers of a planar or floating joint; none of others."""
+    """Return x, y and yaw of the numbers of a planar or floating joint; empty for others."""
     if len(numbers) == PLANAR:
         return tuple(numbers)
     if len(numbers) == FLOATING:

@@ -1,4 +1,4 @@
-"""The folder of a robot's MoveIt configuration: which files in and beside it describe the robot."""
+"""Folders of MoveIt configurations: which files describe the robot."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from trajopt.values.documents.yaml_files import read_yaml
 from trajopt.values.errors import FileFormatError, MeshFileError, listed
 
 ASSISTANT = ".setup_assistant"
-"""The file in which MoveIt's setup assistant notes the package and the path of the URDF."""
+"""File of MoveIt's setup assistant with the package and path of the URDF."""
 _CONFIG = "moveit_setup_assistant_config"
 _URDF_FOLDERS = ("", "urdf", "robots", "config")
 _CONFIG_FOLDERS = ("config", "srdf", "")
@@ -34,16 +34,16 @@ class ConfigFolder:
 def read_config_folder(folder: Path, package_dirs: Sequence[Path] = ()) -> ConfigFolder:
     """Find the files of a robot in the folder of its MoveIt configuration, or of its description.
 
-    The URDF is the one that `.setup_assistant` names, as MoveIt's setup assistant writes it: in its package,
-    which is looked for as those of meshes are. Without that file it is the only one in the folder or in its
-    `urdf`, `robots` or `config`.
+    The URDF is the one named by `.setup_assistant`, which MoveIt's setup assistant writes, in its package;
+    packages are found as for meshes. Without that file it is the only one in the folder or in its `urdf`,
+    `robots` or `config`.
 
     Args:
         folder: The folder, such as `fanuc_moveit_config`.
-        package_dirs: Folders of packages, or that hold packages.
+        package_dirs: Folders of packages, or with packages in them.
 
     Raises:
-        FileFormatError: If there is no URDF or SRDF that can be told, and what was found.
+        FileFormatError: If the URDF or SRDF is missing or ambiguous; the message lists the candidates.
     """
     noted = folder / ASSISTANT
     stated = _stated(noted) if noted.is_file() else {}
@@ -57,7 +57,7 @@ def read_config_folder(folder: Path, package_dirs: Sequence[Path] = ()) -> Confi
 
 
 def _stated(noted: Path) -> dict[str, dict[str, Any]]:
-    """Return the parts of `.setup_assistant` in small letters: its versions write URDF and urdf."""
+    """Return the content of `.setup_assistant` in lower case: its versions write URDF and urdf."""
     content = next(iter(read_yaml(noted)), None)
     inner = cast("dict[str, Any]", content).get(_CONFIG) if isinstance(content, dict) else None
     if not isinstance(inner, dict):
@@ -83,7 +83,7 @@ def _only_urdf(folder: Path) -> Path:
 
 
 def _only(folder: Path, inside: Sequence[str], endings: tuple[str, ...]) -> Path | None:
-    """Return the only file with one of the endings in the first folder that has any; None if none has."""
+    """Return the only file with one of the suffixes in the first folder that has any, or None."""
     for name in inside:
         files = sorted(each for each in (folder / name).glob("*") if each.name.endswith(endings))
         if len(files) > 1:

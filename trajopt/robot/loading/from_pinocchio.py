@@ -1,4 +1,4 @@
-"""A robot's description out of Pinocchio's own models, in place of a URDF and its meshes."""
+"""Robot descriptions from Pinocchio models, instead of a URDF and its meshes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -32,11 +32,11 @@ _TO_FIX = (
 
 
 def check_joints(model: pin.Model) -> None:
-    """Make sure that every joint has one number and limits that leave it room.
+    """Check that every joint has one number and valid limits.
 
     Raises:
         UnsupportedJoint: If a joint is neither revolute, continuous nor prismatic.
-        ModelError: If there is no joint or no link, or a joint's limits are no numbers or are crossed.
+        ModelError: If there is no joint or no link, or a joint's limits are not numbers or not in order.
     """
     names = list(model.names)[1:]
     if not names:
@@ -72,7 +72,7 @@ def _mesh(geometry: coal.BVHModelBase) -> Shape:
 
 
 def _shape(name: str, geometry: object) -> Shape:
-    """Return a shape of coal's as one of trajopt's."""
+    """Convert a shape of Coal."""
     if isinstance(geometry, coal.ShapeBase) and geometry.getSweptSphereRadius() > 0.0:
         reason = "is swept by a sphere; require a clearance with Scene.with_clearance in its place"
         raise ModelError(f"collision geometry {shown(name)} {reason}")
@@ -101,7 +101,7 @@ def _shape(name: str, geometry: object) -> Shape:
 
 
 def _link_of(model: pin.Model, item: pin.GeometryObject) -> str:
-    """Return the link that a geometry object is fixed to: its own, else one that moves with its joint."""
+    """Return the link of a geometry object: its own, or one on the same joint."""
     if item.parentJoint >= model.njoints:
         raise ModelError(f"collision geometry {shown(item.name)} belongs to another model: no such joint")
     if item.parentFrame < model.nframes:
@@ -125,10 +125,10 @@ def _collision(model: pin.Model, item: pin.GeometryObject) -> LinkGeometry:
 
 
 def described(model: pin.Model, collisions: pin.GeometryModel | None, name: str | None) -> Urdf:
-    """Return what a URDF would say of a model: its name and collision geometry, nothing else.
+    """Return a model as the content of a URDF: its name and collision geometry only.
 
     Raises:
-        ModelError: If a geometry object has no link or no shape that a link can have.
+        ModelError: If a geometry object has no link or an unsupported shape.
     """
     objects = () if collisions is None else tuple(collisions.geometryObjects)
     title = name or str(model.name) or "robot"
@@ -145,7 +145,7 @@ def group_elements(
 
     Raises:
         JointNotFound: If a name is neither a joint nor a link of such a pair.
-        ModelError: If a group is empty or no sequence of names, or if a pair may be of joints or of links.
+        ModelError: If a group is empty or not a sequence of names, or if a pair is ambiguous.
     """
     elements: dict[str, GroupElement] = {}
     links, joints = frozenset(link_names(model)), frozenset(joint_frame_names(model))

@@ -18,7 +18,7 @@ from trajopt.values.errors import FrameNotFound, GroupNotFound, JointNotFound, N
 from trajopt.values.printed import in_number, in_short
 
 ALL_JOINTS = "all"
-"""Name of the group that a robot without SRDF groups gets."""
+"""Group of a robot whose SRDF has none."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Group:
         name: The group's name.
         joints: Its driven joints (no mimicking, passive or fixed one), in the tree's order.
         links: Links whose parent joint is in the group, or that the group lists.
-        tip: Tip link of its chain; None if it is no single chain.
+        tip: Tip link of its chain; None if it is not a single chain.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Group:
     tip: str | None
 
     def __repr__(self) -> str:
-        """Say name, joints and tip."""
+        """Return name, joints and tip."""
         tip = f", tip {self.tip}" if self.tip else ""
         named = f": {', '.join(self.joints)}" if self.joints else ""
         joints = f"{in_number(self.joints, 'joint')}{tip}{named}"
@@ -47,7 +47,7 @@ class Group:
 
 @dataclass(frozen=True)
 class _Members:
-    """Names of joints (fixed ones too) and of links: a link may be named like a joint."""
+    """Names of joints (fixed ones too) and of links; a link may have the name of a joint."""
 
     joints: set[str] = field(default_factory=set[str])
     links: set[str] = field(default_factory=set[str])
@@ -116,8 +116,7 @@ def resolve_groups(
 ) -> tuple[Mapping[str, Group], Mapping[str, str], list[str]]:
     """Resolve the groups of an SRDF against the kinematic tree.
 
-    A group that names what the robot does not have is left out as a whole: planned with what is left of it,
-    it would be another one.
+    A group with names that the robot does not have is skipped: the remaining joints would be another group.
 
     Args:
         model: Pinocchio's model.
@@ -125,8 +124,8 @@ def resolve_groups(
         mimics: Names of mimicking joints, which no group drives.
 
     Returns:
-        Groups by name, one of all driven joints where the SRDF has none that the robot has; why the others
-        are left out, by name; and what else there is to say of the groups.
+        Groups by name, one of all driven joints if the SRDF has none; the reasons for skipped groups, by
+        name; and further notes.
     """
     movable = tuple(model.names[1:])
     links = link_names(model)
@@ -160,7 +159,7 @@ def resolve_groups(
 
 
 def _end_of_one_chain(model: pin.Model, driven: tuple[str, ...], links: tuple[str, ...]) -> str | None:
-    """Return the last link of the chain that all joints are in, a gripper's apart; None where it branches."""
+    """Return the last link of the chain that contains all joints except a gripper's; None if it branches."""
     moved = {joint_above(model, link): link for link in links}
     moving = tuple(model.names[1:])
     fingers = {joint for joint in moving if names_fingers(joint, moved.get(joint, ""))}
@@ -177,11 +176,11 @@ def _end_of_one_chain(model: pin.Model, driven: tuple[str, ...], links: tuple[st
 
 
 FINGERS = ("finger", "thumb", "jaw", "claw", "knuckle", "pincer")
-"""Parts of names of what opens and closes."""
+"""Name parts of joints that open and close."""
 WHOLE = "gripper"
-"""Part of names of a gripper as a whole, which a wrist may turn."""
+"""Name parts of a whole gripper, which a wrist may turn."""
 TURNS = frozenset(("wrist", "roll", "pitch", "yaw", "rotate", "rotation", "swivel"))
-"""Words in the name of a joint that turns a whole gripper."""
+"""Name parts of a joint that turns a whole gripper."""
 
 
 def words(name: str) -> frozenset[str]:
@@ -190,12 +189,12 @@ def words(name: str) -> frozenset[str]:
 
 
 def names_fingers(joint: str, link: str) -> bool:
-    """Say whether a joint opens and closes a gripper by its name or by that of the link that it moves."""
+    """Return whether a joint opens and closes a gripper, by its name or the name of its link."""
     if any(part in name.lower() for name in (joint, link) for part in FINGERS):
         return True
     return WHOLE in joint.lower() and not words(joint) & TURNS
 
 
 def names_gripper(link: str) -> bool:
-    """Say whether a link is a gripper, a hand or a part of one by its name."""
+    """Return whether a link is a gripper, a hand or a part of one, by its name."""
     return any(part in link.lower() for part in (WHOLE, *FINGERS)) or "hand" in words(link)

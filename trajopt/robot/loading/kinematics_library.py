@@ -1,4 +1,4 @@
-"""Imports pinocchio for the first time, without its own warning that it imports an old name of coal's."""
+"""The first import of pinocchio, without its deprecation warning about Coal's old name."""
 
 import warnings
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""Which file the name of a mesh in a description means: ROS packages are found where ROS looks for them."""
+"""Resolution of mesh names in a description; ROS packages are searched as ROS does."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -12,42 +12,41 @@ from trajopt.values.documents.files import is_file
 from trajopt.values.errors import FileFormatError, MeshFileError, listed, shown
 
 PACKAGE_FILE = "package.xml"
-"""The file in the folder of a ROS package that states the package's name."""
+"""Manifest of a ROS package, with its name."""
 PACKAGE_PATHS = "ROS_PACKAGE_PATH"
-"""Environment variable: folders in which ROS 1 looks for packages."""
+"""Environment variable with the package folders of ROS 1."""
 PREFIXES = "AMENT_PREFIX_PATH"
-"""Environment variable: prefixes below whose `share` ROS 2 has its packages installed."""
+"""Environment variable with the install prefixes of ROS 2; packages are below `share`."""
 _LONGEST_NAME = 4096  # characters of a file's name
 _SCHEMES = ("package://", "model://")
 
 
 @dataclass(frozen=True)
 class MeshNames:
-    """What the names of meshes mean in one description.
+    """The mesh names of one description.
 
     Attributes:
         file: The description.
-        package_dirs: Folders of packages, or that hold packages, that somebody named.
+        package_dirs: Given folders of packages, or with packages in them.
     """
 
     file: Path
     package_dirs: tuple[Path, ...] = ()
 
     def find(self, filename: str) -> Path:
-        """Find the file that a mesh name means.
+        """Return the file of a mesh name.
 
-        Tried in this order: the name as an absolute path (with or without `file://`); below each package
-        directory; below the description's folder and its parents, where packages usually stand; in the
-        packages of that name: by the `package.xml` above the description and beside that package, below the
-        package directories, in `ROS_PACKAGE_PATH` and in `AMENT_PREFIX_PATH`.
+        Candidates, in this order: the name as an absolute path (with or without `file://`); below each
+        package directory; below the description's folder and its parents; in the packages of that name: by
+        the `package.xml` above the description and next to that package, below the package directories, in
+        `ROS_PACKAGE_PATH` and in `AMENT_PREFIX_PATH`.
 
-        A name that climbs (`../meshes/link.stl`), and an absolute one, must lead to a file in a package
-        directory, in the description's folder, in its package (the nearest folder above that holds a
-        `package.xml`, else the folder above), or in the package that it names. Any other name leads below one
-        of the folders tried.
+        A name with `..` (`../meshes/link.stl`), and an absolute one, must lead to a file in a package
+        directory, in the description's folder, in its package (the nearest folder above with a `package.xml`,
+        else the folder above), or in the named package. Any other name leads below one of these folders.
 
         Raises:
-            MeshFileError: If it is nowhere, or outside; it says where it was looked for.
+            MeshFileError: If it does not exist, or is outside; the message lists the searched folders.
         """
         if len(filename) > _LONGEST_NAME or "\0" in filename:
             raise MeshFileError(shown(filename), f"is no name of a file ({self.file.name})")
@@ -74,7 +73,7 @@ class MeshNames:
         raise MeshFileError(filename, self._nowhere(self._tried(relative, inner, named, scheme), scheme))
 
     def _tried(self, relative: str, inner: str, named: str, scheme: str) -> Iterator[tuple[Path, Path]]:
-        """Yield the folders in which a name is looked for, each with the file that it would mean there."""
+        """Yield the searched folders, each with the candidate file."""
         yield from ((root, root / relative) for root in self._roots)
         if scheme:
             # A package directory may be the package itself: its name is dropped then.
@@ -91,24 +90,24 @@ class MeshNames:
 
     @cached_property
     def _roots(self) -> tuple[Path, ...]:
-        """Folders below which a name is tried as it is."""
+        """Folders to which a name is relative."""
         return tuple(dict.fromkeys((*self._dirs, *self._above, *self.file.parent.resolve().parents)))
 
     @cached_property
     def _package(self) -> Path:
-        """The folder of the package that the description is in."""
+        """The package folder of the description."""
         parent = self._above[min(1, len(self._above) - 1)]
         return next((folder for folder in self._above if is_file(folder / PACKAGE_FILE)), parent)
 
     @cached_property
     def _mine(self) -> frozenset[Path]:
-        """Folders of which everything belongs to the description."""
+        """Folders whose files all belong to the description."""
         near = {folder for folder in (self._above[0], self._package) if folder != Path(folder.anchor)}
         mine = {*self._dirs, *near}
         return frozenset(mine | {folder.resolve() for folder in mine})
 
     def _owns(self, file: Path, named: str) -> bool:
-        """Say whether a file is in a folder that belongs to the description, or in a package of a name."""
+        """Return whether a file is in a folder of the description, or in a package of that name."""
         return any(file.is_relative_to(folder) for folder in chain(self._mine, self._packages(named)))
 
     @cached_property
@@ -116,7 +115,7 @@ class MeshNames:
         return {}
 
     def _packages(self, name: str) -> tuple[Path, ...]:
-        """Return the folders of the packages of a name, nearest first; none without a name."""
+        """Return the folders of the packages of a name, nearest first."""
         if name not in self._by_name:
             self._by_name[name] = tuple(dict.fromkeys(self._named(name) if name else ()))
         return self._by_name[name]
@@ -135,7 +134,7 @@ class MeshNames:
                 yield folder
 
     def _nowhere(self, tried: Iterable[tuple[Path, Path]], scheme: str) -> str:
-        """Say where a mesh was looked for."""
+        """List the searched folders."""
         roots = list(dict.fromkeys(str(root) for root, _ in tried))
         said = f"not found for {self.file.name}; looked below {listed(roots)}"
         if scheme:
@@ -153,7 +152,7 @@ def _folders(variable: str) -> tuple[Path, ...]:
 
 
 def _inside(folder: Path) -> list[Path]:
-    """Return the packages in a folder by their names; none of a folder that cannot be read."""
+    """Return the packages in a folder by name; empty if it cannot be read."""
     try:
         with os.scandir(folder) as entries:
             found = [Path(entry.path) for entry in entries if is_file(Path(entry.path) / PACKAGE_FILE)]
@@ -163,7 +162,7 @@ def _inside(folder: Path) -> list[Path]:
 
 
 def _states(folder: Path, name: str) -> bool:
-    """Say whether a folder is a package of that name; what is no package file says no name."""
+    """Return whether a folder is a package of that name."""
     file = folder / PACKAGE_FILE
     if not is_file(file):
         return False

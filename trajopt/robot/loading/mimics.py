@@ -1,4 +1,4 @@
-"""Mimic joints: which joint each follows in the end, and by what factor and offset."""
+"""Mimic joints: the joint that each finally follows, and factor and offset."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -11,29 +11,28 @@ from trajopt.values.arrays import Floats, floats, readonly, several
 from trajopt.values.errors import MimicContradiction, MimicCycle, MimicOutOfRange, listed, shown
 
 MIMIC_ERROR = 0.01
-"""A measured mimic joint may be this far from where it follows, and is taken to be there [rad | m]."""
+"""Accepted error of a measured mimic joint [rad | m]."""
 
 
 def resolve_mimics(
     stated: Mapping[str, Mimic], *, movable: Sequence[str], fixed: frozenset[str]
 ) -> tuple[Mapping[str, Mimic], tuple[str, ...]]:
-    """Trace chains of mimic joints to the joint that leads them.
+    """Trace chains of mimic joints to their leading joint.
 
-    Along a chain positions are mapped one after the other, so factors multiply and offsets are carried on.
-    A fixed joint stands at zero, so what mimics it stands at its offset; a fixed joint that mimics another
-    stands still all the same. A joint that mimics one that the robot does not have moves on its own.
+    Along a chain factors multiply and offsets accumulate. A fixed joint is at zero, so its mimic is at the
+    offset; a fixed joint that mimics another stays fixed. A mimic of an unknown joint moves on its own.
 
     Args:
-        stated: What the URDF says, by mimic joint.
-        movable: Names of the joints that move.
-        fixed: Names of the joints that do not.
+        stated: Mimics of the URDF, by mimic joint.
+        movable: Names of the movable joints.
+        fixed: Names of the fixed joints.
 
     Returns:
-        Mimic joints by name, in the order of `movable`; the source of each mimics no other. Then sentences on
-        joints that mimic what the robot does not have.
+        Mimic joints by name, in the order of `movable`, each with a source that mimics no other; and notes on
+        mimics of unknown joints.
 
     Raises:
-        MimicCycle: If joints mimic each other in a circle.
+        MimicCycle: If joints mimic each other in a cycle.
     """
     alone: list[str] = []
     moving: dict[str, Mimic] = {}
@@ -56,19 +55,19 @@ def followed(
     *,
     checked: Iterable[str] = (),
 ) -> Floats:
-    """Return positions with each mimic joint where it follows.
+    """Return positions with each mimic joint at its implied position.
 
     Args:
-        joint_names: Names of all joints that move, n of them.
-        mimics: Mimic joints by name, each with the joint that leads it.
+        joint_names: Names of all movable joints, n of them.
+        mimics: Mimic joints by name, each with its leading joint.
         positions: Of all joints, shape (n,) [rad | m].
-        checked: Mimic joints whose position somebody gave; `MIMIC_ERROR` is accepted.
+        checked: Mimic joints with given positions; an error of `MIMIC_ERROR` is accepted.
 
     Returns:
         Positions, shape (n,), read-only.
 
     Raises:
-        MimicContradiction: If one of those was put elsewhere than where it follows.
+        MimicContradiction: If a given position differs from the implied one.
     """
     result = np.array(floats("positions", positions, (len(joint_names),)))
     refused = frozenset(several("checked", checked, str))
@@ -86,13 +85,13 @@ def followed(
 def completed(
     joint_names: Sequence[str], mimics: Mapping[str, Mimic], positions: Floats, *, given: Collection[str]
 ) -> Floats:
-    """Return positions of which some were given, with the joints that mimic or lead those where they belong.
+    """Return positions that are partly given, with mimic joints and their leading joints adjusted to these.
 
     Args:
-        joint_names: Names of all joints that move, n of them.
-        mimics: Mimic joints by name, each with the joint that leads it.
+        joint_names: Names of all movable joints, n of them.
+        mimics: Mimic joints by name, each with its leading joint.
         positions: Of all joints, shape (n,) [rad | m].
-        given: Joints whose position stays; the joint that a given mimic joint follows is placed to suit, and
+        given: Joints whose position is kept; the leading joint of a given mimic joint is adjusted, and
             all other mimic joints follow.
 
     Returns:
@@ -131,16 +130,16 @@ def _traced(joint: str, moving: Mapping[str, Mimic]) -> Mimic:
 
 
 ROUNDING = 1e-9
-"""A mimic joint that never moves may stand this far beyond its range [rad | m]."""
+"""Accepted excess of a constant mimic joint beyond its range [rad | m]."""
 
 
 def followed_limits(limits: JointLimits, joints: tuple[str, ...], mimics: Mapping[str, Mimic]) -> JointLimits:
-    """Return limits of joints that also keep every joint that follows one of them within its own.
+    """Tighten limits of joints so that their mimic joints stay within their own.
 
     Args:
         limits: Of all joints.
-        joints: Those that are moved, n of them.
-        mimics: Mimic joints by name, each with the joint that leads it.
+        joints: The n joints to be moved.
+        mimics: Mimic joints by name, each with its leading joint.
 
     Raises:
         MimicOutOfRange: If no position of a joint keeps one that follows it within its limits.

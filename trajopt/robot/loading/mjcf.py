@@ -1,4 +1,4 @@
-"""MJCF: MuJoCo's own files, read by MuJoCo and written as a URDF, so that all that follows is the same."""
+"""MJCF: MuJoCo's files, compiled by MuJoCo and converted to a URDF."""
 
 import json
 from collections.abc import Mapping
@@ -32,30 +32,30 @@ _NUMBERS = {
     "actuator": ("actuator_forcerange", "actuator_ctrlrange", "actuator_gear"),
     "key": ("key_qpos",),
 }
-"""What is read of a compiled model, by the kind of thing."""
+"""Fields of a compiled model, by element."""
 _CHILD, _COMPILED = Path(__file__).with_name("mjcf_child.py"), "compiled.mjb"
 LONGEST_SLIDE = 100.0
-"""Half the range of a slide that states none [m]: no arm, gantry or base goes farther in one motion."""
+"""Half the range of a slide without limits [m]: more than the travel of any arm, gantry or base."""
 _EXACT = 1e-12  # anchors this near the body's origin are in it [m]
 _EARTH = (0.0, 0.0, -9.81)
 
 
 def read_mjcf(path: Path) -> tuple[Urdf, Srdf]:
-    """Read a MuJoCo model as a description: bodies are links, named key frames are states.
+    """Read a MuJoCo model as a description: bodies become links, named key frames states.
 
-    What is fixed to the world is part of the robot: each geom of the world is a link of its own.
+    Bodies fixed to the world are part of the robot: each geom of the world becomes a link.
 
     Args:
         path: The file.
 
     Returns:
-        What a URDF and an SRDF would say of it.
+        An equivalent URDF and SRDF.
 
     Raises:
-        FileFormatError: If MuJoCo cannot read it, or not in 30 s of CPU time and 4 GB, it has more
-            than 1000 bodies, or nothing in it moves.
+        FileFormatError: If MuJoCo cannot read it within 30 s of CPU time and 4 GB, it has more
+            than 1000 bodies, or no joint.
         UnsupportedJoint: If it has a ball joint.
-        ModelError: If a geom is of a type that no link can have.
+        ModelError: If a geom has an unsupported type.
     """
     model, warnings = _compiled(path)
     said = [f"MuJoCo warns: {' '.join(warning.split())}" for warning in dict.fromkeys(warnings)]
@@ -80,7 +80,7 @@ def _compiled(path: Path) -> tuple[Any, list[str]]:
 
 @dataclass
 class _Reading:
-    """What is written of a model so far."""
+    """The description as far as it is written."""
 
     path: Path
     model: Any
@@ -113,7 +113,7 @@ class _Reading:
         return Urdf(self.path, xml, name, *shapes, mimics, tuple(self.notes)), srdf
 
     def _check(self) -> None:
-        """Make sure that names are text and that numbers are finite, of which MuJoCo checks neither."""
+        """Check that names are text and numbers finite, which MuJoCo does not."""
         try:
             bytes(self.model.names).decode()
         except UnicodeDecodeError as error:
@@ -130,7 +130,7 @@ class _Reading:
                     )
 
     def _body(self, body: int) -> None:
-        """Write a body and the joints that it hangs on, each with a link between it and the next."""
+        """Write a body and its joints, with a link between consecutive ones."""
         model, name, over = self.model, self._name("body", body), int(self.model.body_parentid[body])
         above = self._name("body", over) if over else _WORLD
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
@@ -190,7 +190,7 @@ class _Reading:
         _joint(self.root, f"{link}/fixed", "fixed", (above, link), where)
 
     def _effort(self, joint: int) -> float:
-        """Return the largest torque of the actuators of a joint; 0 where it is not stated."""
+        """Return the largest torque of the actuators of a joint; 0 if not stated."""
         model, stated = self.model, 0.0
         for actuator in range(int(model.nu)):
             driven = int(model.actuator_trntype[actuator]) in _JOINT_TRANSMISSIONS
@@ -232,7 +232,7 @@ class _Reading:
         return owners
 
     def _mimics(self) -> dict[str, Mimic]:
-        """Return the joints that an equality constraint makes follow another by a factor and an offset."""
+        """Return the joints that an equality constraint couples to another by a factor and an offset."""
         model, found, others = self.model, dict[str, Mimic](), list[str]()
         for place in range(int(model.neq)):
             kind, name = int(model.eq_type[place]), self._name("equality", place)
@@ -251,7 +251,7 @@ class _Reading:
         return found
 
     def _passive(self, mimics: Mapping[str, Mimic]) -> list[str]:
-        """Return the joints that no actuator moves, where there are actuators."""
+        """Return the joints without an actuator, if there are any actuators."""
         model, driven = self.model, set[int]()
         for actuator in range(int(model.nu)):
             kind, place = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator][0])
@@ -303,12 +303,12 @@ class _Reading:
             self.notes.append(f"gravity is taken as {_EARTH} m/s^2, where the file has {gravity.tolist()}")
 
     def _name(self, kind: str, place: int) -> str:
-        """Return the name of a thing; its kind and place where it has none."""
+        """Return the name of an element, or its kind and index."""
         return str(getattr(self.model, kind)(place).name) or f"{kind}_{place}"
 
 
 def _is_motor(model: Any, actuator: int) -> bool:
-    """Say whether an actuator's force is its control times a gain."""
+    """Return whether an actuator's force is its control times a gain."""
     return not int(model.actuator_gaintype[actuator]) and not int(model.actuator_biastype[actuator])
 
 
@@ -342,7 +342,7 @@ def _joint(
 
 
 _ROUND = (24, 13)
-"""Meridians and parallels of the hull around an ellipsoid: its corners stand out by 2 % of the radii."""
+"""Meridians and parallels of the hull around an ellipsoid: its corners exceed the radii by 2 %."""
 
 
 def rotation_of(quaternion: Floats) -> Floats:
@@ -352,21 +352,21 @@ def rotation_of(quaternion: Floats) -> Floats:
 
 
 def geom_placement(model: Any, geom: int) -> Placement:
-    """Return where a geom is in its body's frame."""
+    """Return the placement of a geom in its body's frame."""
     position = np.array(model.geom_pos[geom], dtype=float)
     return Placement(readonly(rotation_of(model.geom_quat[geom])), readonly(position))
 
 
 def geom_shape(model: Any, geom: int, name: str) -> Shape:
-    """Return the shape of a geom; of an ellipsoid a hull around it.
+    """Return the shape of a geom; for an ellipsoid a hull around it.
 
     Args:
         model: MuJoCo's model.
-        geom: Its place among the geoms.
+        geom: Its index.
         name: Its name, for errors.
 
     Raises:
-        ModelError: If it is of a type that no link can have.
+        ModelError: If its type is not supported.
     """
     x, y, z = (float(value) for value in model.geom_size[geom])
     match int(model.geom_type[geom]):  # numbers of MuJoCo's mjtGeom
@@ -397,7 +397,7 @@ def _mesh(model: Any, mesh: int) -> Mesh:
 
 
 def _around_ellipsoid(radii: Floats) -> Shape:
-    """Return the hull of points around an ellipsoid, far enough out that it lies within."""
+    """Return a hull that contains an ellipsoid."""
     turns, heights = _ROUND
     around = np.linspace(0.0, 2.0 * np.pi, turns, endpoint=False)
     points = np.array(
@@ -417,20 +417,20 @@ def _around_ellipsoid(radii: Floats) -> Shape:
 
 
 def collides(model: Any, geom: int) -> bool:
-    """Say whether a geom ever touches anything; others are only seen."""
+    """Return whether a geom can touch anything; others are only visual."""
     return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 
 def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str]]:
     """Return the pairs of links that are not checked against each other.
 
-    Those of which no two geoms have bits in common, those that `<exclude>` names, and a body and what it
-    hangs on, unless that is the world. MuJoCo does check a body against a base that stands still; here, as
-    for any robot, contact there is construction.
+    Pairs without two geoms that share collision bits, pairs in `<exclude>`, and a body and its parent, unless
+    that is the world. MuJoCo does check a body against a fixed base; here, as for any robot, that contact is
+    by construction.
 
     Args:
         model: MuJoCo's model.
-        owners: The link of each geom that collides.
+        owners: The link of each colliding geom.
     """
     bits: dict[str, set[tuple[int, int]]] = {}
     bodies: dict[str, int] = {}
@@ -452,12 +452,12 @@ def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str
 
 
 def _bits_meet(a: tuple[int, int], b: tuple[int, int]) -> bool:
-    """Say whether geoms touch, given the contype and conaffinity of both."""
+    """Return whether geoms can touch, given contype and conaffinity of both."""
     return bool(a[0] & b[1] or b[0] & a[1])
 
 
 def _hang_together(model: Any, a: int, b: int) -> bool:
-    """Say whether both move as one, or one hangs on the other, which is not the world itself."""
+    """Return whether both move as one, or one is the parent of the other and not the world."""
     welds = model.body_weldid
     if welds[a] == welds[b]:
         return True

@@ -1,7 +1,7 @@
-"""Has MuJoCo compile one file in a process of its own, since some files take all memory or crash it.
+"""Compile one MuJoCo file in a child process, since some files take all memory or crash it.
 
-Run as a script: a request in JSON on standard input; on standard output a line of JSON, the warnings, and
-then the compiled model as MuJoCo writes it (.mjb).
+Run as a script: a request in JSON on standard input; on standard output a line of JSON with the warnings, and
+then the compiled model (.mjb).
 """
 
 import json

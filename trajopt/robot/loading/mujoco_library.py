@@ -1,8 +1,7 @@
-"""MuJoCo, importable even where MUJOCO_GL names an OpenGL backend that is not installed.
+"""MuJoCo, importable even if MUJOCO_GL names an OpenGL backend that is not installed.
 
-MuJoCo loads the backend that MUJOCO_GL names when it is imported, and fails there with an AttributeError.
-Physics needs no OpenGL; rendering raises an error of its own that says what is missing. All other modules
-take `mujoco` from here, and import it only when it is used.
+MuJoCo loads that backend at import, and fails with an AttributeError. Physics needs no OpenGL; rendering
+raises its own error with the missing package. All other modules import `mujoco` from here, on first use.
 """
 
 import os
@@ -12,7 +11,7 @@ __all__ = ["mujoco"]
 
 
 def _load_mujoco() -> None:
-    """Import MuJoCo, without its OpenGL if that cannot be loaded."""
+    """Import MuJoCo, without OpenGL if that cannot be loaded."""
     try:
         import_module("mujoco")
     except (AttributeError, OSError, RuntimeError):

@@ -10,17 +10,18 @@ from trajopt.robot.loading.pinocchio_model import configuration, effort_unit
 from trajopt.values.errors import listed
 
 POSTURES = 64
-"""Random postures: a joint that gravity overloads in 70 % of all postures is told with a probability of
-99.9 %, one that it overloads in 30 % of them hardly ever."""
+"""Number of random postures: a joint that gravity overloads in 70 % of all postures is reported with a
+probability of 99.9 %, one that it overloads in 30 % hardly ever.
+"""
 
 
 def effort_notes(model: pin.Model, limits: JointLimits, exempt: Collection[str]) -> tuple[str, ...]:
-    """Return sentences on joints without an effort limit, and on those that gravity mostly overloads.
+    """Return notes on joints without an effort limit, and on those that gravity mostly overloads.
 
     Args:
         model: Pinocchio's model.
         limits: Of all joints.
-        exempt: Joints of which nothing is said: they have no motor of their own.
+        exempt: Joints without a motor of their own, which are not reported.
     """
     said: list[str] = []
     spoken = [(place, name) for place, name in enumerate(limits.joint_names) if name not in exempt]
@@ -49,11 +50,11 @@ def effort_notes(model: pin.Model, limits: JointLimits, exempt: Collection[str])
 
 
 ROUNDING = 1e-3
-"""Share of the largest moment by which one may be below zero: files state few digits."""
+"""Accepted negative moment, as a share of the largest one: files have few digits."""
 
 
 def inertia_notes(model: pin.Model) -> tuple[str, ...]:
-    """Return a sentence on joints that carry a negative moment of inertia; nothing where none does."""
+    """Return a note on joints that carry a negative moment of inertia, if there are any."""
     negative: list[str] = []
     for name, inertia in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
         moments = np.linalg.eigvalsh(np.asarray(inertia.inertia))

@@ -1,4 +1,4 @@
-"""What trajopt reads from Pinocchio's model: names, limits, adjacent links, plain data for pickles."""
+"""Access to Pinocchio's model: names, limits, adjacent links, and plain data for pickles."""
 
 from collections.abc import Collection, Mapping
 from typing import cast
@@ -20,38 +20,38 @@ def link_names(model: pin.Model) -> tuple[str, ...]:
 
 
 def joint_frame_names(model: pin.Model) -> tuple[str, ...]:
-    """Return the names of all joints, those that cannot move included, in the tree's order."""
+    """Return the names of all joints, fixed ones included, in the tree's order."""
     return tuple(frame.name for frame in list(model.frames)[1:] if frame.type in _JOINTS)
 
 
 def fixed_joint_names(model: pin.Model) -> frozenset[str]:
-    """Return the names of the joints that cannot move."""
+    """Return the names of the fixed joints."""
     return frozenset(joint_frame_names(model)) - frozenset(model.names[1:])
 
 
 def link_frame(model: pin.Model, link: str) -> int:
-    """Return the place of a link among the model's frames."""
+    """Return the frame index of a link."""
     return int(model.getFrameId(link, pin.FrameType.BODY))
 
 
 def joint_above(model: pin.Model, link: str) -> str:
-    """Return the name of the joint that a link hangs on ("universe" for the root)."""
+    """Return the name of a link's parent joint ("universe" for the root)."""
     return str(model.frames[model.frames[link_frame(model, link)].parentFrame].name)
 
 
 def link_joint(model: pin.Model, link: str) -> int:
-    """Return the number of the joint that moves a link; 0 where none does."""
+    """Return the index of the joint that moves a link; 0 without one."""
     return int(model.frames[link_frame(model, link)].parentJoint)
 
 
 def link_above(model: pin.Model, link: str) -> str:
-    """Return the name of the link that a link hangs on, by a joint that may be fixed."""
+    """Return the name of a link's parent link; the joint between them may be fixed."""
     joint = model.frames[model.frames[link_frame(model, link)].parentFrame]
     return str(model.frames[joint.parentFrame].name)
 
 
 def distinct_links(model: pin.Model) -> pin.Model:
-    """Return the model, or a copy whose links have names that no joint has where some do."""
+    """Return the model, or a copy in which no link has the name of a joint."""
     names = [frame.name for frame in model.frames]
     if len(set(names)) == len(names):
         return model
@@ -63,14 +63,14 @@ def distinct_links(model: pin.Model) -> pin.Model:
 
 
 def named_again(model: pin.Model) -> pin.Model:
-    """Give links the names back that `distinct_links` took; return the model."""
+    """Undo `distinct_links`; return the model."""
     for frame in model.frames:
         frame.name = frame.name.removeprefix(_NO_NAME)
     return model
 
 
 def described_limits(model: pin.Model) -> JointLimits:
-    """Read what the URDF states: position, velocity, effort; acceleration is nan, jerk inf."""
+    """Read the limits of the URDF: position, velocity, effort; acceleration is NaN, jerk inf."""
     count = model.njoints - 1
     lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
     for place, joint in enumerate(list(model.joints)[1:]):
@@ -91,9 +91,9 @@ def described_limits(model: pin.Model) -> JointLimits:
 
 
 def links_of_the_world(model: pin.Model, shaped: Collection[str]) -> frozenset[str]:
-    """Return the links that stand in the world beside the robot: tables and floors of its description.
+    """Return the links that belong to the world: tables and floors of the robot's description.
 
-    They carry no joint, and nothing with a shape lies between them and the root, which has none itself.
+    They carry no joint, and no link with a shape is between them and the root, which has none itself.
 
     Args:
         model: The model.
@@ -113,7 +113,7 @@ def links_of_the_world(model: pin.Model, shaped: Collection[str]) -> frozenset[s
 
 
 def _links_above(model: pin.Model, place: int) -> list[int]:
-    """Return the places of the links from a frame to the root, itself if it is one."""
+    """Return the frame indices of the links from a frame to the root, itself included if it is a link."""
     found: list[int] = []
     while place > 0:
         if model.frames[place].type == pin.FrameType.BODY:
@@ -123,7 +123,7 @@ def _links_above(model: pin.Model, place: int) -> list[int]:
 
 
 def adjacent_links(model: pin.Model, links: tuple[str, ...]) -> frozenset[frozenset[str]]:
-    """Pair the links joined by one joint, or fixed to each other: contact there is construction."""
+    """Return pairs of links joined by one joint or fixed to each other, which touch by construction."""
     by_joint: dict[int, list[str]] = {}
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY:
@@ -146,11 +146,11 @@ def adjacent_links(model: pin.Model, links: tuple[str, ...]) -> frozenset[frozen
 
 
 ModelData = tuple[str, Mapping[str, Floats]]
-"""The text of Pinocchio's own archive, and the vectors with infinities, which it cannot read back."""
+"""The text of Pinocchio's archive, and the vectors with infinities, which it cannot read back."""
 
 
 def model_data(model: pin.Model) -> ModelData:
-    """Return all that a model states."""
+    """Return a model as plain data."""
     finite, infinite = model.copy(), dict[str, Floats]()
     for name in dir(model):
         value: object = getattr(model, name)
@@ -163,7 +163,7 @@ def model_data(model: pin.Model) -> ModelData:
 
 
 def model_of(data: ModelData) -> pin.Model:
-    """Return the model that was stated."""
+    """Restore a model from its data."""
     text, infinite = data
     model = pin.Model()
     model.loadFromString(text)
@@ -196,7 +196,7 @@ def placed_model(model: pin.Model, where: Placement) -> pin.Model:
 
 
 def configuration(model: pin.Model, positions: Floats) -> Floats:
-    """Return pinocchio's configuration of one-degree-of-freedom joint positions, (nv,) -> (nq,)."""
+    """Return pinocchio's configuration for positions of joints with one degree of freedom, (nv,) -> (nq,)."""
     if model.nq == model.nv:
         return positions
     q = np.empty(model.nq)
@@ -212,7 +212,7 @@ _PER_SECOND = ("", "/s", "/s^2", "/s^3")
 
 
 def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
-    """Return the unit of a joint's position or a derivative of it: of an angle or of a length.
+    """Return the unit of a joint's position or its derivative.
 
     Args:
         model: The robot's model.
@@ -229,7 +229,7 @@ def joint_units(model: pin.Model) -> dict[str, str]:
 
 
 def effort_unit(model: pin.Model, joint: str) -> str:
-    """Return the unit of what drives a movable joint: Nm, or N where it slides."""
+    """Return the unit of a movable joint's effort: Nm, or N for a prismatic joint."""
     return "Nm" if joint_unit(model, joint) == "rad" else "N"
 
 

@@ -1,4 +1,4 @@
-"""What an SRDF says of a robot, as far as the robot has it: the rest is left out, and said."""
+"""The part of an SRDF that matches the robot; the rest is skipped and noted."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from trajopt.values.errors import ModelError, listed, shown
 
 @dataclass(frozen=True)
 class Semantics:
-    """What of an SRDF a robot has.
+    """The part of an SRDF that matches the robot.
 
     Attributes:
         groups: By name.
         states: Joint positions [rad | m] by (group, state) and joint.
         end_effectors: By name.
         disabled_pairs: Link pairs never checked for collision.
-        left_out: Why a group or a named state is left out, by its name.
-        notes: Sentences on all that is left out.
+        left_out: The reason for each skipped group or named state, by its name.
+        notes: Sentences on everything that was skipped.
     """
 
     groups: Mapping[str, Group]
@@ -37,7 +37,7 @@ class Semantics:
 
 
 def _check_robot(model: pin.Model, srdf: Srdf) -> None:
-    """Refuse an SRDF of another name whose groups name links and joints, none of which the robot has."""
+    """Refuse an SRDF of another name whose groups have no link or joint of the robot."""
     groups = srdf.groups.values()
     named = {
         *(name for group in groups for name in (*group.joints, *group.links)),
@@ -55,12 +55,12 @@ def _check_robot(model: pin.Model, srdf: Srdf) -> None:
 
 
 def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> Semantics:
-    """Return what an SRDF says that a robot has.
+    """Return the part of an SRDF that matches the robot.
 
     Args:
         model: Pinocchio's model.
         srdf: The semantic description.
-        mimics: Joints that follow another, each with the one that leads it in the end.
+        mimics: Mimic joints, each with its leading joint.
 
     Raises:
         ModelError: If it is the description of another robot.
@@ -92,7 +92,7 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
 
 
 def _fingers(model: pin.Model, group: Group) -> list[str]:
-    """Say which joints of the group of all look like a gripper's, where others do not."""
+    """Note joints of the group of all joints that look like a gripper's, if others do not."""
     moved = {joint_above(model, link): link for link in group.links}
     found = [joint for joint in group.joints if names_fingers(joint, moved.get(joint, ""))]
     if not found or len(found) == len(group.joints):
@@ -115,9 +115,9 @@ def _bases(srdf: Srdf) -> list[str]:
 def _states(
     model: pin.Model, srdf: Srdf, groups: Mapping[str, Group]
 ) -> tuple[Mapping[tuple[str, str], Mapping[str, float]], Mapping[str, str], list[str]]:
-    """Return the named states of the groups that there are, without joints that the robot lacks.
+    """Return the named states of existing groups, without unknown joints.
 
-    Then why others are left out, by name, and sentences on all that is left out.
+    Then the reasons for skipped states, by name, and notes on everything skipped.
     """
     joints = frozenset(joint_frame_names(model))
     found: dict[tuple[str, str], Mapping[str, float]] = {}
@@ -144,7 +144,7 @@ def _states(
 def _end_effectors(
     srdf: Srdf, groups: Mapping[str, Group], links: frozenset[str]
 ) -> tuple[Mapping[str, EndEffector], list[str]]:
-    """Return the end effectors whose link and group there are, and sentences on the others."""
+    """Return the end effectors with an existing link and group, and notes on the others."""
     found: dict[str, EndEffector] = {}
     notes: list[str] = []
     for name, item in srdf.end_effectors.items():
@@ -160,7 +160,7 @@ def _end_effectors(
 def _contradictions(
     states: Mapping[tuple[str, str], Mapping[str, float]], mimics: Mapping[str, Mimic]
 ) -> list[str]:
-    """Say where a named state puts a joint elsewhere than where it follows: there it follows."""
+    """Note mimic joints whose position in a named state differs from the implied one, which is used."""
     said: list[str] = []
     for (_, state), values in states.items():
         for joint, mimic in mimics.items():
@@ -176,7 +176,7 @@ def _contradictions(
 
 
 def _strangers(tag: str, kind: str, named: Iterable[str], known: Iterable[str]) -> list[str]:
-    """Say which names of the SRDF the robot does not have."""
+    """Note names of the SRDF that the robot does not have."""
     strangers = sorted(set(named) - set(known))
     if not strangers:
         return []

@@ -9,7 +9,7 @@ from trajopt.robot.loading.xml_file import numbers, read_xml
 from trajopt.values.errors import FileFormatError, shown
 
 PLANAR, FLOATING = 3, 7
-"""How many numbers MoveIt states of joints of several degrees of freedom."""
+"""Numbers that MoveIt uses for joints of several degrees of freedom."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class EndEffector:
 
 @dataclass(frozen=True)
 class VirtualJoint:
-    """A `<virtual_joint>`: how the robot hangs on the world.
+    """A `<virtual_joint>`: the connection of the robot to the world.
 
     Attributes:
         name: The joint's name.
         kind: "fixed", "planar" or "floating".
-        frame: What the file calls the world.
+        frame: The file's name of the world.
         child: The robot's link.
     """
 
@@ -60,18 +60,18 @@ class VirtualJoint:
 
 @dataclass(frozen=True)
 class Srdf:
-    """What an SRDF file says.
+    """The content of an SRDF file.
 
     Attributes:
         groups: Group elements by name, in the file's order.
         states: Joint positions [rad | m] by (group, state) and joint, of joints with one number.
-        several: The same of joints with several numbers: planar and floating ones.
+        several: Likewise for joints with several numbers: planar and floating ones.
         virtual_joints: Joints between the world and the robot.
         end_effectors: By name.
         disabled_pairs: Link pairs never checked for collision.
-        passive_joints: Joints nobody drives.
-        left_out: Why a named state is left out, by its name.
-        robot: Name of the robot, as the file states it.
+        passive_joints: Joints without a motor.
+        left_out: The reason for each skipped named state, by its name.
+        robot: Name of the robot in the file.
     """
 
     groups: Mapping[str, GroupElement] = field(default_factory=dict[str, GroupElement])
@@ -93,7 +93,7 @@ def read_srdf(path: Path) -> Srdf:
     """Read an SRDF file.
 
     Raises:
-        FileFormatError: If it is missing, no XML, or an element lacks what it must carry.
+        FileFormatError: If it is missing, not XML, or an element lacks an attribute.
     """
     root = read_xml(path, "SRDF")
     groups = [_read_group(path, group) for group in root.findall("group")]
@@ -153,7 +153,7 @@ def _read_group(path: Path, group: ElementTree.Element) -> GroupElement:
 
 
 def _read_state(path: Path, state: ElementTree.Element) -> Mapping[str, tuple[float, ...]]:
-    """Return the numbers that a named state has of each joint."""
+    """Return the numbers of each joint in a named state."""
     found: dict[str, tuple[float, ...]] = {}
     for joint in state.findall("joint"):
         name = _need(path, joint, "name")

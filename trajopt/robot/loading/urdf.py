@@ -1,6 +1,6 @@
-"""URDF: what pinocchio does not hand over in full (bodies, mimics, efforts), and mesh paths.
+"""URDF: the parts that pinocchio does not provide in full (bodies, mimics, efforts), and mesh paths.
 
-Kinematics and inertias are pinocchio's; here the same XML is read for the shapes on each link.
+Kinematics and inertias are pinocchio's; the same XML is read here for the shapes of each link.
 """
 
 from collections import Counter
@@ -50,7 +50,7 @@ class LinkGeometry:
         link: Name of the link.
         placement: Of the geometry in the link's frame.
         geometry: A primitive shape or the mesh file.
-        colour: Red, green, blue, alpha in [0, 1]; None where the file states none.
+        colour: Red, green, blue, alpha in [0, 1]; None if the file has none.
     """
 
     link: str
@@ -70,17 +70,17 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Urdf:
-    """What a URDF file says, beside kinematics and inertias.
+    """The content of a URDF file, except kinematics and inertias.
 
     Attributes:
         path: The file.
-        xml: Its text without collision and visual elements: kinematics and inertias; joints of several
-            degrees of freedom are in it as they are written.
+        xml: Its text without collision and visual elements, with joints of several degrees of freedom as
+            written.
         name: The robot's name.
         collisions: Collision elements of all links.
         visuals: Visual elements of all links.
         mimics: Mimicking joints by name.
-        notes: Sentences on what was left out, or taken differently.
+        notes: Sentences on skipped or reinterpreted parts.
     """
 
     path: Path
@@ -124,10 +124,10 @@ def _link_geometries(
     meshes: MeshNames,
     missing: dict[str, str] | None = None,
 ) -> tuple[LinkGeometry, ...]:
-    """Return the elements of a tag; meshes that are not found go into `missing`, by link, where it is given.
+    """Return the elements of a tag; collect meshes that are not found in `missing`, by link, if given.
 
     Raises:
-        FileFormatError: If an element does not say what it must.
+        FileFormatError: If an element is invalid.
         MeshFileError: If a mesh is not found, and there is no `missing`.
     """
     materials = {material.get("name"): material for material in root.findall("material")}
@@ -167,7 +167,7 @@ def _link_geometries(
 
 
 def _check_links(path: Path, root: ElementTree.Element) -> None:
-    """Make sure of the masses and inertias, which pinocchio takes as they come."""
+    """Check masses and inertias, which pinocchio does not."""
     for link in root.findall("link"):
         inertial = link.find("inertial")
         if inertial is None:
@@ -190,7 +190,7 @@ def _check_origin(path: Path, origin: ElementTree.Element | None) -> None:
 
 
 def _check_joint(path: Path, joint: ElementTree.Element) -> None:
-    """Make sure of the numbers of a joint, which pinocchio takes as they come."""
+    """Check the numbers of a joint, which pinocchio does not."""
     name = f"joint {shown(joint.get('name'))}"
     origin, axis, limit = (joint.find(tag) for tag in ("origin", "axis", "limit"))
     _check_origin(path, origin)
@@ -209,18 +209,18 @@ def _check_joint(path: Path, joint: ElementTree.Element) -> None:
 
 
 def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str, str] | None = None) -> Urdf:
-    """Read a URDF file, or what a xacro file makes, and find its meshes.
+    """Read a URDF file, or the URDF of a xacro file, and find its meshes.
 
     Args:
-        path: The file; xacro where its name ends so.
-        package_dirs: Folders that hold ROS packages, for `package://` names.
+        path: The file; xacro if its suffix is .xacro.
+        package_dirs: Folders with ROS packages, for `package://` names.
         xacro: Arguments of a xacro file by name.
 
     Raises:
-        MissingExtra: If it is xacro, and what expands that is not installed.
-        FileFormatError: If it is missing or no URDF.
+        MissingExtra: If it is xacro, and the expander is not installed.
+        FileFormatError: If it is missing or not a URDF.
         MeshFileError: If a collision mesh cannot be found.
-        UnsupportedJoint: If a joint is of no type that URDF has.
+        UnsupportedJoint: If a joint has an unknown type.
     """
     if path.suffix == SUFFIX:
         root = parse_xml(expanded(path, xacro or {}, package_dirs), path, "URDF")
@@ -266,17 +266,17 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
 
 
 MOST_LINKS = 1000
-"""Links of a robot: all pairs of them are listed, and of a thousand there are half a million."""
+"""Largest number of links: all pairs of them are listed, half a million for a thousand."""
 _UNUSED = ("safety_controller", "calibration")
 _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 
 
 def check_count(path: Path, links: int, kind: str = "links") -> None:
-    """Make sure that there are not more links than a robot may have.
+    """Check that there are not too many links.
 
     Args:
         path: The file.
-        links: How many there are.
+        links: Their number.
         kind: Their name in the file.
 
     Raises:
@@ -291,10 +291,10 @@ def check_count(path: Path, links: int, kind: str = "links") -> None:
 
 
 def check_tree(path: Path, root: ElementTree.Element) -> None:
-    """Make sure that the links are one tree of bounded size, in which everything has a name of its own.
+    """Check that the links form one tree of bounded size with unique names.
 
     Raises:
-        FileFormatError: If they are not.
+        FileFormatError: If they do not.
     """
     check_count(path, len(root.findall("link")))
     for tag in ("link", "joint"):
@@ -342,10 +342,10 @@ def _end(path: Path, joint: ElementTree.Element, tag: str, links: Mapping[str, o
 
 
 def complete(path: Path, root: ElementTree.Element) -> list[str]:
-    """Fill in what joints and inertias lack, and take out what nothing reads; return what there is to say.
+    """Add missing parts of joints and inertias, and remove unused elements; return notes.
 
     Raises:
-        FileFormatError: If a joint that needs limits has none, or mimics nothing.
+        FileFormatError: If a joint that needs limits has none, or its mimic has no source.
     """
     root.attrib.pop("version", None)
     for material in root.findall("material"):
@@ -388,7 +388,7 @@ def _has_narrower_soft_limits(path: Path, joint: ElementTree.Element) -> bool:
 
 
 def _complete_joint(path: Path, joint: ElementTree.Element) -> bool:
-    """Return whether the joint can move, as far as its limits say."""
+    """Return whether the limits let the joint move."""
     name, kind, limit = shown(joint.get("name")), joint.get("type"), joint.find("limit")
     for tag in _UNUSED:
         for element in joint.findall(tag):
@@ -414,7 +414,7 @@ def _complete_joint(path: Path, joint: ElementTree.Element) -> bool:
 
 
 def _complete_inertia(link: ElementTree.Element) -> bool:
-    """Return whether the link's inertia could be read, if it has one; one that cannot is taken out."""
+    """Return whether the link's inertia is valid or absent; an invalid one is removed."""
     inertial = link.find("inertial")
     if inertial is None:
         return True

@@ -1,10 +1,10 @@
-"""Expands one xacro file in a process of its own, which may read its packages and do nothing else.
+"""Expand one xacro file in a child process that may read its packages and nothing else.
 
 Run as a script: a request in JSON on standard input, the URDF or a reason on standard output. Expressions of
 xacro are Python, and xacro's own check of them can be evaded, so their effects are bounded from outside: by
 limits of the operating system (`trajopt/values/documents/bounded_child.py`), and by an audit hook (PEP 578)
-that refuses what expanding does not need. Some functions of the operating system raise no event of that hook,
-so they are removed, and expressions may not name what leads to them.
+that refuses all events not needed for expansion. Functions of the operating system without such an event are
+removed, and expressions may not use names that lead to them.
 """
 
 import ast
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, cast
 
 REFUSED = 3
-"""Exit status where a file cannot be expanded; the reason is the output then."""
+"""Exit status if a file cannot be expanded; the output is then the reason."""
 MANIFEST = "package.xml"
 ALLOWED = frozenset(
     (
@@ -34,20 +34,20 @@ ALLOWED = frozenset(
         *("builtins.id", "object.__getattr__", "sys._getframe", "sys._getframemodulename"),
     )
 )
-"""Events of the audit hook that expanding raises, besides reading files."""
+"""Audit events of an expansion, in addition to reading files."""
 LOOKING = frozenset(
     ("stat", "lstat", "fstat", "scandir", "listdir", "readlink", "getcwd", "fspath", "open", "close", "read")
 )
-"""Functions of the operating system that expanding uses."""
+"""Functions of the operating system that an expansion uses."""
 INNER = ("_", "gi_", "cr_", "ag_", "tb_")
-"""Beginnings of attributes that lead out of an expression: special ones, and the frames that run it."""
+"""Prefixes of attributes that lead out of an expression: special ones, and the frames that run it."""
 
 
 def readable(path: object, folders: tuple[str, ...], searched: tuple[str, ...]) -> bool:
-    """Whether a file may be read: in one of the folders, or in a package below a searched one.
+    """Return whether a file may be read: in one of the folders, or in a package below a searched one.
 
     Args:
-        path: The file, as it is opened.
+        path: The opened file.
         folders: Folders whose files may all be read.
         searched: Folders in which only packages, which have a manifest, may be read.
     """
@@ -73,7 +73,7 @@ def inner_names(expression: str) -> list[str]:
 
 
 def disarm() -> None:
-    """Remove the functions of the operating system that do more than look; some of them raise no event."""
+    """Remove system functions that change anything; some of them raise no audit event."""
     system = sys.modules[os.name]
     effects = [name for name, value in vars(system).items() if callable(value) and name not in LOOKING]
     for module in (os, system):
@@ -89,7 +89,7 @@ def disarm() -> None:
 
 
 def guard(folders: tuple[str, ...], searched: tuple[str, ...]) -> None:
-    """Refuse from now on everything but reading these folders; it cannot be undone."""
+    """Refuse everything but reading these folders; irreversible."""
     writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
     def hook(event: str, arguments: tuple[Any, ...]) -> None:
@@ -106,7 +106,7 @@ def guard(folders: tuple[str, ...], searched: tuple[str, ...]) -> None:
 
 
 def confine(expander: Any) -> None:
-    """Have xacro evaluate no expression that names what leads out of it."""
+    """Make xacro refuse expressions with names that lead out of it."""
     plain, substitutions = expander.safe_eval, cast("Any", import_module("xacro.substitution_args"))
 
     def check(expression: str) -> None:
@@ -142,7 +142,7 @@ def expand(request: dict[str, Any]) -> str:
 
 
 def reason(error: BaseException) -> str:
-    """Return why a file cannot be expanded."""
+    """Return the reason why a file cannot be expanded."""
     if isinstance(error, MemoryError) or isinstance(getattr(error, "exc", None), MemoryError):
         return "it takes too much memory"
     return f"{type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""XML files of a robot's description, read with bounds: every complaint names the file."""
+"""XML files of a robot's description, read with bounds; errors name the file."""
 
 import json
 import os
@@ -16,7 +16,7 @@ _BLOCK = 65536  # bytes handed to the parser at once
 
 
 class _Bounded(ElementTree.TreeBuilder):
-    """Builds no tree that is deeper than what walks through it by recursion can bear."""
+    """Builds no tree deeper than recursion allows."""
 
     depth = 0
 
@@ -38,11 +38,11 @@ def read_xml(path: Path, kind: str, *, root: str = "robot") -> ElementTree.Eleme
 
     Args:
         path: The file.
-        kind: What it is, for errors: "URDF" or "SRDF".
+        kind: Its kind, for errors: "URDF" or "SRDF".
         root: The root's tag.
 
     Raises:
-        FileFormatError: If it cannot be read, is no XML, is nested too deep, or has another root.
+        FileFormatError: If it cannot be read, is not XML, is nested too deeply, or has another root.
     """
     return parse_xml(read_bytes(path), path, kind, root=root)
 
@@ -69,13 +69,13 @@ def numbers(
 
     Args:
         path: The file, for errors.
-        element: Whose attribute.
+        element: The element.
         key: The attribute.
-        default: Its text where it is not there.
-        count: How many there must be; any number when None.
+        default: Its text if missing.
+        count: Required count; any if None.
 
     Raises:
-        FileFormatError: If they are others, or not finite.
+        FileFormatError: If the count differs, or one is not a finite number.
     """
     text = element.get(key, default)
     where = f"<{element.tag} {key}={shown(text)}>"
@@ -91,28 +91,28 @@ def numbers(
 
 
 SUFFIX = ".xacro"
-"""Ending of the names of xacro files."""
+"""Suffix of xacro files."""
 _PACKAGE = "xacrodoc"
 _CHILD = Path(__file__).with_name("xacro_child.py")
 _ROS = ("AMENT_", "COLCON_", "ROS_")
-"""What the names of ROS's environment variables begin with; of others the process is told none."""
+"""Prefixes of ROS's environment variables, the only ones passed to the process."""
 
 
 def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Path]) -> bytes:
-    """Return the URDF that a xacro file makes.
+    """Return the URDF of a xacro file.
 
-    `$(find NAME)` is a package that holds the file, one in a package directory or beside the package that
-    holds the file, or one that ROS knows. Expressions are Python, so the file is expanded in a process of its
-    own, which reads the file's folder, its packages and the package directories, and does nothing else.
+    `$(find NAME)` is the package of the file, a package in a package directory or next to the file's package,
+    or one that ROS knows. Expressions are Python, so the file is expanded in a child process that can only
+    read the file's folder, its packages and the package directories.
 
     Args:
         path: The file.
         arguments: Values of its `<xacro:arg>` by name; others have their defaults.
-        package_dirs: Folders of packages, or that hold packages.
+        package_dirs: Folders of packages, or with packages in them.
 
     Raises:
         MissingExtra: If `xacrodoc` is not installed.
-        FileFormatError: If it cannot be expanded, or takes more than 30 s of CPU time or 4 GB.
+        FileFormatError: If it cannot be expanded within 30 s of CPU time and 4 GB.
     """
     if find_spec(_PACKAGE) is None:
         raise MissingExtra(_PACKAGE, "xacro")
