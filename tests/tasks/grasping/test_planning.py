@@ -69,12 +69,28 @@ def test_the_object_stands_then_is_carried_then_stands(carried: PickPlaceResult)
 
 
 def test_the_object_is_where_it_was_between_stages(carried: PickPlaceResult) -> None:
-    """From one scene to the next it moves by no more than the tolerance of inverse kinematics."""
     for before, after in zip(carried.segments[:-1], carried.segments[1:], strict=True):
         was = before.scene.placement_of("thing", before.end)
         now = after.scene.placement_of("thing", after.positions(0.0))
-        assert np.abs(was.translation - now.translation).max() < 3e-4
-        assert np.abs(was.rotation - now.rotation).max() < 3e-3
+        assert np.abs(was.homogeneous - now.homogeneous).max() < 1e-12
+    final = carried.final_scene.placement_of("thing", carried.final_positions)
+    last = carried.segments[-1]
+    assert np.abs(last.scene.placement_of("thing", last.end).homogeneous - final.homogeneous).max() < 1e-12
+
+
+def test_the_object_that_is_picked_is_in_the_hand_as_the_motion_takes_it(
+    panda: to.Robot, gripper: Gripper
+) -> None:
+    scene = on_table(panda, to.Cylinder(0.03, 0.1), STOOD)
+    taken = pick(scene, "thing", start="ready", grasps=grasps_of(scene, "thing", gripper))
+    lift = taken.segment(Stage.LIFT)
+    assert lift is not None
+    stood, held = scene.placement_of("thing", taken.start), taken.final_scene
+    assert held.allowances == ()
+    there = held.placement_of("thing", lift.positions(0.0))
+    assert np.abs(there.homogeneous - stood.homogeneous).max() < 1e-12
+    lifted = held.placement_of("thing", taken.final_positions)
+    assert np.abs(lifted.homogeneous - lift.scene.placement_of("thing", lift.end).homogeneous).max() < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,19 @@ from trajopt.values.placement import Placement
 
 
 @dataclass(frozen=True, eq=False)
+class PlannedStages:
+    """Motions that end with the object taken, or put down.
+
+    Attributes:
+        segments: The motions.
+        scene: The scene after them: the object is exactly where they put it.
+    """
+
+    segments: tuple[Segment, ...]
+    scene: Scene
+
+
+@dataclass(frozen=True, eq=False)
 class PickCandidate:
     """A grasp with configurations that passed the cheap checks; positions are those of all joints.
 
@@ -26,15 +39,15 @@ class PickCandidate:
         before: Where the approach begins, fingers open.
         at: At the object, fingers open.
         lifted: Where the lift ends.
-        lifting: The scene with the object in the hand, allowed to touch what it stands on.
-        held: The same without that allowance.
+        supports: Objects and links that the object stands on.
+        held: The scene with the object in the hand as the grasp has it. A motion ends near that grasp only.
     """
 
     grasp: Grasp
     before: Floats
     at: Floats
     lifted: Floats
-    lifting: Scene
+    supports: tuple[str, ...]
     held: Scene
 
 
@@ -73,12 +86,7 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
         if approach.status is not None:
             yield names.refusal(Stage.APPROACH, approach.status, approach.reason)
             continue
-        closed = task.opened(there, grasp.width)
-        held = lifting = task.held(grasp)
-        for support in stood_on:
-            lifting = lifting.allow_contact(
-                f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time
-            )
+        closed, held = task.opened(there, grasp.width), task.held(grasp)
         carrying = task.reduced(held, closed)
         lift = track_line(
             carrying, gripper.tool, at, vector_of(grasp.lift, scene, there, up(scene)), task.tracker
@@ -87,20 +95,30 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
             yield names.refusal(Stage.LIFT, lift.status, lift.reason)
             continue
         before, lifted = reduced.all_positions(approach.end), carrying.all_positions(lift.end)
-        yield PickCandidate(grasp, before, there, lifted, lifting, held)
+        yield PickCandidate(grasp, before, there, lifted, stood_on, held)
 
 
-def plan_pick(task: Task, candidate: PickCandidate) -> tuple[Segment, ...] | Refusal:
+def plan_pick(task: Task, candidate: PickCandidate) -> PlannedStages | Refusal:
     """Plan the motions of a candidate, or return why one of them fails."""
     names, grasp, scene = CandidateNames(grasp=candidate.grasp.name), candidate.grasp, task.scene
+    start, gripper = Moment(task.start), task.gripper
     steps: tuple[Step, ...] = (
         lambda at: task.fingers(Stage.OPEN, scene, at, grasp.opening, names),
         lambda at: task.move(Stage.REACH, scene, at, candidate.before, names),
         lambda at: task.straight(Stage.APPROACH, scene, at, candidate.at, names),
         lambda at: task.fingers(Stage.CLOSE, scene, at, grasp.width, names, rest=task.options.grip_time),
-        lambda at: task.straight(Stage.LIFT, candidate.lifting, at, candidate.lifted, names),
     )
-    return in_turn(steps, Moment(task.start))
+    taken = in_turn(steps, start)
+    if isinstance(taken, Refusal):
+        return taken
+    grasped = start.after(taken)
+    held = lifting = scene.attach(task.name, gripper.tool, at=grasped.positions, touch_links=gripper.links)
+    for support in candidate.supports:
+        lifting = lifting.allow_contact(
+            f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time
+        )
+    lift = task.straight(Stage.LIFT, lifting, grasped, candidate.lifted, names)
+    return lift if isinstance(lift, Refusal) else PlannedStages((*taken, lift), held)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,18 +130,14 @@ class PlaceCandidate:
         at: Where the object stands, fingers closed.
         away: Where the retreat ends.
         opening: Of the fingers that let go [m].
-        held: The scene with the object in the hand.
-        lowering: The same, allowed to touch what it will stand on.
-        put: The scene with the object where it stands.
+        supports: Objects and links that the object will stand on.
     """
 
     above: Floats
     at: Floats
     away: Floats
     opening: float
-    held: Scene
-    lowering: Scene
-    put: Scene
+    supports: tuple[str, ...]
 
 
 def place_candidates(
@@ -139,13 +153,9 @@ def place_candidates(
         opening: Of the fingers that let go [m].
         names: For refusals.
     """
-    gripper, options = task.gripper, task.options
-    lowering = held
-    for support in supports(held, task.name, held.placement_of(place.frame, start) * place.placement):
-        lowering = lowering.allow_contact(
-            f"{task.name} stands on {support}", task.name, support, last=options.contact_time
-        )
-    reduced = task.reduced(lowering, start)
+    gripper = task.gripper
+    stands_on = supports(held, task.name, held.placement_of(place.frame, start) * place.placement)
+    reduced = task.reduced(_lowering(task, held, stands_on), start)
     kept = tuple(item for item in task.constraints if isinstance(item, Requirement))
     found = task.configurations(reduced, (place.requirement(task.name), *kept), Stage.LOWER, names)
     if isinstance(found, Refusal):
@@ -169,21 +179,45 @@ def place_candidates(
             yield names.refusal(Stage.RETREAT, retreat.status, retreat.reason)
             continue
         above, away = reduced.all_positions(lower.end), leaving.all_positions(retreat.end)
-        yield PlaceCandidate(above, there, away, opening, held, lowering, put)
+        yield PlaceCandidate(above, there, away, opening, stands_on)
+
+
+def _lowering(task: Task, held: Scene, supports: tuple[str, ...]) -> Scene:
+    """Return the scene with the object in the hand, allowed to touch what it will stand on."""
+    for support in supports:
+        name = f"{task.name} stands on {support}"
+        held = held.allow_contact(name, task.name, support, last=task.options.contact_time)
+    return held
 
 
 def plan_place(
-    task: Task, candidate: PlaceCandidate, start: Moment, names: CandidateNames
-) -> tuple[Segment, ...] | Refusal:
-    """Plan the motions of a candidate from a start, or return why one of them fails."""
-    held, put, rest = candidate.held, candidate.put, task.options.release_time
-    steps: tuple[Step, ...] = (
+    task: Task, held: Scene, candidate: PlaceCandidate, start: Moment, names: CandidateNames
+) -> PlannedStages | Refusal:
+    """Plan the motions of a candidate, or return why one of them fails.
+
+    Args:
+        task: The task.
+        held: The scene with the object in the hand.
+        candidate: The candidate.
+        start: Where the robot is, and when.
+        names: For refusals.
+    """
+    lowering, rest = _lowering(task, held, candidate.supports), task.options.release_time
+    carrying: tuple[Step, ...] = (
         lambda at: task.move(Stage.CARRY, held, at, candidate.above, names),
-        lambda at: task.straight(Stage.LOWER, candidate.lowering, at, candidate.at, names, rest=rest),
+        lambda at: task.straight(Stage.LOWER, lowering, at, candidate.at, names, rest=rest),
+    )
+    carried = in_turn(carrying, start)
+    if isinstance(carried, Refusal):
+        return carried
+    lowered = start.after(carried)
+    put = held.detach(task.name, at=lowered.positions)
+    leaving: tuple[Step, ...] = (
         lambda at: task.fingers(Stage.RELEASE, put, at, candidate.opening, names),
         lambda at: task.straight(Stage.RETREAT, put, at, candidate.away, names),
     )
-    return in_turn(steps, start)
+    left = in_turn(leaving, lowered)
+    return left if isinstance(left, Refusal) else PlannedStages((*carried, *left), put)
 
 
 def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:

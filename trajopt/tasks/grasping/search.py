@@ -11,6 +11,7 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.candidates import (
     PickCandidate,
     PlaceCandidate,
+    PlannedStages,
     pick_candidates,
     place_candidates,
     plan_pick,
@@ -21,8 +22,8 @@ from trajopt.tasks.grasping.result import STAGES, PickPlaceResult, Refusal, Segm
 from trajopt.tasks.grasping.task import CandidateNames, Moment, Task, later
 from trajopt.values.arrays import Floats
 
-Before = Callable[[], tuple[Segment, ...] | None]
-"""Plans what comes before; None where that fails."""
+Before = Callable[[], PlannedStages | None]
+"""Plans the stages before; None if one fails."""
 Remembered = tuple[list[PlaceCandidate], Iterator[PlaceCandidate | Refusal]]
 """Candidates of a place that were found, and where more come from."""
 
@@ -101,12 +102,13 @@ class Search:
             names = CandidateNames(grasp=name, place=place.name)
             make = partial(place_candidates, self.task, held, start, place, opening=opening, names=names)
             for candidate in self._remembered((grasp, place), make):
-                first = () if before is None else before()
+                first = PlannedStages((), held) if before is None else before()
                 if first is None:
                     return None
-                then = plan_place(self.task, candidate, Moment(self.task.start).after(first), names)
+                moment = Moment(self.task.start).after(first.segments)
+                then = plan_place(self.task, first.scene, candidate, moment, names)
                 if not isinstance(then, Refusal):
-                    return PlannedSequence((*first, *then), candidate.put, grasp, place)
+                    return PlannedSequence((*first.segments, *then.segments), then.scene, grasp, place)
                 self.refusals.append(then)
         return None
 
@@ -160,7 +162,7 @@ class Search:
         """Plan a grasp that passed the cheap checks, and all that follows."""
 
         @cache
-        def picked() -> tuple[Segment, ...] | None:
+        def picked() -> PlannedStages | None:
             planned = plan_pick(self.task, candidate)
             if isinstance(planned, Refusal):
                 self.refusals.append(planned)
@@ -170,5 +172,5 @@ class Search:
         if self.places:
             opening = candidate.grasp.opening
             return self._put(candidate.held, candidate.lifted, opening, grasp=candidate.grasp, before=picked)
-        segments = picked()
-        return None if segments is None else PlannedSequence(segments, candidate.held, candidate.grasp, None)
+        taken = picked()
+        return None if taken is None else PlannedSequence(taken.segments, taken.scene, candidate.grasp, None)
