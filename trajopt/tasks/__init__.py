@@ -1,1 +1,1 @@
-"""Tasks above single motions: the tool along a curve, an object to another place."""
+"""Tasks: follow a curve with a tool, pick and place objects."""

@@ -1,4 +1,4 @@
-"""Why there is no plan and what would give one; of a plan, what its constraints cost."""
+"""Explanations: the reason why there is no plan, remedies, and the prices of a plan's constraints."""
 
 from trajopt.planning.status import Certainty as Certainty
 from trajopt.why.change import Change as Change

@@ -1,4 +1,4 @@
-"""Candidates: what might be changed about a problem that has no plan, the most promising first."""
+"""Candidate changes of a problem without a plan, the most promising first."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -58,15 +58,15 @@ IN_TIME = {
     Status.TOO_LATE,
 }
 SPARE = 1.05
-"""Factor on the amount of the elastic relaxation: the program keeps a reserve."""
+"""Factor on the violation of the elastic relaxation: the program keeps a reserve."""
 SMALLEST = 1e-3
-"""First amount of a change when nothing is known about it [m | rad]."""
+"""First amount of a change without an estimate [m | rad]."""
 PAIRS = 3
-"""How many pairs in contact changes are tried for."""
+"""Number of pairs in contact for which changes are tried."""
 
 
 def candidates(known: Explanation) -> Iterator[Change]:
-    """Yield changes that may make the problem of a failure solvable, the most promising first."""
+    """Yield changes that may make a failed problem solvable, the most promising first."""
     problem = known.problem
     if known.status is Status.FIXED_LINK_MET:
         yield from (may_touch(problem, *block.subjects) for block in known.blocks)
@@ -118,7 +118,7 @@ def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
 def _gives_way(
     problem: Problem, wanted: Sequence[Requirement], always: Sequence[Requirement]
 ) -> Iterator[Change]:
-    """Yield what makes requirements of one moment reachable: each gives way alone."""
+    """Yield relaxations of single requirements of one moment."""
     for required in wanted:
         rest = [*(item for item in wanted if item is not required), *always]
         stood = least_missed(problem, [required], hard=rest)
@@ -130,7 +130,7 @@ def _gives_way(
 
 
 def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterator[Change]:
-    """Yield the goal moved to where its frame can be, along one axis where that is most of the way."""
+    """Yield the goal moved to a reachable place, along one axis if that is most of the way."""
     place = problem.reduced.all_positions(stood.positions)
     scene = problem.scene
     point = scene.placement_of(goal.frame, place) * goal.offset
@@ -159,7 +159,7 @@ def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: f
 
 
 def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[Change]:
-    """Yield path constraints widened to what they are at a configuration."""
+    """Yield path constraints widened to their values at a configuration."""
     motion = Motion.single(positions, Query(problem.reduced))
     for required in always:
         items = constrain(required, problem.reduced, WHOLE)
@@ -169,7 +169,7 @@ def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) 
 
 
 def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
-    """Yield path constraints and goals that a path could not hold, widened by what it lacked."""
+    """Yield path constraints and goals that a path violated, widened by the violation."""
     problem = known.problem
     for block in known.blocks:
         if block.kind is ObstructionKind.REQUIREMENT and block.place is not None:
@@ -181,12 +181,12 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
 
 
 def _is_of(block: Obstruction, residual: Residual) -> bool:
-    """Say whether a block is what a residual was violated by."""
+    """Return whether a block belongs to a residual."""
     return type(residual) is block.residual and block.subjects == (residual.name,)
 
 
 def _contacts(known: Explanation) -> Iterator[Change]:
-    """Yield smaller margins and clearances of pairs that lack them, and objects moved out of contact."""
+    """Yield smaller margins and clearances of violated pairs, and objects moved out of contact."""
     problem, reduced = known.problem, known.problem.reduced
     pairs = [block for block in known.blocks if block.kind is ObstructionKind.CONTACT][:PAIRS]
     for block in pairs:
@@ -226,17 +226,17 @@ def _effort(problem: Problem, block: Obstruction) -> Iterator[Change]:
 
 
 FIRST = 0.5
-"""First amount of a change of times [s]: about half of what a motion takes."""
+"""First amount of a change of times [s]: about half the duration of a motion."""
 THINGS = 2
-"""How many of the things in the way changes are tried for."""
+"""Number of obstacles for which changes are tried."""
 
 
 def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Change]:
-    """Return what might be changed about a problem that fails among what changes with time.
+    """Return candidate changes of a problem that fails among dynamic obstacles.
 
     Args:
         problem: The problem.
-        blocks: What is in the way, its thing named second.
+        blocks: The obstacles, each named second in its block.
     """
     named = dict.fromkeys(block.subjects[-1] for block in blocks)
     things = [name for name in named if name in problem.scene.changing][:THINGS]
@@ -249,7 +249,7 @@ def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Cha
 
 
 def begun_later(problem: Problem, first: float) -> Change | None:
-    """Return the change that begins later; None where that cannot help, or nothing is known then."""
+    """Return the change to a later start; None if that cannot help, or the motions are unknown then."""
     timed, scene = timed_model(problem.reduced), problem.scene
     if timed is None or timed.until <= 2.0 * LOOK or problem.finish_by is not None:
         return None
@@ -273,7 +273,7 @@ def begun_later(problem: Problem, first: float) -> Change | None:
 
 
 def longer(problem: Problem, deadline: float) -> Change:
-    """Return the change that puts a deadline off."""
+    """Return the change to a later deadline."""
     return Change(
         what="deadline",
         unit="s",
@@ -285,7 +285,7 @@ def longer(problem: Problem, deadline: float) -> Change:
 
 
 def may_touch(problem: Problem, link: str, name: str) -> Change:
-    """Return the change that lets something touch a link."""
+    """Return the change that allows contact of an object with a link."""
     touching = replace(problem, scene=problem.scene.allow(link, name))
     return Change(
         what=f"contact of {link} and {name}",
@@ -299,7 +299,7 @@ def may_touch(problem: Problem, link: str, name: str) -> Change:
 
 
 def removed(problem: Problem, name: str) -> Change:
-    """Return the change that takes something out of the scene, with what is placed on it."""
+    """Return the change that removes an object, with those placed on it."""
     without = replace(problem, scene=_without(problem.scene, name))
     return Change(
         what=name,
@@ -313,7 +313,7 @@ def removed(problem: Problem, name: str) -> Change:
 
 
 def delayed(problem: Problem, name: str) -> Change:
-    """Return the change that lets something come, and go, later."""
+    """Return the change that delays an obstacle's motion."""
     scene, timing = problem.scene, problem.scene.objects[name].timing
     # What was always there would come later only from where it is.
     moves = timing.motion is not None

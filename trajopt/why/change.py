@@ -1,4 +1,4 @@
-"""Change: one thing about a problem that can be different by an amount, and the problem that results."""
+"""Change: one modification of a problem by an amount, and the resulting problem."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,21 +16,21 @@ from trajopt.values.placement import Placement
 from trajopt.values.printed import in_length, in_unit
 
 LEAST = 1e-6
-"""A margin that can fall by no more than this is not offered to be made smaller [m]."""
+"""A margin that can shrink by less is not offered [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Change:
-    """One thing that can be changed.
+    """One modification.
 
     Attributes:
-        what: What is changed, as a phrase.
+        what: The modified item, as a phrase.
         unit: Unit of the amount: "m", "rad", "Nm", "kg", "" for a share.
-        first: An amount that may be enough, by the elastic relaxation; > 0.
-        largest: The largest amount that makes sense.
-        words: Says the change by an amount.
+        first: A likely sufficient amount, by the elastic relaxation; > 0.
+        largest: The largest sensible amount.
+        words: Describes the change by an amount.
         apply: Returns the problem changed by an amount.
-        whole: Whether it is made or not, and nothing in between; its amount is 1 then.
+        whole: Whether the change has no intermediate amounts; its amount is then 1.
     """
 
     what: str
@@ -43,7 +43,7 @@ class Change:
 
 
 def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Problem:
-    """Return the problem with one requirement in place of another, wherever it occurs.
+    """Return the problem with one requirement replaced by another, everywhere.
 
     Raises:
         ProblemError: If the problem has a set of goals.
@@ -93,7 +93,7 @@ def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first
 def moved_joint_goal(problem: Problem, moved: Floats) -> Change:
     """Return the change that moves a goal of all joints along a direction in joint space, shape (n,).
 
-    Its tolerances stay as they are, and so do goals of other kinds.
+    Its tolerances and other kinds of goals stay.
     """
     names, most = problem.reduced.joint_names, float(np.abs(moved).max())
 
@@ -158,9 +158,9 @@ def moved_object(problem: Problem, name: str, direction: Floats, first: float) -
 
 
 def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Change | None:
-    """Return the change that makes the margin of a pair smaller; None where that would change nothing.
+    """Return the change that reduces the margin of a pair; None if that has no effect.
 
-    A margin counts only as far as it is more than what the optimiser aims at for the required clearance.
+    Only the part of a margin above the required clearance can be reduced.
     """
     margin, required = problem.scene.margin_of(first, second), problem.scene.clearance_of(first, second)
     largest = margin - (required + ROOM if required > 0.0 else 0.0)
@@ -183,7 +183,7 @@ def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Ch
 
 
 def smaller_clearance(problem: Problem, first: str, second: str, lack: float) -> Change | None:
-    """Return the change that requires less clearance of a pair, and as much less margin; None for none."""
+    """Return the change that reduces clearance and margin of a pair; None without a clearance."""
     scene = problem.scene
     margin, required = scene.margin_of(first, second), scene.clearance_of(first, second)
     if required <= 0.0:
@@ -208,12 +208,12 @@ def smaller_clearance(problem: Problem, first: str, second: str, lack: float) ->
 
 
 def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
-    """Return the change that gives a joint a larger effort limit [Nm | N].
+    """Return the change that raises a joint's effort limit [Nm | N].
 
     Args:
         problem: The problem.
         joint: The joint.
-        need: What it has to bear at rest [Nm | N].
+        need: Its load at rest [Nm | N].
     """
     robot = problem.scene.robot
     place = robot.joint_names.index(joint)
@@ -254,7 +254,7 @@ def lighter_load(problem: Problem, name: str) -> Change:
 
 
 def _axis(direction: Floats) -> str:
-    """Name a direction: an axis where it is one."""
+    """Name a direction, as an axis if it is one."""
     main = int(np.argmax(np.abs(direction)))
     if abs(direction[main]) > 0.999:
         return f"{'+' if direction[main] > 0.0 else '-'}{'xyz'[main]}"
@@ -262,7 +262,7 @@ def _axis(direction: Floats) -> str:
 
 
 def joint_moves(problem: Problem, moved: Floats) -> str:
-    """Say by how much each of the group's joints moves, shape (n,) [rad | m]; the farthest first."""
+    """Print the motion of each of the group's joints, shape (n,) [rad | m]; the largest first."""
     model, names = problem.scene.robot.model, problem.reduced.joint_names
     order = (int(k) for k in np.argsort(-np.abs(moved), kind="stable") if abs(moved[k]) > 5e-4)
     units = [joint_unit(model, name) for name in names]

@@ -1,4 +1,4 @@
-"""Diagnosis: what stands in the way of a plan, and how well that is known; without planning again."""
+"""Diagnosis: the obstacles to a plan and the certainty of that finding; without planning again."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -35,16 +35,16 @@ AT_THE_MIDDLE = (
 )
 """Reasons to refuse the middle of a goal of all joints."""
 PRESSED = 1e-3
-"""A joint this near to its limit presses against it [rad | m]."""
+"""A joint this near to its limit counts as at its limit [rad | m]."""
 
 
 def diagnose(result: Result) -> Explanation:
-    """Return what stands in the way of a plan of one goal; remedies and prices are left to others."""
+    """Return the explanation of a failure for one goal, without remedies and prices."""
     return _BY_STATUS.get(result.status, _of_the_way)(result)
 
 
 def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> Explanation:
-    """Say how planning ended; as certain as the result, unless it is shown here."""
+    """Return the outcome, with the certainty of the result unless it is proven here."""
     return Explanation(
         problem=result.problem,
         status=result.status,
@@ -98,7 +98,7 @@ def _goal(result: Result) -> Explanation:
 
 
 def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
-    """Explain a start or goal of joints that is not free: the judge has measured it."""
+    """Explain a start or goal of joints that is not free, by the judge's measurement."""
     problem = result.problem
     judge = Judge(problem.reduced)
     blocks = blocks_of(judge.examine(positions, moment=moment))
@@ -126,7 +126,7 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
 
 
 def _searched_goal(result: Result) -> Explanation:
-    """Explain a goal that no free configuration was found for."""
+    """Explain a goal without a free configuration."""
     problem, reduced = result.problem, result.problem.reduced
     always = problem.requirements_at(problem.last_stop)
     wanted = (*problem.goals, *always)
@@ -157,7 +157,7 @@ def _searched_goal(result: Result) -> Explanation:
 
 
 def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tuple[Obstruction, ...]:
-    """Return the joint limits that the configuration nearest to an unreachable goal presses against."""
+    """Return the joint limits that bind in the configuration nearest to an unreachable goal."""
     if status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
         return ()
     limits, blocks = reduced.limits, list[Obstruction]()
@@ -182,7 +182,7 @@ def _walled_in(result: Result) -> Explanation:
 
 
 def _of_the_way(result: Result) -> Explanation:
-    """Explain why no path was found: what blocked each seed."""
+    """Explain why no path was found, by the block of each seed."""
     tried: dict[str, int] = {}
     for each in result.attempts:
         what = each.status.name if each.block is None else " and ".join(each.block.subjects)
@@ -202,7 +202,7 @@ def _way_blocks(result: Result) -> tuple[Obstruction, ...]:
 
 
 def _worst(result: Result) -> Floats | None:
-    """Return the configuration of the path at which the worst thing stands in the way."""
+    """Return the configuration of the path with the worst violation."""
     blocks = _way_blocks(result)
     if result.path is None or not blocks or blocks[0].place is None:
         return None
@@ -213,7 +213,7 @@ def _worst(result: Result) -> Floats | None:
 
 
 def _timing(result: Result) -> Explanation:
-    """Explain a path that no timing helps, by the configuration that overloads a joint most."""
+    """Explain a path without a timing, by the configuration that overloads a joint most."""
     problem = result.problem
     if result.path is None:
         return _of_the_way(result)
@@ -229,7 +229,7 @@ def _timing(result: Result) -> Explanation:
 
 
 def _swept(result: Result) -> Explanation:
-    """Explain a start that something sweeps."""
+    """Explain a start that a dynamic obstacle sweeps."""
     if result.certainty is Certainty.PROVEN:
         grounds = (
             "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
@@ -243,7 +243,7 @@ def _swept(result: Result) -> Explanation:
 
 
 def _fixed_link_met(result: Result) -> Explanation:
-    """Explain that something meets a link that no joint of the group moves."""
+    """Explain a collision with a link that no joint of the group moves."""
     if result.certainty is Certainty.PROVEN:
         grounds = (
             "the two are as near to each other whatever the joints do, the judge measured how near, and by "
@@ -269,7 +269,7 @@ def _occupied(result: Result) -> Explanation:
 
 
 def _in_time(result: Result) -> Explanation:
-    """Explain that everything tried was blocked by what changes with time."""
+    """Explain that dynamic obstacles blocked all attempts."""
     grounds = (
         "the motion planned without what changes was looked at every 20 ms, and other ways were tried in vain"
     )
@@ -334,4 +334,4 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.NO_TIMING: _timing,
     Status.NOT_VERIFIED: _refused,
 }
-"""The function that explains each status; all others are explained by what blocked the path."""
+"""The function that explains each status; the others are explained by the blocks of the path."""

@@ -1,4 +1,4 @@
-"""explain(result): the whole explanation, put together from its parts."""
+"""explain(result): the whole explanation."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,9 +23,9 @@ def explain(
     """Explain a result; see `Result.explain`.
 
     Args:
-        result: What planning returned.
-        plan_again: Whether to look for remedies of a failure, and for the prices of a success in seconds.
-        plan: Plans a changed problem; give one of your own for another method than the default.
+        result: The planning result.
+        plan_again: Whether to search remedies of a failure, or prices of a success in seconds.
+        plan: Plans a changed problem; pass your own for a non-default method.
 
     Raises:
         ProblemError: If an argument is of the wrong kind.
@@ -43,7 +43,7 @@ def explain(
 
 
 def _of_a_goal_set(result: Result, plan_again: bool, plan: Callable[[Problem], Result]) -> Explanation:
-    """Explain a set of goals by the goal that was tried first: the nearest of those not refused."""
+    """Explain a set of goals by its first tried goal: the nearest that was not refused."""
     name, nearest = next(iter(result.alternatives.items()))
     alone = explain(nearest, plan_again=plan_again, plan=plan)
     grounds = f"of the goal {shown(name)}, {alone.grounds}"

@@ -1,4 +1,4 @@
-"""Explanation: how planning ended and why, how that is known, and what would change it."""
+"""Explanation: outcome, cause, evidence and remedies."""
 
 from dataclasses import dataclass
 
@@ -17,25 +17,25 @@ from trajopt.why.prices import Price
 from trajopt.why.remedies import Remedy
 
 NAMED = 4
-"""How many things in the way are named; the others are counted."""
+"""Number of obstacles that are named; the others are counted."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Explanation(OutcomeSummary):
-    """How planning ended and why: `print` it, or read its parts.
+    """Outcome and cause of planning: `print` it, or read its fields.
 
     Attributes:
         problem: The problem.
-        blocks: What stands in the way, worst first.
-        conflict: What excludes each other; whichever one is left out, the others can be held. Empty where
-            nothing of the kind was found.
-        configuration: The configuration that shows it, shape (n,) [rad | m]: the start or goal that is not
-            free, the one that comes nearest to the goal, or where on the way the worst contact is.
-        nearest_free: The nearest configuration that is free, where that is the question.
-        path: The path that came nearest, if planning got so far.
-        attempts: What became of each seed, and what blocked it.
-        remedies: Changes that make it solvable; None if they were not looked for.
-        prices: What active constraints cost; in seconds only if planned again.
+        blocks: The obstacles, worst first.
+        conflict: A minimal set of requirements that exclude each other: without any one of them the others
+            can be met. Empty if no such set was found.
+        configuration: The configuration that shows the cause, shape (n,) [rad | m]: the start or goal that is
+            not free, the one nearest to the goal, or the worst contact on the path.
+        nearest_free: The nearest free configuration, if relevant.
+        path: The best path, if planning got that far.
+        attempts: Outcome and obstacle of each seed.
+        remedies: Changes that make it solvable; None if not searched.
+        prices: Costs of active constraints; in seconds only if planned again.
     """
 
     problem: Problem
@@ -63,7 +63,7 @@ class Explanation(OutcomeSummary):
         }
 
     def __str__(self) -> str:
-        """Say it in plain words, a line for each part."""
+        """Return the explanation in words, a line for each part."""
         lines = [super().__str__()]
         if self.conflict:
             found = "can be held" if self.certainty is Certainty.PROVEN else "was found to hold"

@@ -1,4 +1,4 @@
-"""The nearest configuration that is free, by optimisation from many starts; and what excludes each other."""
+"""The nearest free configuration, by optimisation from many starts; and conflicting requirements."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,28 +24,28 @@ from trajopt.values.arrays import Floats, Ints, Loss, Rows, Value, readonly
 from trajopt.verify import Moment, examine
 
 ELASTIC = 10.0
-"""Weight of what gives way, by metre or radian of its violation."""
+"""Weight of violations of relaxed requirements, per metre or radian."""
 SOLVER = Sqp(max_iterations=60, relative_gain=1e-4, absolute_gain=1e-7)
-"""One configuration costs little, so it is worth solving well."""
+"""One configuration is cheap, so it is solved tightly."""
 HELD = 0.998
-"""Share of an effort limit that holding still may take: nearly all, as the least change is looked for."""
+"""Share of an effort limit for holding still: nearly all, to find the smallest change."""
 CLEARANCE_TOLERANCE = 1e-4
-"""A margin counts as held when undercut by no more than this [m]."""
+"""Accepted violation of a margin [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConfigurationProblem:
-    """What one configuration must hold; see the module.
+    """The requirements on one configuration; see the module.
 
     Attributes:
         reduced: The robot and its surroundings.
-        hard: What must hold.
-        soft: What gives way.
+        hard: Requirements that must hold.
+        soft: Requirements that may be violated at a cost.
         clear: Whether the margins of all pairs must hold.
-        near: Configuration to stay near, shape (n,) [rad | m].
-        stay: Weight of staying near, by squared distance.
-        effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
-            [Nm | N]; not required when None.
+        near: Preferred configuration, shape (n,) [rad | m].
+        stay: Weight of the squared distance from it.
+        effort: Effort limits for holding the arm and its load still, shape (n,)
+            [Nm | N]; not required if None.
     """
 
     reduced: ReducedModel
@@ -57,7 +57,7 @@ class ConfigurationProblem:
     effort: Floats | None = None
 
     def solve(self, begin: Floats, query: Query) -> "ConfigurationSolution":
-        """Return the configuration that a start of shape (n,) leads to."""
+        """Return the local solution from a start of shape (n,)."""
         nlp = _OneKnotNlp(self, query)
         solved = SOLVER.solve(nlp, begin[None])
         soft = sum(block.cost / ELASTIC for block in solved.at.costs if block.loss is Loss.HINGE)
@@ -66,13 +66,13 @@ class ConfigurationProblem:
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationSolution:
-    """Where a start led to.
+    """A local solution.
 
     Attributes:
         positions: Shape (n,) [rad | m].
-        holds: Whether everything that must hold does.
-        given: By how much the rest gave way, in all [m and rad].
-        at: Everything linearised there.
+        holds: Whether all hard requirements hold.
+        given: Total violation of the soft requirements [m and rad].
+        at: Linearisation of everything there.
     """
 
     positions: Floats
@@ -100,7 +100,7 @@ class _OneKnotNlp:
         self.scale = np.ones(len(limits.lower))
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return the samples of no segments at all."""
+        """Return the samples of zero segments."""
         del fine
         return np.zeros(len(x) - 1, dtype=np.int64)
 
@@ -135,7 +135,7 @@ def _bounded(item: Constraint, motion: Motion) -> ConstraintRows:
 
 
 def _elastic(item: Constraint, motion: Motion) -> CostRows:
-    """Return a constraint's excess over both of its bounds as costs with a kink."""
+    """Return the violations of a constraint's bounds as costs with absolute loss."""
     rows = _rows(item, motion)
     lower, upper = item.bounds(rows)
     above, below = np.flatnonzero(np.isfinite(upper)), np.flatnonzero(np.isfinite(lower))
@@ -154,26 +154,26 @@ def _elastic(item: Constraint, motion: Motion) -> CostRows:
 
 
 STARTS = 128
-"""Configurations that the search of the goal starts from."""
+"""Number of starts in the search of the goal."""
 POLISHED = 6
-"""Those of them that are optimised, the nearest ones."""
+"""Number of these that are optimised, the nearest ones."""
 SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)
 """Standard deviations of starts around a configuration [rad | m]."""
 SEED = 0
-"""Of the generator: explanations are the same every time."""
+"""Seed of the generator, for reproducible explanations."""
 STAY = 1e-3
-"""Weight of staying near the start, where the goal is what gives way."""
+"""Weight of staying near the start if the goal is relaxed."""
 
 
 @dataclass(frozen=True, eq=False)
 class NearestFree(Value):
-    """A configuration that the judge finds free, near one that is not.
+    """A free configuration, confirmed by the judge, near one that is not.
 
     Attributes:
         positions: Of the group's joints, shape (n,) [rad | m].
-        moved: By how much each joint differs from where it was required to be, shape (n,) [rad | m].
-        given: By how much the goal is missed there [m and rad]; 0 where the goal was joint positions.
-        clearance: Smallest distance there, by the judge [m]; inf where no pair keeps apart.
+        moved: Difference of each joint from its required position, shape (n,) [rad | m].
+        given: Violation of the goal there [m and rad]; 0 for a goal of joint positions.
+        clearance: Smallest distance there, by the judge [m]; inf without pairs.
     """
 
     positions: Floats
@@ -192,15 +192,15 @@ class NearestFree(Value):
 
 
 def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> NearestFree | None:
-    """Find the nearest configuration that is clear, can be held still and holds the path constraints.
+    """Find the nearest configuration that is clear, can be held still and meets the path constraints.
 
     Args:
         problem: The problem.
-        positions: What is not free, shape (n,) [rad | m].
-        moment: At which end of the motion; contact may be meant there.
+        positions: The configuration that is not free, shape (n,) [rad | m].
+        moment: The end of the motion, at which contact may be intended.
 
     Returns:
-        The nearest that was found; None if none was.
+        The nearest one found, or None.
     """
     reduced, rng = problem.reduced, np.random.default_rng(SEED)
     always = (
@@ -220,16 +220,16 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
 def least_missed(
     problem: Problem, soft: Sequence[Requirement], *, hard: Sequence[Requirement], clear: bool = True
 ) -> NearestFree | None:
-    """Find a goal configuration where some requirements give way, as little as possible.
+    """Find a goal configuration with the smallest violation of some requirements.
 
     Args:
         problem: The problem.
-        soft: What gives way.
-        hard: What must hold.
+        soft: Requirements that may be violated.
+        hard: Requirements that must hold.
         clear: Whether it must be clear of everything, and let the joints hold still.
 
     Returns:
-        The one that misses least, then the nearest to the start; None if none was found.
+        The one with the smallest violation, then nearest to the start, or None.
     """
     reduced, rng = problem.reduced, np.random.default_rng(SEED)
     query, near = Query(reduced), reduced.start_positions
@@ -250,7 +250,7 @@ def least_missed(
 
 
 def _effort(problem: Problem) -> Floats | None:
-    """Return the effort limits within which the joints must hold still; None where they always can."""
+    """Return the effort limits for holding still; None if they are never exceeded."""
     effort = problem.limits.effort
     return effort if (largest_gravity_torques(problem.reduced) > effort).any() else None
 
@@ -258,7 +258,7 @@ def _effort(problem: Problem) -> Floats | None:
 def _best(
     problem: Problem, positions: Floats, stood: Sequence[ConfigurationSolution], moment: Moment | None
 ) -> NearestFree | None:
-    """Return the first in order of what gave way and of joint motion that the judge finds free."""
+    """Return the first that the judge finds free, in order of violation and joint motion."""
     reduced = problem.reduced
     for each in sorted(
         (item for item in stood if item.holds),
@@ -277,7 +277,7 @@ def _best(
 
 @dataclass(frozen=True, eq=False)
 class _Obstacle:
-    """A thing of the scene that must be kept clear of."""
+    """An object or link of the scene as an obstacle."""
 
     name: str
 
@@ -286,17 +286,17 @@ class _Obstacle:
 
 
 def conflict_at_goal(problem: Problem, blocks: Sequence[Obstruction]) -> tuple[str, ...]:
-    """Return what cannot be held together at the goal; whichever is left out, the rest can.
+    """Return a minimal set of requirements and obstacles that exclude each other at the goal.
 
     Joint limits and the robot's clearance from itself always count. The deletion filter of
-    `trajopt.planning.seeds.conflicting`, here with obstacles among what is left out.
+    `trajopt.planning.seeds.conflicting`, with obstacles among the deleted items.
 
     Args:
-        problem: The problem; no free configuration was found that holds its goals.
-        blocks: What is in contact where the goal is held, the most likely obstacles first.
+        problem: The problem, without a free goal configuration.
+        blocks: Contacts at the goal, the most likely obstacles first.
 
     Returns:
-        The set in words; empty if other parts of the scene are in the way as well.
+        The set in words; empty if other parts of the scene block the goal as well.
     """
     touched = {name for block in blocks if block.kind is ObstructionKind.CONTACT for name in block.subjects}
     near = [_Obstacle(name) for name in problem.scene.objects if name in touched]
@@ -311,7 +311,7 @@ def conflict_at_goal(problem: Problem, blocks: Sequence[Obstruction]) -> tuple[s
 
 
 def _can_be_held(problem: Problem, kept: Sequence[Requirement | _Obstacle]) -> bool:
-    """Say whether a configuration was found that holds requirements, clear of some obstacles only."""
+    """Return whether a configuration was found that meets requirements, clear of some obstacles only."""
     obstacles = {item.name for item in kept if isinstance(item, _Obstacle)}
     scene = problem.scene
     for name in scene.objects:

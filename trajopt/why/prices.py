@@ -1,4 +1,4 @@
-"""Prices: what each active constraint of a solution costs, in units of the objective and in seconds."""
+"""Prices of active constraints, in units of the objective and in seconds."""
 
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -26,11 +26,11 @@ from trajopt.values.trajectory import Path
 from trajopt.why.change import smaller_clearance, smaller_margin, with_requirement
 
 ACTIVE = 2e-3
-"""A row counts as active when it is no farther from its bound than this, in its own unit."""
+"""A row is active if it is within this distance of its bound, in its own unit."""
 
 
 class RowKey(NamedTuple):
-    """Which rows of a linearisation belong together."""
+    """Identifies the rows of a linearisation that belong together."""
 
     kind: type[object]
     name: str
@@ -39,12 +39,12 @@ class RowKey(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Multipliers:
-    """The forces of the active rows of each constraint.
+    """Lagrange multipliers of each constraint's active rows.
 
     Attributes:
-        rows: By class and name of the residual and component of the row: by how much the cost falls when
-            the bounds of all such rows are shifted outward by one unit.
-        bounds: The same of the bounds of each variable, by its place in a knot, over all knots.
+        rows: By class and name of the residual and component of the row: decrease of the cost per unit that
+            the bounds of all such rows are moved outward.
+        bounds: Likewise for the bounds of each variable, by its index in a knot, over all knots.
         unbalanced: Share of the gradient that the active rows do not balance: 0 at a perfect solution.
     """
 
@@ -56,9 +56,11 @@ class Multipliers:
 def multipliers(at: Linearisation, lower: Floats, upper: Floats) -> Multipliers:
     """Balance the gradient of the costs with the active rows and bounds.
 
+    Source: Nocedal and Wright, Numerical Optimization, 2nd edition, section 12.3.
+
     Args:
         at: Everything linearised at the solution.
-        lower: Lower bounds of the knots, shape (N, n); equal to the upper where a knot is fixed.
+        lower: Lower bounds of the knots, shape (N, n); equal to the upper for a fixed knot.
         upper: Upper bounds, shape (N, n).
     """
     size, free = at.x.size, (lower < upper).ravel()
@@ -122,31 +124,30 @@ def _dense(rows: Rows, size: int) -> Floats:
 
 
 TIGHT = Sqp(max_iterations=300, relative_gain=1e-7, absolute_gain=1e-10)
-"""Prices are differences of costs: the solver must not stop early."""
+"""Prices are differences of costs, so the solver must not stop early."""
 UNBALANCED = 0.2
-"""Multipliers that leave more of the gradient than this share are no prices."""
+"""Multipliers that leave more of the gradient than this share are not reported."""
 LEAST = 1e-3
 """Objective prices below this share of the largest are left out."""
 STEP = 2.0
-"""By how much a constraint is relaxed to see what it costs in time [mm | deg]."""
+"""Relaxation of a constraint for its price in seconds [mm | deg]."""
 PERCENT = 5.0
-"""By how much a joint's limit is raised to see what it costs in time [%]."""
+"""Increase of a joint's limit for its price in seconds [%]."""
 TOLERANCE = 1e-3
-"""How far the timed motion may leave the path [m]."""
+"""Largest deviation of the timed motion from the path [m]."""
 LEAST_SECONDS = 1e-4
-"""Smaller changes of the duration than this are noise of timing [s]."""
+"""Smaller changes of the duration are numerical noise [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Price:
-    """What an active constraint costs.
+    """Price of an active constraint.
 
     Attributes:
         what: The constraint.
-        unit: "mm", "deg", "rad" or "%": the amount that the prices are for.
-        objective: By how much the objective falls when the constraint is relaxed by one unit; None for
-            limits that the objective does not know.
-        seconds: By how much the duration falls [s]; None where that was not asked for, or is not known.
+        unit: "mm", "deg", "rad" or "%": the unit of relaxation.
+        objective: Decrease of the objective per unit; None for limits that the objective does not contain.
+        seconds: Decrease of the duration [s]; None if not requested or unknown.
     """
 
     what: str
@@ -159,20 +160,20 @@ class Price:
         return {"what": self.what, "unit": self.unit, "objective": self.objective, "seconds": self.seconds}
 
     def __str__(self) -> str:
-        """Say both prices."""
+        """Return both prices."""
         parts = [] if self.seconds is None else [f"{1000 * self.seconds:.3g} ms of the motion"]
         parts += [] if self.objective is None else [f"{self.objective:.3g} of the optimiser's objective"]
         return f"{self.what}: {' and '.join(parts)} per {self.unit}"
 
 
 def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
-    """Return what the active constraints of a verified motion cost, dearest first.
+    """Return the prices of a verified motion's active constraints, the largest first.
 
-    The motion's own program is solved again, tightly, from where it ended; prices in seconds compare the
-    timed motions of that solution and of one with the constraint relaxed a little.
+    The motion's own program is solved again, tightly, from its end; prices in seconds compare the
+    timed motions of that solution and of one with a slightly relaxed constraint.
 
     Args:
-        result: A verified result of the method `Knots`; anything else has no prices.
+        result: A verified result of the method `Knots`; others have no prices.
         seconds: Whether to solve and time relaxed problems too.
     """
     if not result.verified or result.path is None or result.timed is None:
@@ -181,11 +182,11 @@ def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
 
 
 def path_prices(problem: Problem, knots: Floats, *, seconds: bool) -> tuple[Price, ...]:
-    """Return what the active constraints of a path cost, dearest first; as `prices`.
+    """Return the prices of a path's active constraints, the largest first; as `prices`.
 
     Args:
         problem: The problem.
-        knots: The path, of which a verified motion was timed, shape (K, n) [rad | m].
+        knots: The path of a verified motion, shape (K, n) [rad | m].
         seconds: Whether to solve and time relaxed problems too.
     """
     base = _Solved.of(problem, knots)
@@ -227,14 +228,14 @@ class _Solved:
         return motion.trajectory.duration if isinstance(motion, Retimed) else None
 
     def saved(self, relaxed: Problem, amount: float) -> float | None:
-        """Return by how much the duration falls by unit of a relaxation [s]."""
+        """Return the decrease of the duration per unit of a relaxation [s]."""
         again = _Solved.of(relaxed, self.knots)
         before, after = self.duration(), again.duration() if again.holds else None
         return None if before is None or after is None else (before - after) / amount
 
 
 def _waypoint_knots(problem: Problem, knots: Floats) -> list[int]:
-    """Return the knots at which waypoints are held best, in order."""
+    """Return the knots that meet the waypoints best, in order."""
     places: list[int] = []
     count = len(problem.waypoint_requirements)
     for number, wanted in enumerate(problem.waypoint_requirements):
@@ -264,7 +265,7 @@ def _clearances(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iter
 
 
 def _holding(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
-    """Yield what it costs that joints must hold the load still: their shares fall as the limits rise."""
+    """Yield the prices of holding the load still: the joints' shares fall as their limits rise."""
     names, total = base.problem.reduced.joint_names, dict[str, float]()
     for key, push in dear.items():
         if key.kind is HoldingTorque:
@@ -326,7 +327,7 @@ def _bounds(base: _Solved, dear: dict[int, float], seconds: bool) -> Iterator[Pr
 
 
 def _limits(base: _Solved) -> tuple[Price, ...]:
-    """Return what the limits that bind cost in time: the same path is timed with each a little higher."""
+    """Return the prices of binding limits in time: the path is timed with each limit slightly higher."""
     before, found = base.duration(), list[Price]()
     if before is None:
         return ()

@@ -10,13 +10,13 @@ from trajopt.problem.problem import Problem
 from trajopt.why.change import Change
 
 MOST = 3
-"""How many remedies are looked for."""
+"""Largest number of remedies."""
 DOUBLINGS = 4
-"""How often an amount that is not enough is doubled."""
+"""Number of doublings of an insufficient amount."""
 HALVINGS = 8
-"""How often an amount that is enough is halved, before the change is taken to be needless."""
+"""Number of halvings of a sufficient amount before the change counts as unnecessary."""
 BISECTIONS = 3
-"""Steps between an amount that is not enough and one that is, at most twice as large."""
+"""Steps between an insufficient and a sufficient amount, at most twice as large."""
 
 Plan = Callable[[Problem], Result]
 """Plans a problem."""
@@ -28,8 +28,8 @@ class Remedy:
 
     Attributes:
         words: The change.
-        what: What is changed.
-        amount: By how much.
+        what: The changed item.
+        amount: The amount.
         unit: Unit of the amount.
         problem: The changed problem.
         result: The verified plan of it.
@@ -55,7 +55,7 @@ class Remedy:
         }
 
     def __str__(self) -> str:
-        """Say the change."""
+        """Return the change."""
         return self.words
 
 
@@ -63,7 +63,7 @@ def smallest_changes(changes: Iterable[Change], plan: Plan) -> tuple[Remedy, ...
     """Try changes, the most promising first, until some make the problem solvable.
 
     Args:
-        changes: The changes, each with an amount that may be enough.
+        changes: The changes, each with a likely sufficient amount.
         plan: Plans a problem.
     """
     found: list[Remedy] = []
@@ -78,14 +78,14 @@ def smallest_changes(changes: Iterable[Change], plan: Plan) -> tuple[Remedy, ...
 
 @dataclass(eq=False)
 class _Search:
-    """Search of the smallest amount of one change; every amount is planned once."""
+    """Search of the smallest sufficient amount of one change; every amount is planned once."""
 
     change: Change
     plan: Plan
     planned: dict[float, Result] = field(default_factory=dict[float, Result])
 
     def smallest(self) -> Remedy | None:
-        """Double until it is enough, halve until it is not, bisect, round, and check both again."""
+        """Double until sufficient, halve until not, bisect, round, and check both again."""
         enough = self._enough()
         if enough is not None and not self.change.whole:
             enough = self._smaller(enough)
@@ -102,7 +102,7 @@ class _Search:
         )
 
     def _smaller(self, enough: float) -> float | None:
-        """Return the smallest amount that is enough, rounded; None where any seems to be."""
+        """Return the smallest sufficient amount, rounded; None if every amount seems sufficient."""
         for _ in range(HALVINGS):
             if not self._solves(enough / 2.0):
                 break
@@ -124,7 +124,7 @@ class _Search:
         return amount if self._solves(amount) else None
 
     def _bisected(self, enough: float) -> float:
-        """Narrow down the smallest amount that is enough, where half of it is not."""
+        """Bisect the smallest sufficient amount, half of which is insufficient."""
         short = enough / 2.0
         for _ in range(BISECTIONS):
             middle = (short + enough) / 2.0

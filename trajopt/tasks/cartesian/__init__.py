@@ -1,4 +1,4 @@
-"""Cartesian motion: a frame follows a curve, as far as it goes, and the result says why not farther."""
+"""Cartesian motion: a frame follows a curve as far as possible; the result gives the reason for a stop."""
 
 from trajopt.problem.requirements import FollowsCurve as FollowsCurve
 from trajopt.problem.requirements import follows_curve as follows_curve

@@ -1,4 +1,4 @@
-"""Why a curve cannot be followed farther: which joint, which limit, which pair, which jump."""
+"""The reason why a curve cannot be followed farther: a joint, limit, pair of bodies or jump."""
 
 from dataclasses import dataclass
 
@@ -16,24 +16,24 @@ from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_joint_position, in_unit
 
 LOOK_AHEAD = 0.02
-"""How far beyond the last point the reason for stopping is searched [m]."""
+"""Distance beyond the last point in which the reason is searched [m]."""
 STEPS_AHEAD = 8
-"""Steps in which that is done."""
+"""Steps of that search."""
 SEARCHES = 96
-"""Random configurations from which another branch is searched."""
+"""Random configurations for the search of another branch."""
 ZOOMS = 7
-"""Halvings that locate where between two stations a body comes too near."""
+"""Bisections that locate a violation between two stations."""
 CAUTIOUS = 0.1
-"""Speed of the tool that the duration is estimated with, for time windows of intended contact [m/s]."""
+"""Assumed tool speed for time windows of intended contact [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Clear:
-    """How far along a track nothing comes too near.
+    """The part of a track with sufficient clearance.
 
     Attributes:
-        until: Last length along the curve that is clear [m].
-        stop: What comes too near beyond it; None if the whole track is clear.
+        until: Last clear length along the curve [m].
+        stop: The violated pair beyond it; None if the whole track is clear.
     """
 
     until: float
@@ -42,7 +42,7 @@ class Clear:
 
 @dataclass(frozen=True, eq=False)
 class _Blocked:
-    """The first sample at which a pair comes too near, and how near."""
+    """The first sample at which a pair is too near, and its distance."""
 
     sample: int
     pair: int
@@ -51,9 +51,9 @@ class _Blocked:
 
 
 def clear_part(on_curve: OnCurve, found: Track) -> Clear:
-    """Find how far along a track every pair keeps its margin.
+    """Find the part of a track on which every pair keeps its margin.
 
-    Near the start the margin is what the start has, as it is when any motion is planned.
+    Near the start the margin is reduced to the start's clearance, as for all planned motions.
     """
     margin = _margins(on_curve, found)
     s, q = found.stations, found.positions
@@ -76,7 +76,7 @@ def clear_part(on_curve: OnCurve, found: Track) -> Clear:
 
 
 def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
-    """Margins along a track; at the end of the curve what the end has, if it is clear at all."""
+    """Return the margins along a track; at the end of the curve those of the end, if it is clear."""
     query = on_curve.query
     goal: Floats | None = None
     if found.reached >= on_curve.required.until:
@@ -86,7 +86,7 @@ def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
 
 
 def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
-    """Return the clearance that pairs keep on the curve: their margins, or those of the starts, (p,)."""
+    """Return the clearance of each pair on the curve: its margin, or that at the starts, (p,)."""
     margin = on_curve.reduced.pairs.margin - CLEARANCE_TOLERANCE
     contacts = on_curve.query.close_pairs(starts, margin)
     np.minimum.at(margin, contacts.pair, contacts.distance - CLEARANCE_TOLERANCE)
@@ -133,12 +133,12 @@ def _collision(on_curve: OnCurve, s: float, blocked: _Blocked) -> StopReason:
 
 
 def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> StopReason | None:
-    """Return why a track ends before the curve does; None if it does not.
+    """Return the reason why a track ends before the curve; None if it does not.
 
     Args:
         on_curve: The curve and the arm.
         found: The track.
-        rng: Draws configurations from which other branches are looked for.
+        rng: Draws configurations for the search of other branches.
     """
     s, until = found.reached, on_curve.required.until
     if s >= until:
@@ -189,6 +189,6 @@ def stop_reason(
     pair: tuple[str, str] | None = None,
     amount: float = 0.0,
 ) -> StopReason:
-    """Return that following ends at a length along the curve, and why."""
+    """Return the stop at a length along the curve, with its reason."""
     pose = on_curve.required.curve.pose_before(s)
     return StopReason(status=status, at=s, pose=pose, message=message, joint=joint, pair=pair, amount=amount)

@@ -1,6 +1,6 @@
 """Curves of a tool: straight lines, arcs, splines and polylines with rounded corners.
 
-Rotations turn evenly about one axis from pose to pose (slerp).
+Between poses the rotation is about one axis at a constant rate (slerp).
 """
 
 import csv
@@ -33,24 +33,24 @@ __all__ = [
 ]
 
 NOWHERE = 1e-9
-"""Poses nearer to each other than this count as one [m | rad]."""
+"""Poses closer than this are equal [m | rad]."""
 RADIUS_DIFFERENCE = 1e-3
-"""By how much the distances of an arc's ends from its centre may differ [m]; the centre is moved."""
+"""Accepted difference of the distances of an arc's ends from its centre [m]; the centre is moved."""
 COLLINEAR = 1e-5
 """Sine of the angle below which three points span no plane."""
 ROUNDEST = 0.5
-"""Part of the shorter side that the rounding of a corner may take at most."""
+"""Largest part of the shorter side that a rounded corner may take."""
 HANDLE = 0.6
-"""Where between a rounding's end and the corner the last control point is that keeps it straight."""
+"""Position of the last control point between the end of a rounding and the corner."""
 FINE = 200
-"""Parts in which the length of a curved piece is measured."""
+"""Number of chords that measure the length of a curved piece."""
 
 
 def line(begin: PlacementLike, end: PlacementLike) -> Curve:
     """Return the straight line between two placements (Pilz's LIN).
 
     Raises:
-        ProblemError: If they are the same.
+        ProblemError: If they are equal.
     """
     return polyline((as_placement("begin", begin), as_placement("end", end)))
 
@@ -61,12 +61,12 @@ def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
     Args:
         poses: Two or more.
         blend: Radius about each inner pose within which the corner may be cut [m]; at most half of the
-            shorter side is used. The curvature is continuous there, so that the tool need not slow down
-            as much. 0 passes through the poses.
+            shorter side is used. The curvature is continuous, so the tool slows down less. 0 passes through
+            the poses.
 
     Raises:
-        ProblemError: If there are fewer than two poses, two that follow each other are the same, or the
-            radius is negative.
+        ProblemError: If there are fewer than two poses, consecutive poses are equal, or the radius is
+            negative.
     """
     poses = [as_placement("each of poses", pose) for pose in sequence("poses", poses)]
     if len(poses) < 2:
@@ -96,13 +96,13 @@ def arc_about(begin: PlacementLike, end: PlacementLike, *, centre: ArrayLike) ->
     """Return the shorter arc between two placements about a centre (Pilz's CIRC with `center`).
 
     Args:
-        begin: Where it begins.
-        end: Where it ends.
+        begin: Its first placement.
+        end: Its last placement.
         centre: Centre of the circle, shape (3,) [m].
 
     Raises:
-        ProblemError: If the three points lie on a line, so that they span no plane, or the ends are at
-            different distances from the centre.
+        ProblemError: If the three points are collinear, or the ends are at different distances from the
+            centre.
     """
     begin, end = as_placement("begin", begin), as_placement("end", end)
     middle = floats("centre", centre, (3,))
@@ -128,15 +128,15 @@ def arc_about(begin: PlacementLike, end: PlacementLike, *, centre: ArrayLike) ->
 def arc_through(begin: PlacementLike, interim: ArrayLike, end: PlacementLike) -> Curve:
     """Return the arc from a placement through a point to another placement (Pilz's CIRC with `interim`).
 
-    The arc may be more than half of the circle. The rotation turns evenly from begin to end.
+    The arc may be more than half of the circle. The rotation has a constant rate.
 
     Args:
-        begin: Where it begins.
-        interim: A point that it passes, shape (3,) [m].
-        end: Where it ends.
+        begin: Its first placement.
+        interim: A point on the arc, shape (3,) [m].
+        end: Its last placement.
 
     Raises:
-        ProblemError: If the three points lie on a line.
+        ProblemError: If the three points are collinear.
     """
     begin, end = as_placement("begin", begin), as_placement("end", end)
     passed = floats("interim", interim, (3,))
@@ -161,14 +161,14 @@ def circle(
     """Return a circle, or an arc of one, with a fixed orientation of the tool.
 
     Args:
-        centre: Of the circle: about its z axis, it begins on its x axis and turns towards y.
+        centre: Of the circle: about its z axis; the circle starts on its x axis and turns towards y.
         radius: Its radius [m].
         rotation: Of the tool in the world, shape (3, 3).
-        sweep: Angle of the arc, not 0; negative turns the other way [rad]; the whole circle when None.
+        sweep: Angle of the arc, not 0; negative turns the other way [rad]; the whole circle if None.
         degrees: Whether `sweep` is in degrees.
 
     Raises:
-        ProblemError: If radius or sweep is out of its range.
+        ProblemError: If radius or sweep is out of range.
     """
     size = number("radius", radius)
     angle = stated_angle("sweep", sweep, degrees=degrees, default=2.0 * np.pi)
@@ -193,13 +193,13 @@ def circle(
 def spline(poses: Sequence[PlacementLike]) -> Curve:
     """Return a smooth curve through placements: a cubic spline of their points, with C1 rotations.
 
-    Where the last pose is the first again, the curve is smooth there too.
+    If the last pose equals the first, the curve is smooth there too.
 
     Args:
-        poses: Three or more; no two that follow each other are the same.
+        poses: Three or more; consecutive ones differ.
 
     Raises:
-        ProblemError: If there are too few, or two are the same.
+        ProblemError: If there are too few, or consecutive ones are equal.
     """
     from scipy.interpolate import CubicSpline
 
@@ -268,7 +268,7 @@ def _corner(before: Piece, after: Piece, cut: float) -> Piece:
 
 
 def _rounded(begin: Floats, corner: Floats, end: Floats) -> Floats:
-    """Control points of degree five: the first three lie on one side, the last three on the other."""
+    """Return control points of degree five: the first three on one side, the last three on the other."""
     handles = [begin + part * (corner - begin) for part in (0.0, HANDLE / 2.0, HANDLE)]
     return np.stack((*handles, *(end + part * (corner - end) for part in (HANDLE, HANDLE / 2.0, 0.0))))
 
@@ -301,7 +301,7 @@ def cross(first: Floats, second: Floats) -> Floats:
 
 
 def _measured(points: Floats, rotation: Floats, turns: Floats) -> Piece:
-    """Return a piece with the length of its path, or of its rotation where that counts more."""
+    """Return a piece with the length of its path, or of its rotation if that is larger."""
     u = np.linspace(0.0, 1.0, 2 if len(points) == 2 and len(turns) == 2 else FINE + 1)
     way = float(np.linalg.norm(np.diff(bezier(points, u), axis=0), axis=1).sum())
     turn = float(np.linalg.norm(np.diff(bezier(turns, u), axis=0), axis=1).sum())
@@ -309,12 +309,12 @@ def _measured(points: Floats, rotation: Floats, turns: Floats) -> Piece:
 
 
 def _hermite(begin: Floats, end: Floats, outward: Floats, inward: Floats) -> Floats:
-    """Control points of the cubic with given ends and derivatives there."""
+    """Return control points of the cubic with given ends and derivatives."""
     return np.stack((begin, begin + outward / 3.0, end - inward / 3.0, end))
 
 
 def _rates(sides: Sequence[Piece], spans: Floats, *, closed: bool) -> Floats:
-    """Angular velocity in the frame at each pose, the mean of those on both sides, shape (p, 3)."""
+    """Return the angular velocity at each pose, in its frame, the mean of both sides, shape (p, 3)."""
     even = np.array([side.turns[-1] for side in sides]) / spans[:, None]
     inner = (even[:-1] + even[1:]) / 2.0
     first, last = even[0], even[-1]
@@ -324,7 +324,7 @@ def _rates(sides: Sequence[Piece], spans: Floats, *, closed: bool) -> Floats:
 
 
 def _inverse_right_jacobian(w: Floats) -> Floats:
-    """Matrix from the angular velocity in the frame to the rate of the rotation vector w.
+    """Return the matrix from the angular velocity in the frame to the rate of the rotation vector w.
 
     Source: Sola et al., A micro Lie theory for state estimation in robotics, 2018, equation 144.
     """
@@ -347,16 +347,16 @@ def read_poses(
     """Read poses, in order, from a file.
 
     CSV has a header with the columns x, y, z [m], and for orientations qx, qy, qz, qw, or roll, pitch, yaw
-    [rad], or neither. YAML has a list `poses` of mappings; each has a `position` of three numbers and
-    may have a `quaternion` (x, y, z, w) or `rpy`.
+    [rad], or neither. YAML has a list `poses` of mappings, each with a `position` of three numbers and
+    optionally a `quaternion` (x, y, z, w) or `rpy`.
 
     Args:
-        path: The file; what does not end in ".csv" is read as YAML.
-        rpy: Orientation of poses that have none in the file: roll, pitch, yaw [rad].
+        path: The file; read as YAML unless its suffix is ".csv".
+        rpy: Orientation of poses without one: roll, pitch, yaw [rad].
         degrees: Whether roll, pitch and yaw are in degrees, here and in the file.
 
     Raises:
-        FileFormatError: If the file is missing or does not say what it must.
+        FileFormatError: If the file is missing or invalid.
     """
     turned = stated_angles("rpy", rpy, (3,), degrees=degrees)
     fixed = placement(rpy=turned).rotation

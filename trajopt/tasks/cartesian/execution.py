@@ -1,4 +1,4 @@
-"""Execution to the end: simulate a motion along a curve, measure the error there, and correct it."""
+"""Simulated execution of a motion along a curve, with correction of the error at its end."""
 
 from dataclasses import dataclass
 
@@ -14,21 +14,21 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 
 POSITION = 1e-3
-"""Default error at the end that is not corrected [m]."""
+"""Default accepted position error at the end [m]."""
 ROTATION = 1e-2
-"""The same of the rotation [rad]."""
+"""Default accepted rotation error at the end [rad]."""
 MOVES = 3
-"""Closing moves at most."""
+"""Largest number of correction moves."""
 
 
 @dataclass(frozen=True, eq=False)
 class Executed:
-    """A motion along a curve as it was executed, with the moves that corrected the error at its end.
+    """An executed motion along a curve, with the moves that corrected its end.
 
     Attributes:
-        rollouts: The simulated motion, then each closing move.
-        errors: How far the frame was from the required end, after each of them.
-        moves: The closing moves; the last one may have failed.
+        rollouts: The simulated motion, then each correction move.
+        errors: Error of the frame at the end of each of them.
+        moves: The correction moves; the last one may have failed.
         reached: Whether the last error is within the tolerances.
     """
 
@@ -46,15 +46,15 @@ def execute(
     rotation_tolerance: float = ROTATION,
     options: SimulationOptions | None = None,
 ) -> Executed:
-    """Execute a motion along a curve in simulation, and correct its end where that is too far off.
+    """Execute a motion along a curve in simulation, and correct its end if the error is too large.
 
-    A closing move is the straight line from where the frame is to where it should be, followed like any
-    curve: timed, judged, and executed in its turn.
+    A correction move is the straight line from the actual to the required pose, followed like any curve:
+    timed, judged and executed.
 
     Args:
         followed: The motion.
-        position_tolerance: Error at the end that is not corrected [m].
-        rotation_tolerance: The same of the rotation [rad].
+        position_tolerance: Accepted position error at the end [m].
+        rotation_tolerance: Accepted rotation error at the end [rad].
         options: Of the simulation.
 
     Raises:
@@ -105,7 +105,7 @@ def _later(scene: Scene, time: float) -> Scene:
 
 
 def _seen(followed: Followed, positions: Floats) -> Placement:
-    """Return where the frame's point is at positions of the group, seen from the curve's reference."""
+    """Return the position of the frame's point at positions of the group, in the curve's reference."""
     scene, required = followed.problem.scene, followed.required
     everywhere = followed.problem.reduced.all_positions(positions)
     base = scene.placement_of(required.reference, everywhere)

@@ -1,4 +1,4 @@
-"""follow(...): from a curve to a timed, judged motion along it, as far as it goes, and why not farther."""
+"""follow(...): a timed and judged motion along a curve, as far as possible, and the reason for a stop."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ from trajopt.verify import Judge, Moment
 
 
 class Avoid(Enum):
-    """What to do where the curve is blocked."""
+    """Reaction to an obstacle on the curve."""
 
     STOP = "follow the curve as far as it goes"
     DEVIATE = "leave the curve inside a tube around it, no farther than needed"
 
 
 class Begin(Enum):
-    """Which configuration the motion begins in."""
+    """Choice of the first configuration."""
 
     AT_START = "the start, which must be at the beginning of the curve"
     ANY_BRANCH = "any that is at the beginning of the curve: the one that gets farthest"
@@ -60,13 +60,13 @@ class FollowOptions:
     """Options of `follow`.
 
     Attributes:
-        begin: Which configuration the motion begins in.
-        avoid: What to do where the curve is blocked.
-        tube: With `Avoid.DEVIATE`, how far the frame may leave the curve [m].
+        begin: Choice of the first configuration.
+        avoid: Reaction to an obstacle on the curve.
+        tube: With `Avoid.DEVIATE`, largest distance of the frame from the curve [m].
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
-        tool_speed: Largest speeds of tools, steady if they say so.
-        branches: With `Begin.ANY_BRANCH`, most configurations at the beginning that are tried.
+        tool_speed: Largest speeds of tools; constant if they request it.
+        branches: With `Begin.ANY_BRANCH`, largest number of first configurations.
     """
 
     begin: Begin = Begin.AT_START
@@ -81,7 +81,7 @@ class FollowOptions:
         """Refuse options that contradict each other.
 
         Raises:
-            ProblemError: If a tube is missing, or given though nothing may deviate, or there are no branches.
+            ProblemError: If a tube is missing, or given without `Avoid.DEVIATE`, or there are no branches.
         """
         radius = number("tube", self.tube)
         if (self.avoid is Avoid.DEVIATE) != (radius > 0.0):
@@ -96,12 +96,13 @@ class FollowOptions:
 DEFAULT_OPTIONS = FollowOptions()
 """The default options of `follow`."""
 START_SHARE = 0.5
-"""Share of the tolerances that the start may be off the beginning of the curve."""
+"""Accepted deviation of the start from the curve, as a share of the tolerances."""
 CHORDS = (0.2, 0.1, 0.05)
-"""How near to the curve straight lines between knots are, as a share of the tolerance; tighter if the judge
-refuses the motion."""
+"""Distances of the chords between knots from the curve, as shares of the tolerance; the next is tried if the
+judge refuses the motion.
+"""
 ROUNDINGS = (0.6, 0.4, 0.2)
-"""The same for how far timing may leave these lines."""
+"""Likewise for the deviation of the timed motion from these chords."""
 
 
 def follow(
@@ -117,30 +118,29 @@ def follow(
     progress: Progress | None = None,
     degrees: bool = False,
 ) -> Followed:
-    """Follow a curve with a frame, as far as it goes, and say why not farther.
+    """Follow a curve with a frame as far as possible.
 
-    The motion is timed like any plan, and judged at all times: that the frame stays on the curve, never
-    goes backwards on it, and gets as far as `fraction` says.
+    The motion is timed like any plan, and judged at all times: the frame stays on the curve, never moves
+    backwards, and gets as far as `fraction`.
 
     Args:
-        scene: The robot and what is around it, with the clearance to keep. Unlike other motions this one
-            keeps the margin all along too, but for what is nearer at its start: where the arm has no choice,
+        scene: The robot and its surroundings, with the clearance to keep. Unlike other motions this one keeps
+            the margin all along too, except for pairs that are nearer at its start: if the arm has no choice,
             a margin that is too large ends it.
-        required: The curve, the frame, and how near it must stay: `follows_curve(...)`.
+        required: The curve, the frame, and its tolerance: `follows_curve(...)`.
         start: Name of a state, joint -> position [rad | m], or positions of all joints. With
-            `Begin.ANY_BRANCH` it only says where the joints outside the group are, and what is near.
-        group: The planning group; may be left out where the robot has one only.
-        options: Where it may begin, what to do where it is blocked, speeds.
-        rng: Draws postures and starts of searches; a fixed seed when None, so that the answer is the same
-            every time.
-        budget: Time and work that it may use; a curve is followed in one attempt, so `attempts`, `workers`
+            `Begin.ANY_BRANCH` it only determines the joints outside the group, and the preferred branch.
+        group: The planning group; may be omitted if the robot has only one.
+        options: First configuration, reaction to obstacles, speeds.
+        rng: Draws postures and starts of searches; a fixed seed if None, for reproducible results.
+        budget: Time and work; a curve is followed in one attempt, so `attempts`, `workers`
             and `improve` do not apply.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and every step of the solver.
         degrees: Whether angles in `start` are in degrees.
 
     Returns:
-        How far the curve is followed, why not farther, and the motion with its certificate.
+        The followed part, the reason for a stop, and the motion with its certificate.
 
     Raises:
         ProblemError: If the curve does not suit this robot, or the budget has fields that do not apply.
@@ -172,7 +172,7 @@ def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) ->
 
 @dataclass(eq=False)
 class _Following:
-    """One curve that is followed."""
+    """The run of `follow` for one curve."""
 
     problem: Problem
     required: FollowsCurve
@@ -196,7 +196,7 @@ class _Following:
             return replace(result, result=replace(result.result, stopped=ended.stop))
 
     def _run(self) -> Followed:
-        """Choose where to begin, find the joint path that gets farthest, time it and have it judged."""
+        """Choose the first configuration, find the joint path that gets farthest, time and judge it."""
         with self.on_curve.stage("start"):
             starts, refusal = self._starts()
         if refusal is not None:
@@ -218,7 +218,7 @@ class _Following:
         return self._motion(found)
 
     def _starts(self) -> tuple[Floats, StopReason | None]:
-        """Return configurations to begin in, shape (b, n), or why there is none."""
+        """Return first configurations, shape (b, n), or the reason why there are none."""
         reduced, on_curve = self.problem.reduced, self.on_curve
         nothing = np.empty((0, len(reduced.joint_names)))
         if self.options.begin is Begin.ANY_BRANCH:
@@ -273,7 +273,7 @@ class _Following:
         return self._followed(result, part.until / self.required.until if result.verified else 0.0, why)
 
     def _judged(self, problem: Problem, on_curve: OnCurve, way: Track) -> Result | StopReason:
-        """Place knots along a path, time them and have the motion judged; more tightly if it is refused."""
+        """Place knots along a path, time and judge the motion; repeat more tightly if it is refused."""
         workspace, result = PlanningWorkspace(problem, self.tracker), None
         for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
             with on_curve.stage("densify"):
@@ -291,7 +291,7 @@ class _Following:
         return result
 
     def _around(self, starts: Floats, why: StopReason) -> Followed | None:
-        """Go around what blocks the curve, inside the tube; None if no detour is found and proven."""
+        """Go around the obstacle inside the tube; None if no detour is found and proven."""
         tube = self.options.tube
         wide = replace(self.required, position_tolerance=tube)
         for detour in detours(self.problem, self.on_curve, starts, tube):
@@ -313,27 +313,27 @@ class _Following:
 
 
 BODIES = 0.1
-"""The rest of the arm may leave its path ten times as far as the tool."""
+"""Deviation of the rest of the arm, relative to that of the tool."""
 POINTS_PER_KNOT = 0.7
-"""Points of the motion per knot of the path, beyond the usual number."""
+"""Further points of the motion for each knot of the path."""
 MOST_POINTS = 600
-"""Points of the motion at most."""
+"""Largest number of points of the motion."""
 SHARP = np.radians(25.0)
-"""At corners of the joint path that turn by more the motion stops [rad]."""
+"""The motion stops at corners of the joint path with a larger angle [rad]."""
 DWELL = 2e-3
-"""Time in which an acceleration changes that has no limit on its jerk, at rest in a corner [s]."""
+"""Duration of an acceleration change at rest in a corner, without a jerk limit [s]."""
 
 
 def timed_along(
     problem: Problem, on_curve: OnCurve, path: Path, *, tolerance: float
 ) -> Retimed | RetimeFailure:
-    """Find the fastest timing of a path, within everything that the problem limits.
+    """Find the fastest timing of a path within all limits of the problem.
 
     Args:
         problem: The problem.
-        on_curve: Measures how far the tool is from where it should be.
+        on_curve: Measures the error of the tool.
         path: The joint path.
-        tolerance: How far the tool may leave it, rotations counted as lengths [m].
+        tolerance: Largest deviation of the tool from the path, rotations counted as lengths [m].
     """
     query, limits = on_curve.query, problem.limits
 
@@ -362,7 +362,7 @@ def timed_along(
 
 
 def _corners(knots: Floats, velocity: Floats) -> tuple[int, ...]:
-    """Find the knots at which the path turns sharply, in joints over their speeds."""
+    """Return the knots at which the path turns sharply, in joints scaled by their speeds."""
     steps = np.diff(knots, axis=0) / np.where(velocity > 0.0, velocity, 1.0)
     sizes = np.linalg.norm(steps, axis=1)
     along = (steps[:-1] * steps[1:]).sum(axis=1) / np.maximum(sizes[:-1] * sizes[1:], 1e-300)
@@ -387,7 +387,7 @@ def _together(legs: Sequence[Retimed]) -> Retimed:
 
 
 def _joined(motions: Sequence[Trajectory]) -> Trajectory:
-    """Join trajectories; where the acceleration would jump it changes within a moment of rest."""
+    """Join trajectories; an acceleration jump becomes a short change at rest."""
     times, columns, clock = [motions[0].times], [_columns(motions[0])], motions[0].duration
     for motion in motions[1:]:
         rows = _columns(motion)

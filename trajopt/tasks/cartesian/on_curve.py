@@ -1,4 +1,4 @@
-"""Configurations that hold a frame at points of a curve: Newton's method on many at once."""
+"""Configurations with a frame at points of a curve, by Newton's method on many simultaneously."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -17,24 +17,24 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.curve import TURN_LENGTH
 
 HELD = 1e-8
-"""A point counts as reached within this; see `OnCurve.turn_length` [m]."""
+"""Accepted error of a point; see `OnCurve.turn_length` [m]."""
 STEPS = 14
-"""Steps of Newton's method at most."""
+"""Largest number of Newton steps."""
 LONGEST = 0.3
 """Longest step of any joint [rad | m]."""
 SINGULAR = 1e-3
-"""Singular values smaller than this part of the largest are damped: their directions are slow [-]."""
+"""Singular values below this share of the largest are damped [-]."""
 DISTANCE_ROW = 3
-"""The row of the error with the distance, which the three before it imply."""
+"""The row of the error with the distance, which the previous three imply."""
 
 
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """Where Newton's method ended for S configurations.
+    """Result of Newton's method for S configurations.
 
     Attributes:
         positions: Shape (S, n) [rad | m], inside the limits.
-        miss: How far the frame is from its point, rotations counted as lengths, shape (S,) [m].
+        miss: Error of the frame, rotations counted as lengths, shape (S,) [m].
     """
 
     positions: Floats
@@ -42,19 +42,19 @@ class Corrected:
 
     @property
     def held(self) -> Bools:
-        """Which are at their points, shape (S,)."""
+        """Whether each error is accepted, shape (S,)."""
         return np.asarray(self.miss <= HELD, dtype=np.bool_)
 
 
 class OnCurve:
-    """Moves configurations to points of a curve, by the least motion of the joints.
+    """Moves configurations to points of a curve with least joint motion.
 
     Attributes:
         reduced: The robot and its surroundings.
         required: The curve and the frame that follows it.
         query: Evaluates the kinematics.
-        tracker: Ends the work when the budget is used up; without a bound when None.
-        limits: Position limits that are kept.
+        tracker: Ends the work when the budget is used up; unlimited if None.
+        limits: Position limits.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class OnCurve:
         self._term = CurveError(reduced, required)
 
     def along(self, required: FollowsCurve, reduced: ReducedModel | None = None) -> "OnCurve":
-        """Return the same for another curve, within the same budget."""
+        """Return a copy for another curve, within the same budget."""
         return OnCurve(reduced or self.reduced, required, self.query, self.tracker)
 
     @contextmanager
@@ -90,7 +90,7 @@ class OnCurve:
                 counts.forward_kinematics = counts.bounds = counts.distances = 0
 
     def without_limits(self) -> "OnCurve":
-        """Return the same with joints that go beyond their position limits."""
+        """Return a copy without position limits."""
         free = self.along(self.required)
         boundless = np.full(len(self.limits.joint_names), np.inf)
         free.limits = replace(self.limits, lower=-boundless, upper=boundless)
@@ -98,24 +98,24 @@ class OnCurve:
 
     @property
     def rows(self) -> int:
-        """How many numbers a point fixes: 6, 5 with a free spin, 3 with a free rotation."""
+        """Number of fixed coordinates of a point: 6, 5 with a free spin, 3 with a free rotation."""
         if np.isinf(self.required.rotation_tolerance):
             return 3
         return 6 if self.required.spin is None else 5
 
     @property
     def turn_length(self) -> float:
-        """Length that a radian counts as: no more than the tolerances make it [m/rad]."""
+        """Length of a radian: at most the ratio of the tolerances [m/rad]."""
         return min(self.required.position_tolerance / self.required.rotation_tolerance, TURN_LENGTH) or 1.0
 
     @property
     def allowed(self) -> float:
-        """How far the frame may be from its point, rotations counted as lengths [m]."""
+        """Largest error of the frame, rotations counted as lengths [m]."""
         return self.required.position_tolerance
 
     @property
     def spare(self) -> int:
-        """How many joints a point leaves free."""
+        """Number of redundant joints."""
         return max(len(self.reduced.joint_names) - self.rows, 0)
 
     def errors(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
@@ -133,12 +133,12 @@ class OnCurve:
         return np.linalg.norm(value[:, :3], axis=1), turn
 
     def points(self, positions: Floats) -> Floats:
-        """Return where the frame's point is at configurations (S, n), seen from the reference, (S, 3) [m]."""
+        """Return the frame's point at configurations (S, n), in the reference, (S, 3) [m]."""
         need, motion = self.required, Motion.each(positions, self.query)
         return relative_frame(self.reduced, motion, need.frame, need.reference, need.offset).point
 
     def apart(self, first: Floats, second: Floats) -> Floats:
-        """Return how far the frame at some configurations (S, n) is from that at others, shape (S,) [m]."""
+        """Return the distance of the frame between two sets of configurations (S, n), shape (S,) [m]."""
         need = self.required
         one, other = (
             relative_frame(self.reduced, Motion.each(q, self.query), need.frame, need.reference, need.offset)
@@ -176,7 +176,7 @@ class OnCurve:
         return Corrected(q, miss)
 
     def _step(self, q: Floats, value: Floats, jacobian: Floats) -> Floats:
-        """Least-norm steps; joints that press against a limit stay where they are."""
+        """Return least-norm steps; joints at a limit are fixed if the step presses against it."""
         limits = self.limits
         step = -_damped(jacobian, value)
         for _ in range(2):
@@ -188,25 +188,25 @@ class OnCurve:
         return step * np.minimum(1.0, LONGEST / np.maximum(largest, LONGEST))
 
     def free_motion(self, q: Floats, s: Floats, wish: Floats) -> Floats:
-        """Return the part of joint motions (S, n) that leaves the frame where it is."""
+        """Return the self-motion part of joint motions (S, n)."""
         _, jacobian = self.errors(q, s)
         moved = np.einsum("sij,sj->si", jacobian, wish)
         return wish - _damped(jacobian, moved)
 
     def free_direction(self, q: Floats, s: Floats) -> Floats:
-        """Return the direction in which joints move least for the frame, shape (S, n), of length one."""
+        """Return the joint direction that moves the frame least, shape (S, n), of length one."""
         _, jacobian = self.errors(q, s)
         return np.asarray(np.linalg.svd(jacobian)[2][:, -1], dtype=np.float64)
 
     def smallest_singular_value(self, q: Floats, s: Floats) -> Floats:
-        """Return that of the Jacobian, shape (S,) [m/rad]: 0 where a direction of the path is lost."""
+        """Return the smallest singular value of the Jacobian, shape (S,) [m/rad]: 0 at a singularity."""
         _, jacobian = self.errors(q, s)
         sizes = np.asarray(np.linalg.svd(jacobian, compute_uv=False), dtype=np.float64)
         return sizes[:, min(self.rows, q.shape[1]) - 1]
 
 
 def _damped(jacobian: Floats, value: Floats) -> Floats:
-    """Solve J x = value with least norm, damped in directions that are nearly lost."""
+    """Solve J x = value with least norm, damped in nearly singular directions."""
     u, sizes, v = np.linalg.svd(jacobian, full_matrices=False)
     floor = SINGULAR * np.maximum(sizes[:, :1], 1e-12)
     gain = sizes / np.maximum(sizes**2, floor**2)

@@ -1,7 +1,7 @@
-"""The whole line as one program: all knots at once, held on the curve, short, smooth and clear.
+"""The whole line as one program: all knots together, held on the curve, short, smooth and clear.
 
-A step of differential kinematics freezes the choice that a redundant arm has; here it is made with the whole
-line in view. With a tube the curve is a cost inside it: the knots' distance from the curve is penalised.
+A step of differential kinematics fixes the redundancy locally; here it is resolved for the whole line. With a
+tube, the knots' distance from the curve is penalised inside it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,13 +27,13 @@ from trajopt.values.placement import Placement
 SPACING = 0.02
 """Distance of knots along the curve [m]."""
 FEWEST, MOST = 16, 96
-"""Knots at least and at most."""
+"""Smallest and largest number of knots."""
 HELD = 0.5
-"""Share of the tolerances that knots may use: they are moved onto the curve afterwards."""
+"""Share of the tolerances for knots, which are moved onto the curve afterwards."""
 ROOM = 0.9
-"""Share of the tube that knots may use."""
+"""Share of the tube for knots."""
 END = 0.01
-"""Share of the tube that the last knot may be off: it is moved onto the curve afterwards."""
+"""Share of the tube for the last knot, which is moved onto the curve afterwards."""
 NEARNESS = 1000.0
 """Weight of squared distances from the curve inside a tube [1/m^2]."""
 
@@ -43,14 +43,14 @@ class Offset:
     """Distance of knots from the curve, along three axes [m]: the cost inside a tube.
 
     Attributes:
-        error: The whole error.
+        error: The residual of the whole error.
     """
 
     error: CurveError
 
     @property
     def name(self) -> str:
-        """What is penalised."""
+        """Name of the cost."""
         return f"distance from the {self.error.name}"
 
     def linearise(self, motion: Motion) -> Rows:
@@ -63,7 +63,7 @@ class Offset:
 
 
 def knot_stations(required: FollowsCurve) -> Floats:
-    """Return where along the curve the program's knots are: even, the joints of its pieces among them."""
+    """Return the lengths of the program's knots: evenly spaced, including the ends of the curve's pieces."""
     count = int(np.clip(np.ceil(required.until / SPACING), FEWEST, MOST))
     even = np.linspace(0.0, required.until, count + 1)
     for edge in required.curve.edges[1:-1]:
@@ -80,7 +80,7 @@ def on_the_curve(
     Args:
         problem: Start, scene and limits.
         required: The curve.
-        seed: Its seed, at the stations of `knot_stations`.
+        seed: The seed, at the stations of `knot_stations`.
         tracker: Counts and bounds the work.
     """
     error = CurveError(problem.reduced, required, seed.stations)
@@ -127,9 +127,9 @@ def _solve(
 
 
 SIDES = 6
-"""How many sides curves are bent to."""
+"""Number of sides to which curves are bent."""
 BENT = 0.75
-"""Part of the tube's radius by which they are bent."""
+"""Displacement of bent curves, as a share of the tube's radius."""
 POSES = 12
 """Poses of a bent curve."""
 
@@ -139,7 +139,7 @@ class Detour:
     """A joint path inside the tube.
 
     Attributes:
-        required: The curve through its knots, turned as the blocked one is.
+        required: The curve through its knots, with the rotations of the blocked one.
         way: Configurations on it.
         deviation: Largest distance of a knot from the blocked curve [m].
     """
@@ -150,12 +150,12 @@ class Detour:
 
 
 def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) -> Sequence[Detour]:
-    """Search detours around what blocks a curve, nearest to the curve first.
+    """Search detours around an obstacle on a curve, nearest to the curve first.
 
     Args:
         problem: Start, scene and limits.
         on_curve: The curve and the arm.
-        starts: Configurations to begin in, shape (b, n).
+        starts: First configurations, shape (b, n).
         tube: Radius of the tube [m].
     """
     reduced = problem.reduced
@@ -172,7 +172,7 @@ def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) ->
 
 
 def _detour(on_curve: OnCurve, knots: Track) -> Detour:
-    """Make a curve through knots: their points, the ends of the blocked curve, and its rotations."""
+    """Make a curve through the points of knots, with the ends and rotations of the blocked curve."""
     required = on_curve.required
     places = required.curve(knots.stations)
     points = on_curve.points(knots.positions)
@@ -188,7 +188,7 @@ def _detour(on_curve: OnCurve, knots: Track) -> Detour:
 
 
 def _seeds(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[Track]:
-    """Track the curve and bent ones, whatever is in the way."""
+    """Track the curve and bent ones, ignoring obstacles."""
     required = on_curve.required
     stations = knot_stations(required)
     bent = [
@@ -209,7 +209,7 @@ def _seeds(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[Track]:
 
 
 def _bent_curves(curve: Curve, until: float, far: float) -> Iterator[Curve]:
-    """Bend a curve to several sides across its chord, most about its middle, not at all at its ends."""
+    """Bend a curve to several sides across its chord, most in the middle and not at its ends."""
     share = np.linspace(0.0, 1.0, POSES)
     places = curve(share * until)
     rates = np.gradient(places.translation, axis=0)

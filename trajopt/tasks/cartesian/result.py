@@ -1,4 +1,4 @@
-"""Result of following a curve: how far, why not farther, and the motion with its certificate."""
+"""Result of following a curve: the followed part, the reason for a stop, the motion and its certificate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ from trajopt.verify import Certificate, CheckKind
 
 @dataclass(frozen=True, kw_only=True)
 class StopReason:
-    """Where and why following ended before the end of the curve.
+    """Place and reason of a stop before the end of the curve.
 
     Attributes:
         status: The kind of reason.
-        at: How far along the curve [m].
-        pose: Number, from 0, of the last pose that was reached, of those that the curve was made from.
-        message: The particulars: which joint and limit, which pair, which jump.
-        joint: The joint at its limit, or the one that would jump; none for other reasons.
-        pair: The two links or objects that come too near each other; none for other reasons.
-        amount: How much is missing: clearance [m], the limit [rad | m], the jump [rad | m]; 0 where unknown.
+        at: Length along the curve [m].
+        pose: Index of the last reached pose of those that the curve was made from.
+        message: Details: joint and limit, pair, or jump.
+        joint: The joint at its limit, or the one that would jump; empty for other reasons.
+        pair: The two links or objects that are too near; empty for other reasons.
+        amount: The missing clearance [m], the limit [rad | m], or the jump [rad | m]; 0 if unknown.
     """
 
     status: Status
@@ -42,14 +42,14 @@ class StopReason:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Followed:
-    """How far a curve is followed, and the motion.
+    """The followed part of a curve, and the motion.
 
     Attributes:
-        required: The whole curve, as it was required.
-        fraction: Part of the required length that is followed; judged where there is a verified motion.
-        stop: Why not more; None if the whole curve is followed.
-        around: What the motion detours around inside the tube, where the curve is blocked; None for nothing.
-        result: The motion over the part that is followed, as any planned motion.
+        required: The whole curve, as required.
+        fraction: Followed part of the required length; judged if there is a verified motion.
+        stop: The reason for a stop; None if the whole curve is followed.
+        around: The obstacle that the motion avoids inside the tube; None without one.
+        result: The motion over the followed part, as any planned motion.
     """
 
     required: FollowsCurve
@@ -60,20 +60,20 @@ class Followed:
 
     @property
     def status(self) -> Status:
-        """How following ended: SOLVED if the whole curve is followed."""
+        """The status: SOLVED if the whole curve is followed."""
         return self.result.status if self.stop is None else self.stop.status
 
     @property
     def problem(self) -> Problem:
-        """The motion as a problem: its start, its end, and the curve as far as it is followed.
+        """The motion as a problem: its start, its end, and the followed part of the curve.
 
-        It goes with the motion to `simulate`, `view` and files.
+        Used with the motion for `simulate`, `view` and files.
         """
         return self.result.problem
 
     @property
     def path(self) -> Path | None:
-        """Knots of the joints; None if not even the beginning could be followed."""
+        """Knots of the joints; None if nothing could be followed."""
         return self.result.path
 
     @property
@@ -98,17 +98,17 @@ class Followed:
 
     @property
     def trajectory(self) -> Trajectory | None:
-        """The motion over the part that is followed, if there is any."""
+        """The motion over the followed part, if there is any."""
         return self.result.trajectory
 
     @property
     def verified(self) -> bool:
-        """Whether the motion over the part that is followed is proven."""
+        """Whether the motion over the followed part is proven."""
         return self.result.verified
 
     @property
     def complete(self) -> bool:
-        """Whether the whole curve is followed, and that is proven."""
+        """Whether the whole curve is followed, with proof."""
         return self.verified and self.stop is None
 
     @property
@@ -118,7 +118,7 @@ class Followed:
 
     @property
     def turn(self) -> float:
-        """Largest angle from the curve's orientation, as the judge measured it [rad]; 0 where it is free."""
+        """Largest angle from the curve's orientation, as judged [rad]; 0 if the rotation is free."""
         return self._measured(CheckKind.CURVE_ROTATION, default=0.0)
 
     def _measured(self, kind: CheckKind, default: float = float("inf")) -> float:
@@ -149,7 +149,7 @@ class Followed:
 
     @property
     def reason(self) -> str:
-        """How far the curve is followed and why not farther, in a sentence or two."""
+        """The followed part and the reason for a stop, in a sentence or two."""
         got = f"{self.fraction:.2%} of {in_length(self.required.curve.length)} followed"
         if self.verified:
             turn = f" and {in_degrees(self.turn)}" if self.turn > 0.0 else ""
@@ -163,7 +163,7 @@ class Followed:
         return f"{got}. {self.stop.status.name} {after}: {self.stop.status.value} ({self.stop.message})"
 
     def explain(self) -> OutcomeSummary:
-        """Return how far the curve is followed, why not farther, and how that is known: print it."""
+        """Return the followed part, the reason for a stop, and its evidence, for printing."""
         if self.complete:
             certainty, grounds = Certainty.PROVEN, "the judge verified the motion along the whole curve"
         else:

@@ -1,4 +1,4 @@
-"""Search for the joint path along a curve that gets farthest: tracking, look-ahead, one program for all."""
+"""Search for the joint path along a curve that gets farthest: tracking, look-ahead, one whole program."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -16,11 +16,11 @@ from trajopt.tasks.cartesian.tracking import FARTHEST, Track, resampled, station
 from trajopt.values.arrays import Bools, Floats, Ints, readonly
 
 LEAST = 1e-4
-"""Smallest part of a curve that is worth a motion."""
+"""Smallest part of a curve that is returned as a motion."""
 POSTURES = 3
-"""Random postures that an arm with several redundant joints drifts to, to get farther."""
+"""Random postures as targets of the drift of an arm with several redundant joints."""
 FREEST = 1e-3
-"""Two paths that get equally far, to this part of the curve, are compared by their joint motion."""
+"""Paths whose lengths differ by less than this share of the curve are compared by joint motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Found:
 
     Attributes:
         way: Configurations along it.
-        stop: What ends it; None if it gets to the end of the curve.
+        stop: The reason for its end; None at the end of the curve.
     """
 
     way: Track
@@ -51,11 +51,11 @@ class Search:
     rng: np.random.Generator
 
     def tracked(self, starts: Floats) -> Found:
-        """Track the curve from configurations at its beginning, shape (b, n), each held as it is."""
+        """Track the curve from first configurations, shape (b, n), each without drift."""
         return self._best(track(self.on_curve, stations_of(self.on_curve), starts, _still(starts)))
 
     def looking_ahead(self, starts: Floats, tracked: Found) -> Found:
-        """Use redundant joints to get farther than tracking does."""
+        """Use redundant joints to get farther than tracking."""
         on_curve, stations = self.on_curve, stations_of(self.on_curve)
         found = [tracked]
         if on_curve.spare == 1:
@@ -73,7 +73,7 @@ class Search:
         return max(found, key=lambda item: item.way.reached)
 
     def _onward(self, way: Track) -> Found:
-        """Continue from the end of a path by tracking, which says what stops it there."""
+        """Continue from the end of a path by tracking, which finds the reason for its stop."""
         stations = stations_of(self.on_curve)
         rest = np.append(way.reached, stations[stations > way.reached])
         last = way.positions[-1:]
@@ -82,7 +82,7 @@ class Search:
         return self._best([Track(stations, np.concatenate((way.positions, more.positions[1:])))])
 
     def _best(self, tracks: list[Track]) -> Found:
-        """Return the clear part of the track that gets farthest; of equals the one that moves least."""
+        """Return the longest clear part of the tracks; of equal ones the one with least motion."""
         found: list[Found] = []
         for each in tracks:
             clear = clear_part(self.on_curve, each)
@@ -108,7 +108,7 @@ class Search:
         return resampled(self.on_curve, way, stations)
 
     def as_program(self, found: Found) -> Found:
-        """Plan a path as one program; return the result if it gets as far."""
+        """Plan a path as one program; return the result if it gets equally far."""
         way, required = found.way, self.on_curve.required
         if way.reached < LEAST * required.until:
             return found
@@ -127,12 +127,12 @@ class Search:
 
 
 def beginning(problem: Problem, way: Track) -> Problem:
-    """Return the problem with the start where a path begins."""
+    """Return the problem with the start of a path."""
     return replace(problem, start=readonly(problem.reduced.all_positions(way.positions[0])))
 
 
 def _still(starts: Floats) -> Floats:
-    """No posture to drift to."""
+    """Return no posture, for tracking without drift."""
     return np.full_like(starts, np.nan)
 
 
@@ -149,15 +149,15 @@ def _continuous(on_curve: OnCurve, planned: Track) -> Track:
 
 
 CONE = 1e-4
-"""How well the axis of a free spin is aligned before Newton's method takes over [rad]."""
+"""Alignment of the axis of a free spin before Newton's method takes over [rad]."""
 
 
 def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Floats:
-    """Search clear configurations at the beginning of the curve, nearest to the start first, shape (b, n).
+    """Search clear first configurations of the curve, nearest to the start first, shape (b, n).
 
     Args:
         on_curve: The curve and the arm.
-        most: How many at most.
+        most: Largest number.
         rng: Draws the starts of the search.
     """
     counts = on_curve.query.counts
@@ -176,7 +176,7 @@ def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Flo
 
 
 def _at_beginning(on_curve: OnCurve) -> tuple[Requirement, ...]:
-    """What must hold there, in requirements that the search knows well."""
+    """Return the requirements at the beginning, in kinds that the search supports."""
     need = on_curve.required
     place = need.curve.placement(0.0)
     turned = need.rotation_tolerance if need.spin is None else np.inf
@@ -200,35 +200,35 @@ def _at_beginning(on_curve: OnCurve) -> tuple[Requirement, ...]:
 
 
 SPACING = 0.12
-"""Distance of the configurations that are kept for one point [rad | m]."""
+"""Distance of the stored configurations of one point [rad | m]."""
 SAME = 0.06
-"""Configurations nearer to each other than this in every joint are one [rad | m]."""
+"""Configurations closer than this in every joint are equal [rad | m]."""
 STEP = 0.3
-"""Farthest that a joint moves from one point to the next without self-motion [rad | m]."""
+"""Largest joint motion between consecutive points without self-motion [rad | m]."""
 JOINED = 0.5
-"""Farthest that it moves with it [rad | m]."""
+"""Largest joint motion between consecutive points with self-motion [rad | m]."""
 MOST = 400
-"""Configurations per point at most."""
+"""Largest number of configurations of a point."""
 
 
 @dataclass(frozen=True, eq=False)
 class SelfMotions:
-    """Walks all self-motions along a curve.
+    """Explores all self-motions along a curve.
 
     Attributes:
-        on_curve: The curve and the arm, with one joint more than the curve fixes.
-        margin: Clearance that is kept, of each pair, shape (p,) [m].
+        on_curve: The curve and the arm, with one redundant joint.
+        margin: Clearance of each pair, shape (p,) [m].
     """
 
     on_curve: OnCurve
     margin: Floats
 
     def farthest(self, stations: Floats, starts: Floats) -> Track:
-        """Return the sequence of least motion to the last point that can be reached.
+        """Return the sequence of least motion to the last reachable point.
 
         Args:
             stations: Lengths along the curve, increasing from 0, shape (m,) [m].
-            starts: Configurations to begin in, shape (b, n); they are kept until the second point.
+            starts: First configurations, shape (b, n); they are kept until the second point.
         """
         layers = [starts]
         found = self._spread(starts, float(stations[0]))
@@ -263,7 +263,7 @@ class SelfMotions:
 
 
 def _new(q: Floats, kept: Floats) -> Floats:
-    """Return those of q, shape (k, n), that are neither kept already nor twice among them."""
+    """Return the rows of q, shape (k, n), that are not stored yet, without duplicates."""
     apart: Bools = ~(np.abs(q[:, None] - kept).max(axis=2, initial=0.0) < SAME).any(axis=1)
     fresh: list[int] = []
     for row in np.flatnonzero(apart):

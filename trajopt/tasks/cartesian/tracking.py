@@ -1,7 +1,7 @@
-"""Tracking a curve from a configuration at its beginning: step by step, without jumps, branches side by side.
+"""Tracking of a curve from a first configuration: stepwise, without jumps, several branches in parallel.
 
-Where the curve leaves the joints a choice they drift towards a posture; the result is the seed of
-the program that plans the whole line at once (`trajopt.tasks.cartesian.program`).
+Redundant joints drift towards a posture; the result is the seed of the program that plans the whole line
+(`trajopt.tasks.cartesian.program`).
 """
 
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from trajopt.values.arrays import Floats
 STEP = 0.01
 """Length of a step along the curve [m]."""
 MOST_STEPS = 400
-"""Steps along a curve at most."""
+"""Largest number of steps along a curve."""
 LEAST_STEPS = 8
-"""Steps along a curve at least."""
+"""Smallest number of steps along a curve."""
 FARTHEST = 0.2
-"""A joint that moves farther in one step may have jumped: shorter steps decide [rad | m]."""
+"""Largest joint motion in a step; a larger one may be a jump, which smaller steps decide [rad | m]."""
 HALVINGS = 7
-"""How often a step is halved before what is left of it counts as a jump."""
+"""Number of halvings of a step before the rest counts as a jump."""
 DRIFT = 4.0
-"""How fast joints drift to their posture, per metre along the curve [1/m]."""
+"""Rate of the drift to the posture, per metre along the curve [1/m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,17 +40,17 @@ class Track:
 
     @property
     def reached(self) -> float:
-        """How far it gets along the curve [m]."""
+        """Its length along the curve [m]."""
         return float(self.stations[-1])
 
     def until(self, s: float) -> "Track":
-        """Return the part up to a station that is not beyond a length [m]."""
+        """Return the part up to the last station within a length [m]."""
         kept = max(int(np.searchsorted(self.stations, s + 1e-12, side="right")), 1)
         return Track(self.stations[:kept], self.positions[:kept])
 
 
 def stations_of(on_curve: OnCurve) -> Floats:
-    """Return lengths along the curve that are about a step apart, the joints of its pieces among them."""
+    """Return lengths along the curve about a step apart, including the ends of its pieces."""
     edges = on_curve.required.curve.edges
     until = on_curve.required.until
     edges = np.append(edges[edges < until], until)
@@ -64,16 +64,16 @@ def stations_of(on_curve: OnCurve) -> Floats:
 
 
 def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> list[Track]:
-    """Track the curve from several configurations at its beginning.
+    """Track the curve from several first configurations.
 
     Args:
         on_curve: The curve and the arm.
-        stations: Places along the curve, increasing from 0, shape (m,) [m].
+        stations: Lengths along the curve, increasing from 0, shape (m,) [m].
         begin: Configurations at the first of them, shape (b, n) [rad | m].
-        pull: For each a posture that it drifts to, shape (b, n); NaN where it does not drift.
+        pull: Posture of each drift, shape (b, n); NaN for no drift.
 
     Returns:
-        For each how far it got, and its joint path.
+        The joint path of each.
     """
     count = len(begin)
     q, alive = begin.copy(), np.ones(count, dtype=np.bool_)
@@ -110,7 +110,7 @@ def _drift(on_curve: OnCurve, q: Floats, s: float, step: float, pull: Floats) ->
 
 
 def _finely(on_curve: OnCurve, q: Floats, begin: float, end: float) -> tuple[Floats, float]:
-    """Step on by halved steps: the last configuration reached without a jump, and its length."""
+    """Continue with halved steps: return the last configuration reached without a jump, and its length."""
     s, step, least = begin, end - begin, (end - begin) / 2**HALVINGS
     while s < end and step >= least:
         after = end if s + step >= end - 0.5 * least else s + step
@@ -125,18 +125,18 @@ def _finely(on_curve: OnCurve, q: Floats, begin: float, end: float) -> tuple[Flo
 
 
 ROUNDS = 9
-"""Halvings of intervals at most."""
+"""Largest number of bisections."""
 APART = 2e-3
-"""How far the joints' straight line may be from the curve's configuration half-way [rad | m]."""
+"""Largest distance of a chord from the curve's configuration half-way [rad | m]."""
 
 
 def densified(on_curve: OnCurve, found: Track, *, tolerance: float) -> Track:
-    """Add knots until straight lines between them are near enough to the curve.
+    """Add knots until the chords between them are near enough to the curve.
 
     Args:
         on_curve: The curve and the arm.
         found: A track of it; its configurations are moved onto the curve.
-        tolerance: Largest distance of the frame from the curve half-way between knots, turns counted as
+        tolerance: Largest distance of the frame from the curve half-way between knots, rotations counted as
             lengths [m].
     """
     s = found.stations

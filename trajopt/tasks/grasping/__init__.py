@@ -1,4 +1,4 @@
-"""Picking and placing: an object is taken, carried and put down, in one sequence, all of it verified.
+"""Picking and placing: grasp, carry and release an object in one verified sequence.
 
 `trajopt.tasks.grasping.simulation` executes such a sequence in MuJoCo, where only friction holds the object.
 """

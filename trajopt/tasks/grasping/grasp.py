@@ -1,4 +1,4 @@
-"""Grasp and place: how a gripper takes hold of an object, where it puts it down, and the options of both."""
+"""Grasps, places and options of picking and placing, and grasp proposals for simple shapes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import InitVar, dataclass, field
@@ -24,15 +24,15 @@ FORCE = 30.0
 
 @dataclass(frozen=True, eq=False)
 class Straight(Value):
-    """A straight motion of the gripper that does not turn it.
+    """A straight motion of the gripper without rotation.
 
     Attributes:
         distance: Its length [m].
-        direction: In which the gripper moves, in `frame`, shape (3,), a unit vector. None for the
+        direction: Its direction in `frame`, shape (3,), a unit vector. None for the
             default: an approach goes along the gripper's approach axis and a retreat against it, a lift
             goes against gravity and a lowering along it.
-        frame: What `direction` is seen from: "world", a link, a tool frame or an object, where it is
-            when the straight motion touches the object.
+        frame: Frame of `direction`: "world", a link, a tool frame or an object, at the time of contact with
+            the object.
     """
 
     distance: float = 0.1
@@ -54,15 +54,15 @@ class Straight(Value):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Grasp:
-    """A way to take hold of an object with a parallel gripper.
+    """A grasp of an object with a parallel gripper.
 
     Attributes:
         placement: Of the gripper's tool frame in the object's frame.
-        width: Of the object between the pads: where the fingers stop [m].
-        opening: Between the pads on the way there [m].
-        force: That each finger presses with [N].
+        width: Of the object between the pads: the fingers stop there [m].
+        opening: Between the pads during the approach [m].
+        force: Of each finger [N].
         approach: The straight motion to the object with open fingers, ending in the grasp.
-        lift: The straight motion off what the object stands on.
+        lift: The straight motion off the support.
         name: For reports.
     """
 
@@ -93,14 +93,14 @@ class Grasp:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Place(Value):
-    """Where an object is put down.
+    """A target placement of an object.
 
     Attributes:
         placement: Of the object in `frame`.
-        frame: "world", or an object that stands still.
+        frame: "world", or a static object.
         position_tolerance: Along the axes of `placement`, one or shape (3,) [m]; inf leaves an axis free.
         rotation_tolerance: About them, one or shape (3,) [rad]; inf leaves an axis free, None is 1e-3 rad.
-        lower: The straight motion down to what it will stand on.
+        lower: The straight motion down to the support.
         retreat: The straight motion of the opened gripper off the object.
         name: For reports.
         degrees: Whether the rotation tolerance is given in degrees.
@@ -139,15 +139,15 @@ class Place(Value):
 
     @checked
     def error(self, placed: Placement, frame: Placement) -> Floats:
-        """Return how far a placed object is from here.
+        """Return the error of a placed object.
 
         Args:
-            placed: Where the object is in the world.
-            frame: Where `frame` is in the world.
+            placed: Placement of the object in the world.
+            frame: Placement of `frame` in the world.
 
         Returns:
             Position [m] and rotation vector [rad] in the axes of `placement`, shape (6,): zero along
-            axes that are free.
+            free axes.
         """
         from scipy.spatial.transform import Rotation
 
@@ -167,13 +167,13 @@ class GraspingOptions:
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Speed limits of tools in every motion of the arm.
-        aside: How far the tool may leave the line of a straight motion [m].
-        turn: How far it may turn there [rad].
-        contact_time: How long the object may touch what it stands on, after the lift begins and before the
+        aside: Largest deviation of the tool from the line of a straight motion [m].
+        turn: Largest rotation of the tool there [rad].
+        contact_time: Duration of the allowed contact with the support, after the lift begins and before the
             lowering ends [s].
-        grip_time: Rest after the fingers closed, in which the force builds up [s].
-        release_time: Rest before the fingers open, in which the object comes to rest [s].
-        configurations: Configurations of the arm that are tried for each grasp and each place.
+        grip_time: Rest after the fingers closed, for the force to build up [s].
+        release_time: Rest before the fingers open, for the object to settle [s].
+        configurations: Number of arm configurations for each grasp and each place.
         method: Transcription and solver with their options.
     """
 
@@ -203,11 +203,11 @@ class GraspingOptions:
 
 
 SPARE = 0.01
-"""How far each pad is from the object during the approach, where the gripper opens so far [m]."""
+"""Preferred distance of each pad from the object during the approach [m]."""
 LEAST_SPARE = 0.003
-"""The smallest such distance: an object that leaves less is too wide [m]."""
+"""The smallest such distance; an object that leaves less is too wide [m]."""
 REACH = 0.03
-"""How far the middle of the pads gets over an object's edge before the hand would touch it [m]."""
+"""Overlap of the pads' centres with an object before the hand would touch it [m]."""
 AROUND = 8
 """Directions around a cylinder."""
 
@@ -226,19 +226,19 @@ def grasps_of(
 ) -> tuple[Grasp, ...]:
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
-    Each comes twice, the second time with the hand turned half round. Those for which the gripper does
-    not open wide enough are left out; which of the others can be reached is found by planning.
+    Each occurs twice, the second time with the hand turned by half a turn. Grasps that are wider than the
+    gripper are left out; planning finds which of the others can be reached.
 
     Args:
         scene: The scene.
         name: The object.
         gripper: The gripper.
-        force: That each finger presses with [N].
-        reach: How far the middle of the pads gets over the object's edge at most [m].
+        force: Of each finger [N].
+        reach: Largest overlap of the pads' centres with the object [m].
 
     Raises:
         ObjectNotFound: If there is none of that id.
-        ModelError: If it is of another shape, or of several.
+        ModelError: If it has another shape, or several.
     """
     one_of("gripper", gripper, Gripper)
     positive("force", force)
@@ -274,7 +274,7 @@ def grips(shape: Shape, reach: float) -> Iterator[tuple[float, Placement, str]]:
 
     Args:
         shape: The shape.
-        reach: How far the middle of the pads gets over the edge at most [m].
+        reach: Largest overlap of the pads' centres with the shape [m].
     """
     raise ModelError(f"no grasps are known of a {type(shape).__name__}; define them yourself")
 

@@ -24,12 +24,12 @@ class Gripper(Value):
     Attributes:
         group: Planning group of the fingers' joints.
         tool: Link or tool frame between the pads, fixed to the hand.
-        links: Links of hand and fingers: they may touch what is held.
-        fingers: Those of them that press on the object.
+        links: Links of hand and fingers, which may touch a held object.
+        fingers: The links that press on the object.
         joint_names: The joints that drive the fingers.
         openings: Distances between the pads, increasing, shape (k,) [m].
         positions: Of those joints at each opening, shape (k, m) [rad | m].
-        force: Largest force that each finger presses with [N].
+        force: Largest force of each finger [N].
         approach: Direction from the hand to the pads in the tool frame, shape (3,), a unit vector.
         closing: Direction from one pad to the other in the tool frame, shape (3,), a unit vector.
     """
@@ -81,13 +81,13 @@ class Gripper(Value):
 
     @checked
     def joints_at(self, opening: float) -> Mapping[str, float]:
-        """Return where the driven joints are at an opening, joint -> position [rad | m].
+        """Return the positions of the driven joints at an opening, joint -> position [rad | m].
 
         Args:
             opening: Distance between the pads [m].
 
         Raises:
-            ShapeError: If the gripper cannot open or close so far.
+            ShapeError: If the opening is out of range.
         """
         if not self.narrowest <= opening <= self.widest:
             raise ShapeError(
@@ -102,7 +102,7 @@ class Gripper(Value):
 
     @checked
     def opening_at(self, robot: Robot, positions: Floats) -> float:
-        """Return how far the fingers are open at positions of all joints, by the first driven joint [m]."""
+        """Return the opening at positions of all joints, by the first driven joint [m]."""
         joint = float(positions[robot.index(self.joint_names[:1])][0])
         column = self.positions[:, 0]
         order = np.argsort(column)
@@ -110,14 +110,14 @@ class Gripper(Value):
 
     @checked
     def pressing(self, width: float, force: float) -> Mapping[str, float]:
-        """Return the effort of the driven joints with which each finger presses, by joint [N | Nm].
+        """Return the effort of the driven joints for a force of each finger, by joint [N | Nm].
 
-        By virtual work: the pads come nearer by the sum of what each of the m joints contributes, which is
-        as much for each: tau_i = -F d(opening)/dq_i, with d(opening)/dq_i = 1 / (m dq_i/d(opening)).
+        By virtual work, with equal contributions of the m joints to the opening: tau_i = -F d(opening)/dq_i,
+        with d(opening)/dq_i = 1 / (m dq_i/d(opening)).
 
         Args:
             width: Between the pads [m].
-            force: That each finger presses with [N].
+            force: Of each finger [N].
         """
         return dict(zip(self.joint_names, (-force / self._yield(width)).tolist(), strict=True))
 
@@ -125,12 +125,12 @@ class Gripper(Value):
     def driven_together(self, robot: Robot, positions: Floats) -> Mapping[str, tuple[str, float, float]]:
         """Return the driven joints that follow the first in proportion, with factor and offset.
 
-        A gripper opens and closes as one, so its fingers are moved by one drive also where each is a joint of
-        its own: two that are pressed alone would let go of nothing, and hold nothing in its place either.
+        The fingers of a gripper have one drive, even if each is a joint of its own: two independent fingers
+        would not hold an object in place.
 
         Args:
             robot: The robot.
-            positions: Of all its joints; one that does not stand as it would have to is left out [rad | m].
+            positions: Of all its joints; joints that are not in proportion are left out [rad | m].
         """
         first, lead = self.joint_names[0], self.positions[:, 0]
         stroke = float(lead[-1] - lead[0])
@@ -166,27 +166,27 @@ class Gripper(Value):
 
 
 IN_PROPORTION = 1e-6
-"""Joints of a gripper that stray less than this from proportion are moved by one drive [rad | m]."""
+"""Largest deviation from proportion of joints with a common drive [rad | m]."""
 SAMPLES = 17
-"""Openings that are measured."""
+"""Number of measured openings."""
 FAR = 10.0
-"""Distance up to which the pads are measured [m]."""
+"""Largest measured distance of the pads [m]."""
 
 
 def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: str | None = None) -> Gripper:
     """Return the gripper that a robot's SRDF describes, measured on its collision bodies.
 
-    The group of the end effector must move exactly two links towards each other. From one end of their
-    joints' range to the other, the distance between the two is measured; the approach direction leads
-    from the link that the end effector is fixed to, to the tool frame.
+    The group of the end effector must move exactly two links towards each other. Their distance is measured
+    over the range of their joints; the approach direction leads from the link of the end effector to the tool
+    frame.
 
     Args:
         robot: The robot; or a scene with it, whose tools count too.
-        end_effector: Its name; may be left out where there is one only.
-        tool: The frame between the pads; the last frame of the arm when None.
+        end_effector: Its name; may be omitted if there is only one.
+        tool: The frame between the pads; the last frame of the arm if None.
 
     Raises:
-        GripperError: If there is no end effector, or it is no gripper with two fingers.
+        GripperError: If there is no end effector, or it is not a gripper with two fingers.
         NameNotFound: If there is no end effector of that name.
         FrameNotFound: If there is no such tool frame.
     """
@@ -234,7 +234,7 @@ def arm_of(robot: Robot, gripper: Gripper) -> str:
     """Return the name of the group that moves a gripper, by the robot's SRDF.
 
     Raises:
-        GripperError: If the SRDF does not say it.
+        GripperError: If the SRDF does not define it.
     """
     for effector in robot.end_effectors.values():
         if effector.group == gripper.group:
@@ -249,7 +249,7 @@ class _Parted:
     Attributes:
         openings: Distances between them, shape (k,) [m].
         positions: Of the group at each, shape (k, m) [rad | m].
-        direction: From one to the other where they are widest, shape (3,) in the world.
+        direction: From one to the other at the widest opening, shape (3,) in the world.
     """
 
     openings: Floats
@@ -258,7 +258,7 @@ class _Parted:
 
 
 def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
-    """Measure how far two fingers are apart, from one end of their range to the other."""
+    """Measure the distance of two fingers over their range."""
     limits, robot = reduced.limits, reduced.scene.robot
     apart = reduce_model(reduced.scene.allow(*fingers, allowed=False), reduced.group, reduced.start)
     positions = limits.lower + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (limits.upper - limits.lower)

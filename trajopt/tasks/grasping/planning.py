@@ -24,11 +24,11 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD
 
 Constraints = Sequence[Requirement | Constraint]
-"""What must hold while the object is in the hand."""
+"""Path constraints while the object is in the hand."""
 LET_GO = 0.02
-"""By default, how much wider the fingers open to let go [m]."""
+"""Default opening of the fingers at release, in addition to the grasp [m]."""
 MET = "only what stands is picked and placed: meet it by plan, with a goal whose reference it is"
-"""What to do with what moves."""
+"""Remedy for dynamic obstacles."""
 
 
 @checked
@@ -49,38 +49,37 @@ def pick_and_place(
     progress: Progress | None = None,
     degrees: bool = False,
 ) -> PickPlaceResult:
-    """Plan to take an object and put it down elsewhere, as one sequence that is verified stage by stage.
+    """Plan to pick up an object and place it elsewhere, as one sequence that is verified stage by stage.
 
-    Grasps are tried in the order given, and for each the places in theirs. Inverse kinematics and the
-    straight lines of all stages are checked before any motion is planned; then the motions are planned
-    in order, each with the judge's verdict, in a scene of its own: the object is an obstacle, then it
-    is carried, then it is an obstacle again. Among what moves, each motion begins at its time in the
-    sequence, and stays clear while the fingers press or let go.
+    Grasps are tried in order, and for each the places in order. Inverse kinematics and the straight lines of
+    all stages are checked first; then the motions are planned in order, each judged in its own scene: the
+    object is an obstacle, then attached, then an obstacle again. Among dynamic obstacles each motion starts
+    at its time in the sequence, and stays clear while the fingers close or open.
 
     Args:
-        scene: Robot and objects; the object stands in it.
+        scene: Robot and objects; the object is at rest in it.
         name: The object.
-        start: Where the robot is.
-        grasps: Ways to take hold of it, the best first.
-        places: Where it may be put, the best first.
-        group: The arm's planning group; may be left out where the SRDF says what the hand is mounted on.
-        gripper: The gripper; the one of the robot's SRDF when None.
-        constraints: What must hold while the object is in the hand, such as that it stays upright.
+        start: Configuration of the robot.
+        grasps: Grasps in order of preference.
+        places: Places in order of preference.
+        group: The arm's planning group; may be omitted if the SRDF defines the parent of the hand.
+        gripper: The gripper; that of the robot's SRDF if None.
+        constraints: Path constraints while the object is in the hand, such as keeping it upright.
         options: Speeds, tolerances, times.
-        rng: Draws starts of the search; a fixed seed when None, so that the answer is the same every time.
-        budget: Time and work for the whole sequence; its `attempts` are for each motion, 16 when None.
+        rng: Draws starts of the search; a fixed seed if None, for reproducible results.
+        budget: Time and work for the whole sequence; its `attempts` are for each motion, 16 if None.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and every step of the solver.
         degrees: Whether angles in `start` are in degrees.
 
     Returns:
-        The sequence with the grasp and place that were chosen, or why there is none.
+        The sequence with the chosen grasp and place, or the reason why there is none.
 
     Raises:
         ObjectNotFound: If there is no object of that name.
         GripperError: If the robot has no gripper.
-        ProblemError: If there is no grasp or no place, the object is in the hand already, it or what it is
-            put on moves by itself, or the budget is to improve a motion.
+        ProblemError: If there is no grasp or no place, the object is already in the hand, it or its target
+            support moves by itself, or the budget requests improvement.
     """
     tracker = _tracker(budget, cancel, progress)
     task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
@@ -104,9 +103,9 @@ def pick(
     progress: Progress | None = None,
     degrees: bool = False,
 ) -> PickPlaceResult:
-    """Plan to take an object and lift it; see `pick_and_place`.
+    """Plan to pick up an object and lift it; see `pick_and_place`.
 
-    `final_scene` of what is returned has the object attached to the hand.
+    In `final_scene` the object is attached to the hand.
     """
     tracker = _tracker(budget, cancel, progress)
     task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
@@ -131,14 +130,14 @@ def place(
     progress: Progress | None = None,
     degrees: bool = False,
 ) -> PickPlaceResult:
-    """Plan to put down an object that is in the hand; see `pick_and_place`.
+    """Plan to place an object that is in the hand; see `pick_and_place`.
 
     Args:
         scene: Robot and objects; the object is attached to the hand.
         name: The object.
-        start: Where the robot is, its fingers at the object.
-        places: Where it may be put, the best first.
-        opening: To which the fingers let go [m]; 2 cm more than at the start when None, or all they can.
+        start: Configuration of the robot, with its fingers at the object.
+        places: Places in order of preference.
+        opening: Of the fingers at release [m]; 2 cm more than at the start if None, or the largest possible.
         group: As in `pick_and_place`.
         gripper: As in `pick_and_place`.
         constraints: As in `pick_and_place`.
@@ -201,7 +200,7 @@ def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) ->
 
 
 def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
-    """Check the places: that there are some, and that their frames are known and at rest."""
+    """Check that there are places, with known and static frames."""
     listed = several("places", (places,) if isinstance(places, Place) else places, Place)
     if not listed:
         raise ProblemError("name at least one place to put the object")
@@ -216,7 +215,7 @@ def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
 
 
 def _graspable(task: Task, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
-    """Check the grasps: that there are some, that their frames are known, and that the object stands."""
+    """Check that there are grasps, with known frames, and that the object is at rest."""
     listed = several("grasps", grasps, Grasp)
     if not listed:
         raise ProblemError(f"name at least one grasp of {shown(task.name)}")

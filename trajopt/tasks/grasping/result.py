@@ -1,4 +1,4 @@
-"""Result of picking and placing: the planned motions stage by stage, or why there is none."""
+"""Result of picking and placing: the planned motions stage by stage, or the reason why there are none."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from trajopt.values.trajectory import Trajectory
 
 
 class Stage(Enum):
-    """The stages of picking and placing, in order; each value says what happens in it."""
+    """The stages of picking and placing, in order; each value describes its stage."""
 
     OPEN = "the fingers open"
     REACH = "the arm moves in front of the object"
@@ -46,10 +46,9 @@ class Segment:
     """One motion of a pick and place, of the arm or of the fingers.
 
     Attributes:
-        stage: What it is for.
-        result: What planning returned: its problem has the scene of this stage, its certificate the
-            judge's verdict.
-        rest: How long its end is held before the next begins [s].
+        stage: Its stage.
+        result: The planning result, with the scene of this stage and the judge's certificate.
+        rest: Rest at its end before the next motion [s].
     """
 
     stage: Stage
@@ -58,7 +57,7 @@ class Segment:
 
     @property
     def scene(self) -> Scene:
-        """The scene of this stage: the object stands in it, or is attached; its clock begins with it."""
+        """The scene of this stage, whose clock starts with it."""
         return self.result.problem.scene
 
     @property
@@ -83,11 +82,11 @@ class Segment:
 
 
 class Timeline:
-    """All joints over the whole sequence: arm, fingers and the rests in between.
+    """All joints over the whole sequence: arm, fingers and the rests between.
 
     Attributes:
         segments: The motions, in order.
-        begins: When each begins, shape (number of segments,) [s].
+        begins: Start time of each, shape (number of segments,) [s].
         duration: Of all [s].
     """
 
@@ -115,22 +114,22 @@ class Timeline:
         return max((float(np.abs(a.end - b.positions(0.0)).max()) for a, b in pairs), default=0.0)
 
     def __repr__(self) -> str:
-        """List the stages with their beginnings."""
+        """List the stages with their start times."""
         lines = (f"{t:7.2f} s  {s.stage.name}" for t, s in zip(self.begins, self.segments, strict=True))
         return "\n".join((f"Timeline of {self.duration:.2f} s", *lines))
 
 
 @dataclass(frozen=True, eq=False)
 class Refusal:
-    """Why a grasp or a place was rejected.
+    """The reason why a grasp or a place was rejected.
 
     Attributes:
-        grasp: Name of the grasp; empty where the object was in the hand from the beginning.
-        place: Name of the place; empty where the grasp alone failed.
-        stage: The stage that failed.
-        status: How it failed.
-        reason: The same in words.
-        result: What planning returned; None where a configuration was missing already.
+        grasp: Name of the grasp; empty if the object was in the hand from the beginning.
+        place: Name of the place; empty if the grasp alone failed.
+        stage: The failed stage.
+        status: The kind of failure.
+        reason: The failure in words.
+        result: The planning result; None if there was no configuration.
     """
 
     grasp: str
@@ -150,24 +149,24 @@ class Refusal:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PickPlaceResult(Value):
-    """A planned sequence of picking, placing or both; or why there is none.
+    """A planned sequence of picking, placing or both; or the reason why there is none.
 
     Attributes:
         name: The object.
         scene: The scene before.
-        final_scene: The scene after: the object attached to the hand, or standing where it was put, its clock
-            at 0 when the sequence is over; as before where there is no sequence.
+        final_scene: The scene after: the object attached to the hand, or at its place, with the clock
+            at 0 at the end of the sequence; the scene before if there is no sequence.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
         group: The arm's planning group.
         gripper: The gripper.
-        status: How planning ended: of candidates that failed, the status of the one that got farthest.
-        grasp: The grasp that was chosen; None if none was, or the object was in the hand already.
-        place: The place that was chosen; None if none was, or no place was to be chosen.
+        status: The status of planning: if all candidates failed, of the one that got farthest.
+        grasp: The chosen grasp; None without one, or if the object was in the hand already.
+        place: The chosen place; None without one.
         segments: The motions, in order; empty if there is no solution.
-        refusals: Which candidates were rejected and why, in the order of the search.
+        refusals: The rejected candidates with reasons, in the order of the search.
         counts: Exact numbers of the work done.
         cpu_seconds: Process time of each stage of planning [s].
-        stopped: What ended planning before it was done; None if nothing did.
+        stopped: The cause of an early end of planning; None without one.
     """
 
     name: str
@@ -192,7 +191,7 @@ class PickPlaceResult(Value):
 
     @property
     def failed(self) -> Stage | None:
-        """The last stage that any candidate got to; None if there is a sequence."""
+        """The last stage that any candidate reached; None if there is a sequence."""
         if self.segments or not self.refusals:
             return None
         return max((refusal.stage for refusal in self.refusals), key=STAGES.index)
@@ -215,7 +214,7 @@ class PickPlaceResult(Value):
 
     @checked
     def segment(self, stage: Stage) -> Segment | None:
-        """Return the motion of a stage; None if it has none."""
+        """Return the motion of a stage, or None."""
         return next((item for item in self.segments if item.stage is stage), None)
 
     def require(self) -> tuple[Segment, ...]:
@@ -230,7 +229,7 @@ class PickPlaceResult(Value):
 
     @property
     def reason(self) -> str:
-        """How planning ended, in a sentence: what was planned, or which stage failed."""
+        """The outcome in a sentence: the planned sequence, or the failed stage."""
         if self.segments:
             how = f" by grasp {shown(self.grasp.name)}" if self.grasp else ""
             where = f", put at {shown(self.place.name)}" if self.place else ""
@@ -240,7 +239,7 @@ class PickPlaceResult(Value):
         return f"{self.status.name}: {self.status.value} (no sequence for {shown(self.name)}{stage})"
 
     def explain(self) -> OutcomeSummary:
-        """Return what was planned, or for each grasp and place why it was rejected: print it."""
+        """Return the planned sequence, or the reason of each rejected grasp and place, for printing."""
         if self.verified:
             grounds = "the judge verified every motion in the scene of its stage"
         else:

@@ -1,4 +1,4 @@
-"""Pick and place under physics: whether the fingers hold the object, and where it ends up."""
+"""Simulation of pick and place: whether the fingers hold the object, and its final placement."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -12,11 +12,11 @@ from trajopt.values.arrays import number
 from trajopt.values.errors import ModelError, ShapeError, shown
 
 STEP = 1e-3
-"""Default time step [s]: at twice that, things creep twice as fast in a hand that turns."""
+"""Default time step [s]: twice the step doubles the creep of an object in a rotating hand."""
 
 
 class Hold(Enum):
-    """How the object was held; each value says what it means."""
+    """How well the object was held; each value describes itself."""
 
     HELD = "the fingers held the object"
     SLIPPED = "the object slipped in the fingers"
@@ -44,12 +44,12 @@ class HoldLimits:
 
 @dataclass(frozen=True)
 class Slip:
-    """Motion of the object in the hand, against where it was when the lift began.
+    """Motion of the object in the hand, relative to the beginning of the lift.
 
     Attributes:
-        time: When it first was beyond the limits [s].
-        stage: In which stage.
-        worst: The largest shift and the largest turn until it was let go.
+        time: First time beyond the limits [s].
+        stage: Its stage.
+        worst: The largest shift and the largest turn until the release.
     """
 
     time: float
@@ -62,14 +62,14 @@ class PickPlaceRollout:
     """A simulated pick and place.
 
     Attributes:
-        result: What was executed.
+        result: The executed sequence.
         log: Joints and object over time.
-        hold: How the object was held.
-        slip: When it slipped; None if it did not.
-        shift: Largest motion of the object in the hand while it was held.
-        disturbed: How far the object was moved before the fingers closed.
-        settled: How far from the plan the object was in the hand when the lift began.
-        final_error: How far from the chosen place it came to rest; None without a place.
+        hold: How well the object was held.
+        slip: The slip; None without one.
+        shift: Largest motion of the object in the hand while held.
+        disturbed: Motion of the object before the fingers closed.
+        settled: Deviation of the object in the hand from the plan at the beginning of the lift.
+        final_error: Final deviation from the chosen place; None without a place.
     """
 
     result: PickPlaceResult
@@ -82,7 +82,7 @@ class PickPlaceRollout:
     final_error: PoseError | None
 
     def summary(self) -> str:
-        """Say in a few words how it went."""
+        """Summarise the outcome in a few words."""
         log = self.log
         if log.diverged is not None:
             return f"The simulation blew up after {log.diverged:.3f} s and was stopped."
@@ -129,13 +129,13 @@ def simulate_handling(
     """Execute a pick and place in MuJoCo, where only friction holds the object.
 
     One world for all stages: the object is a free body on its support, the fingers press with the force
-    of the grasp, and nothing is attached. The result says if the grasp slips.
+    of the grasp, and nothing is attached. The result reports slips.
 
     Args:
         result: A verified sequence that begins with a pick.
-        friction: Of the object; rubber on the pads when None.
+        friction: Of the object; that of rubber pads if None.
         limits: Limits beyond which the object counts as slipped.
-        options: Step, gains, settling time; a step of a millisecond when None.
+        options: Step, gains, settling time; a step of a millisecond if None.
 
     Raises:
         PlanningFailed: If there is no verified sequence.
@@ -171,7 +171,7 @@ def _phase(result: PickPlaceResult, segment: Segment) -> Phase:
 
 
 def _judged(result: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> PickPlaceRollout:
-    """Evaluate a log: where the object was relative to the hand, and where it is relative to the place."""
+    """Evaluate a log: motion of the object relative to the hand, and its error relative to the place."""
     scene, name = result.scene, result.name
     stages = [result.segments[int(place)].stage for place in log.phases]
     before = [k for k, stage in enumerate(stages) if STAGES.index(stage) < STAGES.index(Stage.CLOSE)]
@@ -206,7 +206,7 @@ def _judged(result: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> Pi
 
 
 def _final_error(result: PickPlaceResult, log: SequenceLog) -> PoseError | None:
-    """Return how far from its place the object ended; None if there is no place or no end."""
+    """Return the final error of the object; None if there is no place or no end."""
     place = result.place
     if place is None or log.diverged is not None:
         return None

@@ -1,4 +1,4 @@
-"""Straight motions that do not turn the tool: first configurations along the line, then a problem.
+"""Straight motions without rotation of the tool: configurations along the line, then a problem.
 
 The problem is an ordinary one with the line as a path constraint.
 """
@@ -23,13 +23,13 @@ from trajopt.values.arrays import Floats, readonly
 from trajopt.values.placement import Placement
 
 STEPS = 8
-"""Configurations along a line that are checked before the motion is planned."""
+"""Number of configurations along a line that are checked before planning."""
 JUMP = 0.6
 """A joint that moves more between two of them has changed to another branch of solutions [rad | m]."""
 KNOTS = 12
 """Knots of a straight motion."""
 SHARE = 0.5
-"""Share of the gap at the end of a straight motion that is kept as margin all along it."""
+"""Share of the gap at the end of a straight motion that becomes the margin along it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +37,9 @@ class LineTrack:
     """Configurations of the arm along a straight line of the tool.
 
     Attributes:
-        end: The group's positions at its far end, shape (n,), or where the line cannot be followed farther.
-        status: Why it cannot; None if the far end is reached.
-        reason: The same in words; empty if the far end is reached.
+        end: The group's positions at its far end, shape (n,), or at the last reachable point.
+        status: The kind of stop; None if the far end is reached.
+        reason: The stop in words; empty if the far end is reached.
     """
 
     end: Floats
@@ -52,9 +52,9 @@ def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats
 
     Args:
         straight: The motion.
-        scene: Where its frame is.
-        positions: Of all joints where it touches the object [rad | m].
-        usual: Its direction in the world where it states none, shape (3,).
+        scene: The scene with its frame.
+        positions: Of all joints at the contact with the object [rad | m].
+        usual: Its default direction in the world, shape (3,).
 
     Raises:
         FrameNotFound: If its frame is unknown.
@@ -65,7 +65,7 @@ def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats
 
 
 def up(scene: Scene) -> Floats:
-    """Return the direction against gravity, shape (3,); z where there is none."""
+    """Return the direction against gravity, shape (3,); z without gravity."""
     gravity = np.array(scene.robot.model.gravity.linear)
     strength = float(np.linalg.norm(gravity))
     return -gravity / strength if strength > 0.0 else np.array((0.0, 0.0, 1.0))
@@ -74,7 +74,7 @@ def up(scene: Scene) -> Floats:
 def track_line(
     reduced: ReducedModel, tool: str, at: Floats, away: Floats, tracker: BudgetTracker
 ) -> LineTrack:
-    """Follow a straight line of the tool from a configuration, without turning the tool.
+    """Follow a straight line of the tool from a configuration, without rotation.
 
     Args:
         reduced: The model.
@@ -84,7 +84,7 @@ def track_line(
         tracker: Counts the work.
 
     Raises:
-        Stopped: If the budget ends before.
+        Stopped: If the budget ends.
     """
     counts = WorkCounts()
     try:
@@ -127,7 +127,7 @@ def straight_problem(
     constraints: Sequence[Requirement | Constraint] = (),
     name: str,
 ) -> Problem:
-    """Return the problem of moving the tool on a line, without turning it.
+    """Return the problem of moving the tool on a line, without rotation.
 
     Args:
         scene: The scene.
@@ -135,8 +135,8 @@ def straight_problem(
         goal: Positions of all joints at the end [rad | m].
         group: The arm's planning group.
         tool: The tool frame.
-        options: How far it may leave the line, and how fast it may be.
-        constraints: What else must hold.
+        options: Deviation from the line, and speeds.
+        constraints: Further constraints.
         name: For reports.
     """
     begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
@@ -159,21 +159,21 @@ def straight_problem(
 
 
 def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement:
-    """Require the group's joints to be where positions of all joints have them."""
+    """Return the requirement that the group's joints have the given positions (of all joints)."""
     robot = scene.robot
     joints = robot.group(group).joints
     return joint_positions(dict(zip(joints, positions[robot.index(joints)].tolist(), strict=True)))
 
 
 def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
-    """Return the scene with smaller margins for pairs that a configuration has closer than their margins.
+    """Return the scene with smaller margins for pairs that are closer than their margins in a configuration.
 
     A straight motion that ends at a grasp is close to its neighbours all along: half of the gap at its end
     becomes the margin. Pairs in contact there get none.
 
     Args:
         reduced: The model.
-        positions: The group's positions where the straight motion begins or ends, shape (n,).
+        positions: The group's positions at the near end of the motion, shape (n,).
     """
     scene = reduced.scene
     contacts = Query(reduced).close_pairs(positions[None], reduced.pairs.margin)

@@ -1,4 +1,4 @@
-"""Task: what all candidates of a pick or place share, and the planning of one motion for it."""
+"""Task: the data shared by all candidates of a pick or place, and the planning of single motions."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,14 +24,14 @@ from trajopt.tasks.grasping.straight import straight_problem, to_configuration, 
 from trajopt.values.arrays import Floats
 
 ATTEMPTS = 16
-"""Seeds for each motion, unless the budget states a number."""
+"""Default number of seeds for each motion."""
 SAME = 1e-6
 """Fingers closer than this to their target are not moved [rad | m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """Where the robot is, and when.
+    """Configuration of the robot at a time.
 
     Attributes:
         positions: Of all joints, shape (number of joints,) [rad | m].
@@ -42,7 +42,7 @@ class Moment:
     time: float = 0.0
 
     def after(self, segments: Sequence[Segment]) -> "Moment":
-        """Return where the robot is after motions that begin here, and when."""
+        """Return configuration and time after motions that start here."""
         if not segments:
             return self
         return Moment(segments[-1].end, self.time + sum(segment.duration for segment in segments))
@@ -61,13 +61,13 @@ class CandidateNames:
     place: str = ""
 
     def refusal(self, stage: Stage, status: Status, reason: str, result: Result | None = None) -> Refusal:
-        """Return why the candidate was rejected."""
+        """Return the refusal of the candidate."""
         return Refusal(self.grasp, self.place, stage, status, reason, result)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task:
-    """What all candidates share.
+    """The data shared by all candidates.
 
     Attributes:
         scene: The scene before.
@@ -75,7 +75,7 @@ class Task:
         start: Positions of all joints before [rad | m].
         group: The arm's planning group.
         gripper: The gripper.
-        constraints: What must hold while the object is in the hand.
+        constraints: Path constraints while the object is in the hand.
         options: Speeds, tolerances, times.
         rng: Draws the starts of inverse kinematics, and the bends of seeds.
         tracker: Counts work and time, and ends the search when the budget is used up.
@@ -92,7 +92,7 @@ class Task:
     tracker: BudgetTracker
 
     def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
-        """Return the reduced model of the arm, with all other joints at the given positions."""
+        """Return the reduced model of the arm, with the other joints at the given positions."""
         return reduce_model(scene, self.group, positions)
 
     def arm(self, positions: Floats) -> Floats:
@@ -105,7 +105,7 @@ class Task:
         return self.gripper.opened(self.scene.robot, positions, opening)
 
     def held(self, grasp: Grasp) -> Scene:
-        """Return the scene with the object attached to the hand as a grasp has it."""
+        """Return the scene with the object attached to the hand by a grasp."""
         gripper = self.gripper
         where = grasp.placement.inverse()
         return self.scene.attach(self.name, gripper.tool, placement=where, touch_links=gripper.links)
@@ -113,12 +113,12 @@ class Task:
     def plan(
         self, stage: Stage, problem: Problem, candidate: CandidateNames, *, rest: float = 0.0
     ) -> Segment | Refusal:
-        """Plan one motion within what is left of the budget, and have it judged.
+        """Plan one motion within the remaining budget, and judge it.
 
-        Among what moves, it stays clear while its end is held, too.
+        Among dynamic obstacles it stays clear during the rest at its end too.
 
         Raises:
-            Stopped: If the budget ends before.
+            Stopped: If the budget ends.
         """
         tracker, left = self.tracker, self.tracker.remaining()
         result = plan(
@@ -139,10 +139,10 @@ class Task:
     def configurations(
         self, reduced: ReducedModel, goals: Sequence[Requirement], stage: Stage, candidate: CandidateNames
     ) -> Sequence[Floats] | Refusal:
-        """Search configurations that hold goals, nearest to the start first.
+        """Search configurations that meet goals, nearest to the start first.
 
         Raises:
-            Stopped: If the budget ends before.
+            Stopped: If the budget ends.
         """
         tracker, counts = self.tracker, WorkCounts()
         with tracker.stage("inverse kinematics"):
@@ -210,8 +210,7 @@ class Task:
     ) -> Segment | Refusal | None:
         """Plan the fingers' motion to an opening; None if they are there already.
 
-        At the object the pads may touch it. No margin is kept for them: the hand is already
-        where the arm had to go.
+        At the object the pads may touch it, and no margin is kept for them.
         """
         gripper = self.gripper
         goal = self.opened(start.positions, opening)
@@ -232,11 +231,11 @@ class Task:
 
 
 Step = Callable[[Moment], Segment | Refusal | None]
-"""Plans a motion from where the robot is then; None where nothing has to move."""
+"""Plans a motion from the current moment; None if nothing has to move."""
 
 
 def in_turn(steps: Sequence[Step], start: Moment) -> tuple[Segment, ...] | Refusal:
-    """Plan motions, each from where and when the one before ends; stop at the first that fails.
+    """Plan motions in sequence; stop at the first that fails.
 
     Args:
         steps: Plan one motion each.
@@ -253,7 +252,7 @@ def in_turn(steps: Sequence[Step], start: Moment) -> tuple[Segment, ...] | Refus
 
 
 def later(scene: Scene, time: float) -> Scene:
-    """Return the scene by a clock that begins some time after the beginning of the sequence [s]."""
+    """Return the scene with its clock advanced to a time of the sequence [s]."""
     return scene.at(time) if scene.changing else scene
 
 
