@@ -32,15 +32,15 @@ class PlannedStages:
 
 @dataclass(frozen=True, eq=False)
 class PickCandidate:
-    """A grasp with configurations that passed the cheap checks; positions are those of all joints.
+    """A grasp with configurations of all joints that passed the cheap checks.
 
     Attributes:
         grasp: The grasp.
-        before: Where the approach begins, fingers open.
+        before: Start of the approach, fingers open.
         at: At the object, fingers open.
-        lifted: Where the lift ends.
-        supports: Objects and links that the object stands on.
-        held: The scene with the object in the hand as the grasp has it. A motion ends near that grasp only.
+        lifted: End of the lift.
+        lifting: The scene with the object in the hand, allowed to touch its support.
+        held: The scene without that allowance.
     """
 
     grasp: Grasp
@@ -52,7 +52,7 @@ class PickCandidate:
 
 
 def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusal]:
-    """Yield configurations for a grasp, nearest to the start first, or why one fails."""
+    """Yield configurations for a grasp, nearest to the start first, or the reason why one fails."""
     scene, gripper, names = task.scene, task.gripper, CandidateNames(grasp=grasp.name)
     if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
         yield names.refusal(
@@ -99,7 +99,7 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
 
 
 def plan_pick(task: Task, candidate: PickCandidate) -> PlannedStages | Refusal:
-    """Plan the motions of a candidate, or return why one of them fails."""
+    """Plan the motions of a candidate, or return the reason why one fails."""
     names, grasp, scene = CandidateNames(grasp=candidate.grasp.name), candidate.grasp, task.scene
     start, gripper = Moment(task.start), task.gripper
     steps: tuple[Step, ...] = (
@@ -123,14 +123,16 @@ def plan_pick(task: Task, candidate: PickCandidate) -> PlannedStages | Refusal:
 
 @dataclass(frozen=True, eq=False)
 class PlaceCandidate:
-    """A place with configurations that passed the cheap checks; positions are those of all joints.
+    """A place with configurations of all joints that passed the cheap checks.
 
     Attributes:
-        above: Where the lowering begins.
-        at: Where the object stands, fingers closed.
-        away: Where the retreat ends.
-        opening: Of the fingers that let go [m].
-        supports: Objects and links that the object will stand on.
+        above: Start of the lowering.
+        at: At the place, fingers closed.
+        away: End of the retreat.
+        opening: Of the fingers that release [m].
+        held: The scene with the object in the hand.
+        lowering: The scene in which it may touch its support.
+        put: The scene with the object at its place.
     """
 
     above: Floats
@@ -143,14 +145,14 @@ class PlaceCandidate:
 def place_candidates(
     task: Task, held: Scene, start: Floats, place: Place, *, opening: float, names: CandidateNames
 ) -> Iterator[PlaceCandidate | Refusal]:
-    """Yield configurations for a place, nearest to a start first, or why one fails.
+    """Yield configurations for a place, nearest to a start first, or the reason why one fails.
 
     Args:
-        task: What is to be done.
+        task: The task.
         held: The scene with the object in the hand.
-        start: Positions of all joints from which it is carried [rad | m].
+        start: Positions of all joints before the transfer [rad | m].
         place: The place.
-        opening: Of the fingers that let go [m].
+        opening: Of the fingers that release [m].
         names: For refusals.
     """
     gripper = task.gripper
@@ -193,15 +195,7 @@ def _lowering(task: Task, held: Scene, supports: tuple[str, ...]) -> Scene:
 def plan_place(
     task: Task, held: Scene, candidate: PlaceCandidate, start: Moment, names: CandidateNames
 ) -> PlannedStages | Refusal:
-    """Plan the motions of a candidate, or return why one of them fails.
-
-    Args:
-        task: The task.
-        held: The scene with the object in the hand.
-        candidate: The candidate.
-        start: Where the robot is, and when.
-        names: For refusals.
-    """
+    """Plan the motions of a candidate from a start, or return the reason why one fails."""
     lowering, rest = _lowering(task, held, candidate.supports), task.options.release_time
     carrying: tuple[Step, ...] = (
         lambda at: task.move(Stage.CARRY, held, at, candidate.above, names),
@@ -221,15 +215,15 @@ def plan_place(
 
 
 def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
-    """Return what the hand would overlap with its tool at a placement, wherever the arm is.
+    """Return the overlap of the hand with the scene for a tool placement, independent of the arm.
 
     Args:
-        reduced: A model in which the fingers stand as they should.
+        reduced: A model with the fingers in their positions.
         gripper: The gripper.
         tool: Placement of its tool frame in the world.
 
     Returns:
-        Which link and which object; empty for none.
+        The link and the object; empty without an overlap.
     """
     scene = reduced.scene
     joint, held = reduced.attachment(gripper.tool)

@@ -23,9 +23,9 @@ from trajopt.tasks.grasping.task import CandidateNames, Moment, Task, later
 from trajopt.values.arrays import Floats
 
 Before = Callable[[], PlannedStages | None]
-"""Plans the stages before; None if one fails."""
+"""Plans the preceding motions; None if that fails."""
 Remembered = tuple[list[PlaceCandidate], Iterator[PlaceCandidate | Refusal]]
-"""Candidates of a place that were found, and where more come from."""
+"""Known candidates of a place, and the source of further ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +35,8 @@ class PlannedSequence:
     Attributes:
         segments: Its motions.
         final_scene: The scene after it.
-        grasp: How the object is taken; None if it was in the hand already.
-        place: Where the object is put; None if it stays in the hand.
+        grasp: The grasp; None if the object was in the hand already.
+        place: The place; None if the object stays in the hand.
     """
 
     segments: tuple[Segment, ...]
@@ -47,12 +47,12 @@ class PlannedSequence:
 
 @dataclass(eq=False)
 class Search:
-    """A search for a sequence, and the candidates that it has rejected.
+    """A search for a sequence, and the rejected candidates.
 
     Attributes:
-        task: What is to be done.
-        places: Where the object may be put; none to keep it in the hand.
-        refusals: Which candidates were rejected and why, in order.
+        task: The task.
+        places: Places of the object; empty to keep it in the hand.
+        refusals: The rejected candidates with reasons, in order.
     """
 
     task: Task
@@ -70,7 +70,7 @@ class Search:
         """Try places in order for the object that is in the hand at the start.
 
         Args:
-            opening: Of the fingers that let go [m].
+            opening: Of the fingers at release [m].
         """
         return self._result(lambda: self._put(self.task.scene, self.task.start, opening, grasp=None))
 
@@ -92,10 +92,10 @@ class Search:
 
         Args:
             held: The scene with the object in the hand.
-            start: Approximate positions of all joints from which it is carried [rad | m].
-            opening: Of the fingers that let go [m].
-            grasp: How it is held; None where that is not known.
-            before: Plans what comes before, when first needed; None if that fails.
+            start: Approximate positions of all joints before the transfer [rad | m].
+            opening: Of the fingers at release [m].
+            grasp: The grasp; None if unknown.
+            before: Plans the preceding motions, when first needed; None if that fails.
         """
         name = "" if grasp is None else grasp.name
         for place in self.places:
@@ -113,7 +113,7 @@ class Search:
         return None
 
     def _result(self, search: Callable[[], PlannedSequence | None]) -> PickPlaceResult:
-        """Search until the budget ends, and return what was planned, or why nothing was."""
+        """Search until the budget ends, and return the sequence, or the reason why there is none."""
         task, stopped = self.task, None
         try:
             sequence = search()
@@ -140,7 +140,7 @@ class Search:
         )
 
     def _failure(self, stopped: Stop | None) -> Status:
-        """Return what stopped the search, or the status of the candidate that got farthest."""
+        """Return the cause of the search's end, or the status of the candidate that got farthest."""
         if stopped is not None:
             return ENDED[stopped]
         return max(self.refusals, key=lambda refusal: STAGES.index(refusal.stage)).status
@@ -148,7 +148,7 @@ class Search:
     def _remembered(
         self, key: tuple[Grasp | None, Place], make: Callable[[], Iterator[PlaceCandidate | Refusal]]
     ) -> Iterator[PlaceCandidate]:
-        """Yield the candidates of a place, searched once for each grasp, whatever the arm's posture in it."""
+        """Yield the candidates of a place, searched once for each grasp, independent of the arm's posture."""
         known, others = self._candidates.setdefault(key, ([], make()))
         yield from tuple(known)
         for candidate in others:
@@ -159,7 +159,7 @@ class Search:
                 yield candidate
 
     def _from(self, candidate: PickCandidate) -> PlannedSequence | None:
-        """Plan a grasp that passed the cheap checks, and all that follows."""
+        """Plan a grasp that passed the cheap checks, and the following motions."""
 
         @cache
         def picked() -> PlannedStages | None:
