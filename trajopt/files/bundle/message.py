@@ -38,7 +38,7 @@ _ANSWERED = {
     "trajopt.planning.records": "Attempt",
     "trajopt.planning.result": "Result",
     "trajopt.planning.seeds.source": "SeedKind",
-    "trajopt.planning.infeasibility.reasons": "Obstruction BlockKind",
+    "trajopt.planning.infeasibility.reasons": "Obstruction ObstructionKind",
     "trajopt.optimise.solvers.solver": "SolverStatus",
     "trajopt.tasks.cartesian.result": "Followed StopReason",
     "trajopt.tasks.grasping.result": "Stage Segment Refusal PickPlaceResult",
