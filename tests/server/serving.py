@@ -38,7 +38,10 @@ class Serving:
 
 @contextmanager
 def serving(
-    *robots: str | to.Robot, limits: Limits = SMALL, options: HttpOptions = PATIENT
+    *robots: str | to.Robot,
+    limits: Limits = SMALL,
+    options: HttpOptions = PATIENT,
+    modules: tuple[str, ...] = MODULES,
 ) -> Generator[Serving]:
     """Serve robots, installed ones or any, until the block ends."""
     up, found = Event(), list[Serving]()
@@ -51,7 +54,7 @@ def serving(
             (each, to.load(each)) if isinstance(each, str) else (each.name, each)
             for each in robots or ("planar2",)
         )
-        async with Service(loaded, limits=limits, modules=MODULES, observer=metrics.count) as service:
+        async with Service(loaded, limits=limits, modules=modules, observer=metrics.count) as service:
             metrics.of(service)
 
             def ready(port: int) -> None:

@@ -28,7 +28,7 @@ def test_every_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         told = capsys.readouterr().out
         assert "True SOLVED" in told and "'stage': 'optimise'" in told
         assert "400 malformed" in told and "did you mean 'panda_hand_tcp'" in told
-        page.run("What can be asked")
+        page.run("Operations")
         told = capsys.readouterr().out
         assert "True\n" in told and told.splitlines()[-1] == "True []"
         page.run("What cameras see")

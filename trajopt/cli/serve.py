@@ -140,6 +140,8 @@ class RosbridgeFace:
 
 OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.rosbridge.answers"
 """Modules of what workers do: for everybody, and for clients made for ROS."""
+SESSION_PAGE = "trajopt.viewer.live.session_page"
+"""The module of the 3-D page of a session."""
 RobotsOption = Annotated[
     list[str],
     typer.Option("--robot", help=f"{ROBOT_HELP} Repeatable."),
@@ -227,7 +229,7 @@ def serve(
         metrics.count(done)
         log_request(done)
 
-    faces, modules = [http_face(options, metrics)], [OPERATIONS]
+    faces, modules = [http_face(options, metrics)], [OPERATIONS, SESSION_PAGE]
     if rosbridge_port is not None:
         origins, clouds = tuple(rosbridge_origin or ()), tuple(rosbridge_cloud or ())
         told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, origins, ros, clouds, rosbridge_token)

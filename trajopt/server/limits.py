@@ -22,10 +22,12 @@ class Limits(Value):
     Attributes:
         workers: Processes that plan; as many as the machine has cores.
         runs: Robots that may be driven at the same time; each has a process of its own while it is.
+        views: 3-D pages that may be open at the same time; each has a process of its own while it is.
         waiting: Requests that may wait for a process; one more is refused, with when to try again.
         waiting_per_session: The same of one session, so that one alone cannot keep all others out.
         seconds: Time that a request may take, waiting included [s]; it may ask for less.
         run_seconds: The same while a robot is driven [s].
+        view_seconds: The same while a 3-D page is open [s].
         grace: A process that does not end so long after it was told to is killed [s].
         memory: What one request may take of memory beyond what its process has taken before it [bytes].
         body: Size of a request [bytes].
@@ -40,10 +42,12 @@ class Limits(Value):
 
     workers: int = field(default_factory=_cores)
     runs: int = 4
+    views: int = 4
     waiting: int = 64
     waiting_per_session: int = 32
     seconds: float = 60.0
     run_seconds: float = 300.0
+    view_seconds: float = 86_400.0
     grace: float = 2.0
     memory: int = 1024 * MEGABYTE
     body: int = 16 * MEGABYTE

@@ -16,13 +16,20 @@ from trajopt.values.errors.arguments import checked
 class Lane(Enum):
     """Which processes do it: those that plan, the one for what takes milliseconds, those that drive.
 
-    Where sessions are kept on disk one process does that, and nothing that clients ask.
+    Each 3-D page has one while it is open. Where sessions are kept on disk one process does that, and nothing
+    that clients ask.
     """
 
     PLANNING = auto()
     QUICK = auto()
     DRIVING = auto()
+    VIEWING = auto()
     KEEPING = auto()
+
+    @property
+    def takes_robot(self) -> bool:
+        """Whether the robot of the session belongs to the request while it lasts."""
+        return self in (Lane.DRIVING, Lane.VIEWING)
 
 
 @checked

@@ -76,6 +76,7 @@ class Service:
             Lane.PLANNING: Pool("planning", hello, limits.workers, limits),
             Lane.QUICK: Pool("quick", hello, 1, limits),
             Lane.DRIVING: Pool("driving", hello, limits.runs, limits, eager=False),
+            Lane.VIEWING: Pool("viewing", hello, limits.views, limits, eager=False),
         }
         self._keeper = None if warehouse is None else Keeper(warehouse, hello, limits)
         if self._keeper is not None:
@@ -224,10 +225,10 @@ class Service:
                 )
             body = arguments if isinstance(arguments, bytes) else _written(arguments)
             self._check(session, found, len(body) + len(attachment))
-            most = self.limits.run_seconds if found.lane is Lane.DRIVING else self.limits.seconds
+            most = self._longest(found.lane)
             allowed = most if seconds is None else min(seconds, most)
             async with session.change() if found.edits else nullcontext():
-                moved = session.move if found.lane is Lane.DRIVING else None
+                moved = session.move if found.lane.takes_robot else None
                 assignment = Assignment(
                     operation,
                     session.scene,
@@ -244,7 +245,7 @@ class Service:
                 if cancellation is not None:
                     cancellation.of(job)
                 answered = await self._answered(session, found, job)
-                if found.lane is Lane.DRIVING and job.wanted is not None and job.wanted.why is Why.CLOSING:
+                if found.lane.takes_robot and job.wanted is not None and job.wanted.why is Why.CLOSING:
                     raise job.wanted
             done.waited, done.cpu = job.begun - job.created, answered.cpu
             return Reply(answered.body, answered.cpu)
@@ -254,12 +255,28 @@ class Service:
         self._check_open()
         if size > self.limits.body:
             raise Refusal(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {size}")
-        if operation.lane is Lane.DRIVING and session.run is not None:
-            raise Refusal(Why.BUSY, "the robot of this session is being driven: stop it first")
+        if operation.lane.takes_robot and session.run is not None:
+            raise Refusal(
+                Why.BUSY, "the robot of this session is being driven, or its 3-D page is open: stop it first"
+            )
+        if operation.lane is Lane.VIEWING and self._views >= self.limits.views:
+            reason = f"{self._views} 3-D pages are open, as many as there may be: close one"
+            raise Refusal(Why.FULL, reason, retry_after=1.0)
         if operation.edits and session.editors >= self.limits.waiting_per_session:
             raise Refusal(
                 Why.FULL, f"{session.editors} changes of this session wait already", retry_after=1.0
             )
+
+    def _longest(self, lane: Lane) -> float:
+        """Return the time that a request of a lane may take [s]."""
+        limits = self.limits
+        return {Lane.DRIVING: limits.run_seconds, Lane.VIEWING: limits.view_seconds}.get(lane, limits.seconds)
+
+    @property
+    def _views(self) -> int:
+        """3-D pages that are open."""
+        lanes = [self.operations[job.assignment.operation].lane for job in self._driving.values()]
+        return lanes.count(Lane.VIEWING)
 
     def _check_open(self) -> None:
         if self._closing:
@@ -268,7 +285,7 @@ class Service:
     async def _answered(self, session: Session, operation: Operation, job: Job) -> Answered:
         """Wait for the answer, and have the session hold what it changed; who is cancelled cancels it."""
         try:
-            if operation.lane is not Lane.DRIVING:
+            if not operation.lane.takes_robot:
                 return await self._held(session, operation, job)
             # Also without anybody who waits, the robot is driven until it stands, and then stands there.
             driving = asyncio.ensure_future(self._held(session, operation, job))
@@ -298,7 +315,7 @@ class Service:
         positions = answered.positions
         if operation.edits and (session.run is not None or positions == list(job.assignment.positions)):
             positions = None  # a robot that is driven has gone on meanwhile: it says itself where it is
-        driven = operation.lane is Lane.DRIVING
+        driven = operation.lane.takes_robot
         changed = scene if operation.edits else None
         await self._settled(session, changed, positions, answered.stamps, driven=driven)
         return answered

@@ -101,8 +101,7 @@ async def answered(request: Request, ask: Asking) -> Response:
         ask: Asks the service.
     """
     if EVENTS in request.headers.get("accept", ""):
-        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
-        return StreamingResponse(_events(ask), media_type=EVENTS, headers=headers)
+        return streamed(ask)
     task = asyncio.ensure_future(ask(None))
     gone = asyncio.ensure_future(_gone(request))
     try:
@@ -120,6 +119,12 @@ async def answered(request: Request, ask: Asking) -> Response:
     finally:
         gone.cancel()
     return Response(reply.body, media_type=JSON)
+
+
+def streamed(ask: Asking) -> Response:
+    """Return feedback and answer as server-sent events; who goes away cancels the request."""
+    headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
+    return StreamingResponse(_events(ask), media_type=EVENTS, headers=headers)
 
 
 async def _gone(request: Request) -> None:

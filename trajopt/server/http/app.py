@@ -1,7 +1,8 @@
 """The application: what can be asked over HTTP."""
 
 import logging
-from collections.abc import Awaitable, Callable
+import re
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -21,6 +22,7 @@ from trajopt.server.http.answers import (
     json_response,
     refusal_response,
     robot_document,
+    streamed,
 )
 from trajopt.server.http.guard import BYTES, JSON, Guard, Intake
 from trajopt.server.http.metrics import Metrics
@@ -37,10 +39,18 @@ _LOG = logging.getLogger("trajopt.server")
 PAGES = Path(__file__).parent / "pages"
 LONGEST_NAME = 64
 """Characters of a name that a client gives to a request."""
+VIEW_WORDS = (
+    "Open a 3-D page of the session, of `group` if given. The answer is an event stream, and the page is "
+    "open as long as it is read; the first `feedback` has `port` and `path` of the page, and `group`."
+)
 TIMEOUT = "timeout"
 """What any request may have in its address."""
 READ = "read"
 """The operation that has no arguments, and so no body."""
+VIEW = "viewer/page"
+"""The operation of the 3-D page; the server alone states its address, so it is not one that clients reach."""
+HOST_NAME = re.compile(r"[A-Za-z0-9.-]+")
+"""Host names that a Content-Security-Policy can hold."""
 DEFAULT = HttpOptions()
 Body = dict[str, Any]
 
@@ -76,6 +86,7 @@ class Face:
         self._add("/sessions/{session}/state", self._state, "GET", "Where the robot is; what changes.")
         self._add("/sessions/{session}", self._close, "DELETE", "End a session.")
         self._add("/sessions/{session}/fork", self._fork, "POST", "Begin another with what this one holds.")
+        self._add("/sessions/{session}/view", self._view, "POST", VIEW_WORDS, body=JSON)
         self._add("/sessions/{session}/stop", self._stop, "POST", "Stop the robot that is being driven.")
         self._add(
             "/sessions/{session}/requests/{request_name}",
@@ -89,9 +100,9 @@ class Face:
             operation = service.operations[name]
             kind = BYTES if operation.attached else JSON
             self._add(path, partial(self._ask, name), "POST", words_of(operation), body=kind)
-        for path, file in (("/", "index.html"), ("/docs", "docs.html"), ("/page.js", "page.js")):
+        self.app.add_api_route("/", self._front, include_in_schema=False)
+        for path, file in (("/docs", "docs.html"), ("/page.js", "page.js"), ("/page.css", "page.css")):
             self.app.add_api_route(path, partial(_page, file), include_in_schema=False)
-        self.app.add_api_route("/page.css", partial(_page, "page.css"), include_in_schema=False)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
@@ -187,6 +198,26 @@ class Face:
     async def _close(self, session: str) -> Response:
         await self._service.remove(session)
         return json_response({})
+
+    async def _front(self, request: Request) -> Response:
+        """Return the page that frames a 3-D page, which only certain ports of this host may serve."""
+        name = request.url.hostname or ""
+        frames = [f"http://{name}:{port}" for port in self._view_ports] if HOST_NAME.fullmatch(name) else []
+        return await _page("index.html", frames)
+
+    @property
+    def _view_ports(self) -> range:
+        return range(self._options.port + 1, self._options.port + 1 + self._service.limits.views)
+
+    async def _view(self, request: Request, session: str) -> Response:
+        held = self._service.sessions.get(session)
+        document = await self._document(request)
+        group = document.pop("group", "")
+        if document:
+            raise Refusal(Why.MALFORMED, "a 3-D page is opened with {group: NAME}, or {}")
+        ports = self._view_ports
+        place = {"host": self._options.host, "first_port": ports[0], "last_port": ports[-1]}
+        return streamed(lambda told: self._service.ask(held, VIEW, {"group": group, **place}, listener=told))
 
     async def _stop(self, session: str) -> Response:
         run = self._service.sessions.get(session).run
@@ -301,8 +332,9 @@ def _seconds(text: str | None) -> float | None:
     return seconds
 
 
-async def _page(file: str) -> Response:
-    policy = "default-src 'self'; img-src data:; frame-ancestors 'none'"
+async def _page(file: str, frames: Sequence[str] = ()) -> Response:
+    framed = " ".join(frames) or "'none'"
+    policy = f"default-src 'self'; img-src data:; frame-ancestors 'none'; frame-src {framed}"
     headers = {"content-security-policy": policy, "x-content-type-options": "nosniff"}
     return FileResponse(PAGES / file, headers=headers)
 

@@ -4,6 +4,7 @@ import asyncio
 import socket
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any, cast
 
 import uvicorn
@@ -44,13 +45,14 @@ async def serve_http(
     with socket.socket(family, socket.SOCK_STREAM) as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((options.host, options.port))
+        options = replace(options, port=int(listening.getsockname()[1]))
         server = Server(_config(service, options, metrics))
         serving = asyncio.create_task(server.serve([listening]))
         try:
             while not server.started and not serving.done():
                 await asyncio.sleep(0.01)
             if ready is not None and not serving.done():
-                ready(int(listening.getsockname()[1]))
+                ready(options.port)
             waits = {serving} if stop is None else {serving, asyncio.create_task(stop.wait())}
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
         finally:

@@ -59,12 +59,21 @@ def live_view(
         GroupNotFound: If there is no such group.
         ProblemError: If nothing can be served on this host or port, or something moves by itself.
     """
+    bench = Workbench(_still(scene), group, start)
+    return LiveView(open_server(host, port), bench)
+
+
+def _still(scene: Scene) -> Scene:
+    """Return a scene in which nothing moves by itself.
+
+    Raises:
+        ProblemError: If something does.
+    """
     if one_of("scene", scene, Scene).changing:
         raise ProblemError(
             "live_view: things in the scene move by themselves; show it with view or watch_run"
         )
-    bench = Workbench(scene, group, start)
-    return LiveView(open_server(host, port), bench)
+    return scene
 
 
 class LiveView(Served):
@@ -127,6 +136,28 @@ class LiveView(Served):
     def positions(self) -> Floats:
         """Positions of the group's joints as they are drawn, shape (n,) [rad | m]."""
         return self._picture.positions
+
+    @property
+    def robot_positions(self) -> Floats:
+        """Positions of all joints where the robot is, shape (number of joints,) [rad | m]."""
+        driving = self._drive.driving
+        now = driving.positions if driving is not None and driving.busy else self._bench.positions
+        return self._bench.reduced.all_positions(now)
+
+    @property
+    def group(self) -> str:
+        """The group that moves."""
+        return self._bench.group
+
+    @checked
+    def see(self, scene: Scene) -> None:
+        """Show another scene of the same robot from now on; a robot that is being driven is in it.
+
+        Raises:
+            ProblemError: If something in it moves by itself.
+        """
+        seen = _still(scene)
+        self._ask_around("seen", lambda: self._bench.change(seen))
 
     @checked
     def settle(self, seconds: float = 60.0) -> bool:
