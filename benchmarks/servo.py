@@ -32,7 +32,7 @@ from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Query
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import tool_frame
 from trajopt.simulation.spec import describe
 from trajopt.values.arrays import Floats

@@ -16,10 +16,9 @@ from trajopt.problem.residual import WHOLE
 from trajopt.scene.payload import loaded_model
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import VerifyOptions
-from trajopt.verify.checks.joint_torques import inverse_dynamics
+from trajopt.verify.checks.torques import inverse_dynamics, payload_torques
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion as TimedMotion
-from trajopt.verify.kernel.payload import payload_torques
 
 
 def loaded(scene: to.Scene, frame: str, mass: float) -> to.Scene:

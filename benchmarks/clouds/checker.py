@@ -8,7 +8,7 @@ import pinocchio as pin
 
 import trajopt as to
 from trajopt.scene.reduced import ReducedModel
-from trajopt.verify.kernel.coal_geometry import coal_geometry
+from trajopt.verify.kernel.shapes import coal_geometry
 
 coal: Any = import_module("coal")  # its managers of objects are not in our stubs
 

@@ -23,7 +23,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.optimise.terms.singularity_distance import frame_jacobian, singular_values
 from trajopt.problem.motion import Motion
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.limits import EXCESS
 from trajopt.scene.reduced import tool_frame
 from trajopt.values.arrays import Floats

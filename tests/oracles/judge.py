@@ -8,9 +8,9 @@ from tests.oracles.judge_search import PlainSearch
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.verify import Judge, VerifyOptions
+from trajopt.verify.kernel.clearance_search import Findings
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.search.clearance_search import Findings
 
 
 class PlainKinematics(Kinematics):

@@ -8,9 +8,9 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.shapes.closed_surface import part_points
 from trajopt.values.shapes.shapes import Mesh, Plane, bounding_sphere
-from trajopt.verify.kernel.forms import hull_of
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.pair_distances import DOUBTFUL, PairDistances
+from trajopt.verify.kernel.shapes import hull_of
 
 _FIRST_MEASURED = 48
 """So many pairs whose bounding spheres are nearest are measured before the others."""

@@ -18,9 +18,9 @@ from trajopt.values.placement import Placement
 from trajopt.values.shapes.closed_surface import closed_surface
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Shape
-from trajopt.verify.checks.line_of_sight import support
-from trajopt.verify.kernel.coal_geometry import coal_geometry
+from trajopt.verify.checks.distances import support
 from trajopt.verify.kernel.kinematics import Poses
+from trajopt.verify.kernel.shapes import coal_geometry
 
 _TOLERANCE = 1e-9
 """Of distances between bodies apart [m]: smaller than the default, for better directions."""

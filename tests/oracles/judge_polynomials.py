@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 
 from trajopt.values.arrays import Floats, Ints, readonly
-from trajopt.verify.kernel.polynomials import TIGHTNESS, Extremes, Polynomials
+from trajopt.verify.kernel.motion import TIGHTNESS, Extremes, Polynomials
 
 _MOST_HALVINGS = 50
 

@@ -6,11 +6,9 @@ import numpy as np
 
 from tests.oracles.judge_distances import PlainDistances
 from trajopt.values.arrays import Bools, Floats, Ints
-from trajopt.verify.kernel.intervals import counting, cut, pieces_needed
-from trajopt.verify.kernel.kinematics import Kinematics, Poses
-from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.travel import Travel, relative_chain
-from trajopt.verify.search.clearance_search import Contact, Findings, Gap, Tally, Windows
+from trajopt.verify.kernel.clearance_search import Contact, Findings, Gap, Tally, Windows
+from trajopt.verify.kernel.kinematics import Kinematics, Poses, Travel, relative_chain
+from trajopt.verify.kernel.motion import Motion, counting, cut, pieces_needed
 
 _FIRST_INTERVALS = 16
 _NEAR_ENOUGH = 0.75

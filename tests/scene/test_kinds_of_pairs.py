@@ -15,7 +15,7 @@ from trajopt.scene.reduced import reduce_model
 from trajopt.scene.track import Track
 from trajopt.values.errors import ModelError, ShapeError
 from trajopt.verify import verify
-from trajopt.verify.kernel.required import required_clearances
+from trajopt.verify.kernel.pair_distances import required_clearances
 
 OF = {
     ("turret", "fore"): PairKind.ROBOT,

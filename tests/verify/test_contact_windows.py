@@ -16,7 +16,7 @@ from trajopt.values.placement import placement
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Plane, Shape, convex
 from trajopt.verify import Certificate, Check, Evidence, Moment, examine, verify
-from trajopt.verify.search.clearance_search import Windows
+from trajopt.verify.kernel.clearance_search import Windows
 
 SUNK = 0.0004
 """How deep the part stands in the table at the start [m]."""

@@ -21,7 +21,7 @@ from trajopt.values.placement import Placement, placement
 from trajopt.values.shapes.closed_surface import part_points
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.verify.checks.line_of_sight import support
+from trajopt.verify.checks.distances import support
 from trajopt.verify.kernel.kinematics import Kinematics
 
 ERROR = 1e-6

@@ -7,10 +7,10 @@ import trajopt as to
 from trajopt.scene.reduced import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Evidence
+from trajopt.verify.kernel.interval_proof import Excess, prove_over_time
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
-from trajopt.verify.search.interval_proof import Excess, prove_over_time
 
 BROKEN = 0.43
 """When the number cannot be computed, on a motion of a second [s]."""

@@ -17,7 +17,7 @@ from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.shapes.shapes import Box
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Evidence, VerifyOptions, verify
-from trajopt.verify.checks.joint_torques import inverse_dynamics
+from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
 from tests.oracles.judge_polynomials import bounds
-from trajopt.verify.kernel.polynomials import Polynomials
+from trajopt.verify.kernel.motion import Polynomials
 
 
 def random_polynomials(seed: int, degree: int) -> Polynomials:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from trajopt.verify.checks.frame_placement import rotation_vectors
+from trajopt.verify.checks.frames import rotation_vectors
 
 
 @pytest.mark.parametrize(

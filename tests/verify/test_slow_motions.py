@@ -7,10 +7,9 @@ import pytest
 
 import trajopt as to
 from trajopt.values.errors import ProblemError, ShapeError
-from trajopt.verify.checks.joint_torques import inverse_dynamics
-from trajopt.verify.kernel.intervals import sampled_times, steps_in_pieces
+from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import Motion, sampled_times, steps_in_pieces
 from trajopt.verify.kernel.options import VerifyOptions
 
 pytestmark = pytest.mark.timeout(60)

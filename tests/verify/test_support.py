@@ -18,7 +18,7 @@ from trajopt.values.arrays import Floats, Ints
 from trajopt.values.placement import Placement, placement
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.verify.checks.line_of_sight import support
+from trajopt.verify.checks.distances import support
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.pair_distances import PairDistances
 

@@ -18,7 +18,7 @@ from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, verify
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.point_motion import PointMotion
+from trajopt.verify.kernel.relative_motion import PointMotion
 
 OFFSET = (0.1, -0.05, 0.2)
 

@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from tests.verify.arms import mixed_arm, reduced, wavy
 from trajopt.scene.scene import Scene
 from trajopt.values.placement import WORLD
-from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.kinematics import Kinematics, Travel, relative_chain
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.relative_motion import RelativeMotion
-from trajopt.verify.kernel.travel import Travel, relative_chain
 
 CORNERS = np.array([(x, y, z) for x in (0.0, 0.1) for y in (-0.01, 0.01) for z in (-0.01, 0.01)])
 SAME_FOLDER = settings(

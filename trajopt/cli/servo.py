@@ -28,7 +28,7 @@ from trajopt.driving.servo_input import Player, Recorder, ServoInput, guide, rea
 from trajopt.driving.simulated import SimulatedExecutor
 from trajopt.files.moveit import read_motions, read_scene
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.problem.stated import only_group
 from trajopt.values.errors import ProblemError, shown
 from trajopt.viewer.servo_page import ServoPage, servo_page

@@ -8,7 +8,7 @@ from math import exp
 import numpy as np
 
 from trajopt.driving.options import CLOCK_TOLERANCE
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.values.arrays import (
     Floats,
     Value,

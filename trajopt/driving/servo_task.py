@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import ApproachLimits, Braking, VelocityTask
 from trajopt.geometry import JointPlacements, Query
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.errors import JointNotFound

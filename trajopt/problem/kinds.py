@@ -30,19 +30,10 @@ def model_kinds() -> Kinds:
             "trajopt.problem.tool_speed": "ToolSpeed",
             "trajopt.values.trajectory": "Path Trajectory",
             "trajopt.values.curve": "Piece Places Curve",
-            "trajopt.problem.requirements.axis_alignment": "AxisAlignment",
-            "trajopt.problem.requirements.coupled_joints": "CoupledJoints",
-            "trajopt.problem.requirements.distance_between": "DistanceBetween",
-            "trajopt.problem.requirements.during": "During",
-            "trajopt.problem.requirements.follows_curve": "FollowsCurve",
-            "trajopt.problem.requirements.frame_placement": "FramePlacement RotationCoordinates",
-            "trajopt.problem.requirements.gaze": "Gaze",
-            "trajopt.problem.requirements.goal_set": "GoalSet",
-            "trajopt.problem.requirements.gravity_torque": "GravityTorque",
-            "trajopt.problem.requirements.joint_positions": "JointPositions",
-            "trajopt.problem.requirements.line_of_sight": "LineOfSight",
-            "trajopt.problem.requirements.point_on_arc": "PointOnArc",
-            "trajopt.problem.requirements.position_in_region": "PositionInRegion",
-            "trajopt.problem.requirements.singularity_distance": "SingularityDistance",
+            "trajopt.problem.requirements": (
+                "AxisAlignment CoupledJoints DistanceBetween During FollowsCurve FramePlacement Gaze GoalSet "
+                "GravityTorque JointPositions LineOfSight PointOnArc PositionInRegion RotationCoordinates "
+                "SingularityDistance"
+            ),
         }
     )

@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from trajopt.problem.requirements.joint_positions import JointPositions
+from trajopt.problem.requirements.joints import JointPositions
 from trajopt.robot.bodies import CollisionBody
 from trajopt.robot.limits import JointLimits
 from trajopt.robot.loading.urdf import MeshReference

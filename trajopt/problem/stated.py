@@ -16,7 +16,7 @@ from trajopt.problem.requirements import (
     frame_placement,
     joint_positions,
 )
-from trajopt.problem.requirements.goal_set import GoalLike
+from trajopt.problem.requirements.requirement import GoalLike
 from trajopt.robot.configuration import FORMS, Motion, joints_of, stated_configuration
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.robot.robot import Robot

@@ -12,14 +12,12 @@ from trajopt.verify.certificate import (
     PairClearance,
     Unproven,
 )
-from trajopt.verify.checks.joint_torques import Overload
-from trajopt.verify.checks.quantities import check_requirement
-from trajopt.verify.checks.requirement import When
-from trajopt.verify.checks.sampled import SampledCheck
+from trajopt.verify.checks.quantities import When, check_requirement
+from trajopt.verify.checks.torques import Overload
 from trajopt.verify.examination import Examination, Moment, OutOfLimit, PairDistance
 from trajopt.verify.judge import Judge, examine, verify
 from trajopt.verify.kernel.options import VerifyOptions
-from trajopt.verify.specification import Specification, Verdict
+from trajopt.verify.specification import SampledCheck, Specification, Verdict
 
 __all__ = [
     "Certificate",

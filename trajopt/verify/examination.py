@@ -15,14 +15,12 @@ from trajopt.values.arrays import Bools, Floats, floats
 from trajopt.values.printed import in_joint_position, in_range, in_unit
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.moving_limits import moving_limits
-from trajopt.verify.checks.quantities import check_requirement
-from trajopt.verify.checks.requirement import When
+from trajopt.verify.checks.limits import moving_limits
+from trajopt.verify.checks.quantities import When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
-from trajopt.verify.kernel.pair_distances import PairDistances
-from trajopt.verify.kernel.required import required_clearances
+from trajopt.verify.kernel.pair_distances import PairDistances, required_clearances
 
 
 class Moment(Enum):

@@ -16,28 +16,22 @@ from trajopt.values.arrays import Floats, floats, one_of
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, CheckKind, Counts
-from trajopt.verify.checks.at_fault import AtFaultCriterion
-from trajopt.verify.checks.clearance import ClearanceCriterion
+from trajopt.verify.checks.clearance import AtFaultCriterion, ClearanceCriterion
 from trajopt.verify.checks.criterion import Criterion
-from trajopt.verify.checks.deadline import DeadlineCriterion
-from trajopt.verify.checks.ends import EndCriterion
-from trajopt.verify.checks.joint_limits import LimitCriterion
-from trajopt.verify.checks.joint_torques import Overload, TorqueCriterion, overloads
-from trajopt.verify.checks.meeting import MeetingCriterion
-from trajopt.verify.checks.moving_limits import group_part, moving_limits
-from trajopt.verify.checks.predictions import PredictionCriterion
+from trajopt.verify.checks.ends import DeadlineCriterion, EndCriterion, MeetingCriterion, PredictionCriterion
+from trajopt.verify.checks.limits import LimitCriterion, group_part, moving_limits
 from trajopt.verify.checks.rolling import RollingCriterion
-from trajopt.verify.checks.sampled import SampledCheck
 from trajopt.verify.checks.specified import RequirementCriterion
 from trajopt.verify.checks.tool_speed import ToolSpeedCriterion
+from trajopt.verify.checks.torques import Overload, TorqueCriterion, overloads
 from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
-from trajopt.verify.kernel.required import required_clearances
+from trajopt.verify.kernel.pair_distances import required_clearances
+from trajopt.verify.kernel.surroundings import Surroundings
 from trajopt.verify.notes import notes
-from trajopt.verify.search.surroundings import Surroundings
-from trajopt.verify.specification import Specification, Verdict
+from trajopt.verify.specification import SampledCheck, Specification, Verdict
 
 _DEFAULT = VerifyOptions()
 NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})

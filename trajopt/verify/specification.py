@@ -2,6 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+from numpy.typing import ArrayLike
 
 from trajopt.problem.requirements import During, Requirement
 from trajopt.problem.tool_speed import ToolSpeed
@@ -9,7 +12,33 @@ from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.errors.arguments import checked
 from trajopt.verify.certificate import Counts
-from trajopt.verify.checks.sampled import SampledCheck
+
+
+@runtime_checkable
+class SampledCheck(Protocol):
+    """What a user's own constraint has to offer to be judged.
+
+    Attributes:
+        name: Its name in the certificate.
+    """
+
+    @property
+    def name(self) -> str:
+        """Its name in the certificate."""
+        ...
+
+    def evaluate(self, times: Floats, positions: Floats) -> tuple[ArrayLike, ArrayLike, ArrayLike]:
+        """Evaluate the constraint along a motion.
+
+        Args:
+            times: Increasing times, shape (s,) [s].
+            positions: Of the group's joints then, shape (s, n) [rad | m].
+
+        Returns:
+            Values, shape (s,) or (s, m), and their lower and upper bounds, which must broadcast
+            to that shape.
+        """
+        ...
 
 
 @checked

@@ -17,7 +17,7 @@ from trajopt.optimise.transcription import KnotsNlp, transcribe
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement, ShownUnit
-from trajopt.problem.requirements.gravity_torque import SHARE
+from trajopt.problem.requirements.joints import SHARE
 from trajopt.problem.residual import WHOLE
 from trajopt.robot.limits import LimitKind
 from trajopt.timing import Retimed

@@ -134,7 +134,7 @@ def test_the_padding_is_kept_around_every_shape(shape: Shape) -> None:
     """What is nearer than the padding, by Coal, is always covered; what is clearly farther is not."""
     import coal
 
-    from trajopt.verify.kernel.coal_geometry import coal_geometry
+    from trajopt.verify.kernel.shapes import coal_geometry
 
     turned = to.placement((0.3, 0.1, 0.5), rpy=(0.4, -0.3, 0.8))
     scene = to.Scene(ROBOT).add("thing", shape, turned, frame="panda_hand")

@@ -41,7 +41,7 @@ from trajopt.values.errors import FrameNotFound
 from trajopt.values.placement import Placement, placement
 from trajopt.values.shapes.shapes import Sphere
 from trajopt.verify import Evidence, When
-from trajopt.verify.checks.frame_placement import euler_angles
+from trajopt.verify.checks.frames import euler_angles
 
 angles = st.floats(-1.4, 1.4)
 

@@ -13,7 +13,7 @@ from trajopt.tasks.cartesian import Curve, arc_about, arc_through, circle, joine
 from trajopt.values.arrays import Floats
 from trajopt.values.curve import TURN_LENGTH
 from trajopt.values.errors import ProblemError
-from trajopt.verify.checks.curve_places import CurvePlaces
+from trajopt.verify.checks.curves import CurvePlaces
 
 MANY = settings(max_examples=25, deadline=None)
 

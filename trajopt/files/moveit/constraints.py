@@ -16,7 +16,7 @@ from trajopt.problem.requirements import (
     RotationCoordinates,
     joint_positions,
 )
-from trajopt.problem.requirements.registered import import_installed
+from trajopt.problem.requirements.requirement import import_installed
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import readonly
 from trajopt.values.documents.document import Node

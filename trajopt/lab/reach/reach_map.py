@@ -12,7 +12,7 @@ from trajopt.optimise.kinematics.arguments import count_of, frame_of
 from trajopt.optimise.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.optimise.kinematics.sampling import BATCH, Progress, Sampler
 from trajopt.optimise.kinematics.validity import pair_margins
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value, direction_of, floats, number, readonly
 from trajopt.values.errors import FileFormatError, ShapeError

@@ -10,7 +10,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.kinematics.arguments import frame_of
 from trajopt.optimise.terms.frames import RelativeFrame, relative_frame
 from trajopt.problem.motion import Motion
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value, floats, readonly
 from trajopt.values.errors import ShapeError, shown

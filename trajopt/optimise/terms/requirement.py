@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement
-from trajopt.problem.requirements.registered import registered
+from trajopt.problem.requirements.requirement import registered
 from trajopt.problem.residual import WHOLE, Constraint, Cost, Window
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Loss, Rows

@@ -14,7 +14,7 @@ import numpy as np
 from trajopt.optimise.terms.requirement import INSET, constrain
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import SingularityDistance
-from trajopt.problem.requirements.singularity_distance import LENGTH
+from trajopt.problem.requirements.joints import LENGTH
 from trajopt.problem.residual import WHOLE, Constraint, Cost, Window, constraint
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Loss, Rows

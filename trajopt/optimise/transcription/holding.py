@@ -11,7 +11,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.terms import Constraint, constraint
 from trajopt.optimise.terms.gravity_torque import HoldingTorque
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements.gravity_torque import SHARE, GravityTorque
+from trajopt.problem.requirements.joints import SHARE, GravityTorque
 from trajopt.scene.gravity_bound import largest_gravity_torques
 from trajopt.values.arrays import Floats
 

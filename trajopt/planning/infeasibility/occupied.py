@@ -19,9 +19,9 @@ from trajopt.planning.infeasibility.cover import pair_levers
 from trajopt.scene.timed import ChangingPairs, TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
+from trajopt.verify.kernel.motion import Polynomials
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
-from trajopt.verify.kernel.polynomials import Polynomials
 
 CLOSEST = 3
 """Of each box so many pairs are measured with care, those that seem to close it best first."""

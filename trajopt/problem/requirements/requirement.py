@@ -1,11 +1,21 @@
-"""The base of every requirement, and what several of them need."""
+"""The base of every requirement, parts of a motion, alternative goals, and how kinds register."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
+from importlib.metadata import entry_points
+from pkgutil import iter_modules
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
-from trajopt.values.arrays import Value
+from trajopt.robot.configuration import ConfigurationLike
+from trajopt.values.arrays import Value, mapping
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import PlacementLike
 
 
 @dataclass(frozen=True)
@@ -59,7 +69,7 @@ class Requirement(Value):
         return ()
 
     @property
-    def relaxations(self) -> "tuple[Relaxation, ...]":
+    def relaxations(self) -> tuple[Relaxation, ...]:
         """How it can be relaxed: remedies and prices try these; none by default."""
         return ()
 
@@ -98,7 +108,7 @@ class Relaxation:
         largest: float,
         unit: ShownUnit,
         shrinks: bool = False,
-    ) -> "Relaxation":
+    ) -> Relaxation:
         """Relax one field of a requirement.
 
         Args:
@@ -120,3 +130,149 @@ class Relaxation:
         """State the change by an amount."""
         unit, after = self.unit, self.now - amount if self.shrinks else self.now + amount
         return f"{self.what} {self.now / unit.size:.3g} to {after / unit.size:.3g} {unit.name}".rstrip()
+
+
+GROUP = "trajopt.requirements"
+"""Entry-point group in which packages name the modules that register their kinds of requirements."""
+
+Result_co = TypeVar("Result_co", covariant=True)
+
+
+class Dispatch(Protocol[Result_co]):
+    """A function of `functools.singledispatch`."""
+
+    @property
+    def registry(self) -> Mapping[Any, Callable[..., Result_co]]:
+        """The functions by class."""
+        ...
+
+    def dispatch(self, cls: Any) -> Callable[..., Result_co]:
+        """Return the function for a class."""
+        ...
+
+
+@checked
+def import_modules(package: str) -> None:
+    """Import all modules of a package, without its subpackages, so that they register their functions."""
+    for item in iter_modules(import_module(package).__path__):
+        if not item.ispkg:
+            import_module(f"{package}.{item.name}")
+
+
+def import_installed() -> None:
+    """Import the modules that installed packages name in the entry-point group."""
+    for entry in entry_points(group=GROUP):
+        entry.load()
+
+
+def has(dispatch: Dispatch[object], kind: type[Requirement]) -> bool:
+    """Say whether a function is registered for a kind of requirement."""
+    return dispatch.dispatch(kind) is not dispatch.registry[object]
+
+
+def registered(dispatch: Dispatch[Result_co], kind: type[Requirement], what: str) -> Callable[..., Result_co]:
+    """Return the function that is registered for a kind of requirement.
+
+    Installed packages are imported before it counts as missing.
+
+    Args:
+        dispatch: The function that dispatches.
+        kind: The class of the requirement.
+        what: What it registers, for the error.
+
+    Raises:
+        ProblemError: If there is none.
+    """
+    if not has(dispatch, kind):
+        import_installed()
+    if not has(dispatch, kind):
+        raise ProblemError(
+            f"no {what} is registered for {kind.__name__}: import the module that registers it, or name that "
+            f"module in the entry-point group {shown(GROUP)}"
+        )
+    return dispatch.dispatch(kind)
+
+
+Required_co = TypeVar("Required_co", covariant=True)
+Required = TypeVar("Required")
+
+
+@dataclass(frozen=True)
+class During(Generic[Required_co]):
+    """Something that must hold on a part of the motion, its ends included.
+
+    Attributes:
+        required: What must hold there.
+        after: The waypoint from which it holds; None for the start.
+        until: The waypoint up to which it holds; None for the end.
+    """
+
+    required: Required_co
+    after: str | None
+    until: str | None
+
+    @property
+    def part(self) -> str:
+        """The part in words."""
+        return f"from {self.after or 'the start'} to {self.until or 'the end'}"
+
+    def __str__(self) -> str:
+        """Show what must hold, and where."""
+        return f"{self.required}, {self.part}"
+
+
+@checked
+def during(required: Required, *, after: str | None = None, until: str | None = None) -> During[Required]:
+    """Require something on a part of the motion only.
+
+    Args:
+        required: What must hold there: a requirement, or a constraint on a residual.
+        after: Name of the waypoint from which it holds; from the start on when None.
+        until: Name of the waypoint up to which it holds; to the end when None.
+
+    Raises:
+        ProblemError: If it is for the whole motion, which needs no `during`.
+    """
+    if after is None and until is None:
+        raise ProblemError("during: name the waypoint from which or up to which it holds")
+    return During(required, after, until)
+
+
+GoalLike: TypeAlias = Requirement | ConfigurationLike | PlacementLike
+"""One thing that is required at a moment: a requirement; a configuration in any of its forms; or a placement
+of the group's tool frame in the world."""
+
+
+@dataclass(frozen=True, eq=False)
+class GoalSet:
+    """Several goals by name, each of them what a goal may be; a problem makes requirements of them.
+
+    Attributes:
+        alternatives: What must hold at the end, by the name of the goal.
+    """
+
+    alternatives: Mapping[str, GoalLike | Sequence[GoalLike]]
+
+    def __str__(self) -> str:
+        """Name the goals."""
+        return f"any of {', '.join(self.alternatives)}"
+
+
+def any_of(goals: Mapping[str, GoalLike | Sequence[GoalLike]]) -> GoalSet:
+    """Accept any one of several goals, such as the grasps of an object.
+
+    The planner tries the one that is nearest first; `Result.goal_name` says which it reached.
+
+    Args:
+        goals: By name what a goal may be: requirements, one or several that hold together; a
+            configuration; a placement of the group's tool.
+
+    Raises:
+        ProblemError: If there is none, or one of them requires nothing.
+    """
+    for name, goal in mapping("any_of: goals", goals).items():
+        if isinstance(goal, str | Sequence | Mapping) and len(goal) == 0:
+            raise ProblemError(f"goal {shown(name)} requires nothing")
+    if not goals:
+        raise ProblemError("a goal set needs at least one goal")
+    return GoalSet(dict(goals))

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 from trajopt.optimise.methods import METHODS
 from trajopt.problem.requirements import POSITION_TOLERANCE, ROTATION_TOLERANCE
-from trajopt.problem.requirements.joint_positions import JOINT_TOLERANCE
+from trajopt.problem.requirements.joints import JOINT_TOLERANCE
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.arrays import floats

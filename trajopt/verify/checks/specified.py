@@ -1,19 +1,53 @@
-"""What is asked of a motion besides its limits: goals, constraints, waypoints, and what holds in between."""
+"""Goals, constraints, waypoints and constraints in user code."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from trajopt.problem.requirements import During, Requirement
-from trajopt.values.errors import WaypointNotFound
-from trajopt.verify.certificate import Check
+from trajopt.values.errors import ShapeError, WaypointNotFound, shown
+from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.criterion import Criterion
-from trajopt.verify.checks.parts import part_checks
-from trajopt.verify.checks.quantities import check_requirement
-from trajopt.verify.checks.requirement import When
-from trajopt.verify.checks.sampled import SampledCheck, sampled_check
-from trajopt.verify.checks.waypoints import passages
-from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.specification import Specification
+from trajopt.verify.checks.quantities import When, check_requirement
+from trajopt.verify.checks.waypoints import part_checks, passages
+from trajopt.verify.kernel.motion import Motion, sampled_times
+from trajopt.verify.specification import SampledCheck, Specification
+
+
+def sampled_check(check: SampledCheck, motion: Motion) -> Check:
+    """Judge a user's constraint at samples.
+
+    Raises:
+        ShapeError: If it does not return numbers of a fitting shape.
+    """
+    times = sampled_times(motion)
+    returned = check.evaluate(times, motion.trajectory(times))
+    try:
+        values, lower, upper = (np.asarray(part, dtype=np.float64) for part in returned)
+        rows = values.reshape(len(times), -1)
+        low, high = (np.broadcast_to(bound, values.shape).reshape(len(times), -1) for bound in (lower, upper))
+    except (TypeError, ValueError) as error:
+        raise ShapeError(f"values of {shown(check.name)}", f"do not fit {len(times)} samples") from error
+    excess = np.maximum(rows - high, low - rows)
+    excess = np.where(np.isnan(excess), np.inf, excess)
+    row, column = np.unravel_index(int(excess.argmax()), excess.shape)
+    above = rows[row, column] - high[row, column] >= low[row, column] - rows[row, column]
+    bound = float((high if above else low)[row, column])
+    worst = float(excess[row, column])
+    return Check(
+        kind=CheckKind.USER_CODE,
+        name=f"path: {check.name}",
+        subject=f"row {column}" if rows.shape[1] > 1 else "",
+        value=float(rows[row, column]),
+        bound=bound if np.isfinite(bound) else None,
+        unit="",
+        time=float(times[row]),
+        slack=-worst if np.isfinite(worst) else None,
+        evidence=Evidence.SAMPLED,
+        holds=worst <= motion.options.excess,
+        detail=f"user code, {len(times)} samples",
+    )
 
 
 @dataclass(frozen=True, eq=False)

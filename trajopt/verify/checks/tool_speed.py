@@ -15,10 +15,10 @@ from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Interpolation
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.criterion import Criterion
-from trajopt.verify.checks.requirement import Component, When, requirement_check
+from trajopt.verify.checks.quantities import Component, When, requirement_check
+from trajopt.verify.kernel.interval_proof import Excess, prove_over_time
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.point_motion import PointMotion
-from trajopt.verify.search.interval_proof import Excess, prove_over_time
+from trajopt.verify.kernel.relative_motion import PointMotion
 
 SAMPLES = 2001
 """Times at which a steady speed is checked."""

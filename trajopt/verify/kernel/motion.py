@@ -1,16 +1,89 @@
-"""A trajectory moving a robot: positions of its joints and bounds on how they change."""
+"""Motions as every check sees them: polynomials of the joints, alone or among dynamic obstacles."""
 
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from trajopt.native import proof
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats
+from trajopt.scene.timed import TimedModel
+from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.errors import ProblemError, shown
-from trajopt.values.trajectory import Interpolation, Trajectory
+from trajopt.values.trajectory import Interpolation, Trajectory, refined
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.options import VerifyOptions
-from trajopt.verify.kernel.polynomials import Polynomials
+
+TIGHTNESS = 1e-9
+"""Extremes are found to within this, relative to the larger of their size and one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Extremes:
+    """Largest or smallest values of n functions, and when they are taken.
+
+    Attributes:
+        values: Shape (n,).
+        times: Shape (n,) [s].
+    """
+
+    values: Floats
+    times: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomials:
+    """n functions of time, polynomial between breakpoints, with bounds that hold at every time.
+
+    In Bernstein form a polynomial lies between its smallest and its largest control value. Source:
+    Farouki, The Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
+
+    Attributes:
+        times: Breakpoints, increasing, shape (k,) [s].
+        coefficients: Of the time since the start of each piece, highest power first, shape
+            (degree + 1, k - 1, n).
+    """
+
+    times: Floats
+    coefficients: Floats
+
+    def derivative(self) -> "Polynomials":
+        """Return the derivative in time."""
+        degree = len(self.coefficients) - 1
+        if degree == 0:
+            return Polynomials(self.times, readonly(np.zeros_like(self.coefficients)))
+        powers = np.arange(degree, 0, -1.0)[:, None, None]
+        return Polynomials(self.times, readonly(self.coefficients[:-1] * powers))
+
+    def combined(self, matrix: Floats, offset: Floats) -> "Polynomials":
+        """Return the m functions `matrix @ f + offset`, for a matrix (m, n) and offsets (m,)."""
+        coefficients = self.coefficients @ matrix.T
+        coefficients[-1] += offset
+        return Polynomials(self.times, readonly(coefficients))
+
+    def range(self, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
+        """Bound the functions over intervals.
+
+        Args:
+            begin: Start of each interval, shape (c,) [s].
+            end: End of each interval, later than its start, shape (c,) [s].
+
+        Returns:
+            Lower and upper bounds, each of shape (c, n).
+        """
+        sides = (np.ascontiguousarray(side) for side in (begin, end))
+        return proof.ranges(self.times, np.ascontiguousarray(self.coefficients), *sides)
+
+    def extremes(self) -> tuple[Extremes, Extremes]:
+        """Find largest and smallest values of each function by branch and bound, to within `TIGHTNESS`."""
+        coefficients = np.ascontiguousarray(self.coefficients)
+        high, time_of_high = proof.largest(self.times, coefficients, 1.0, TIGHTNESS)
+        low, time_of_low = proof.largest(self.times, coefficients, -1.0, TIGHTNESS)
+        return Extremes(high, time_of_high), Extremes(-low, time_of_low)
+
+    def at(self, piece: Ints, since: Floats) -> Floats:
+        """Return the values in pieces at times since these begin, both of shape (s,), shape (s, n)."""
+        return proof.sampled(np.ascontiguousarray(self.coefficients), piece, since)
 
 
 class Motion:
@@ -161,3 +234,178 @@ class Motion:
         """
         low, high = self.group[order].range(begin, end)
         return np.maximum(high, -low) @ self._spread.T
+
+
+class TimedMotion(Motion):
+    """A motion of a timed model.
+
+    Attributes:
+        timed: The model.
+    """
+
+    def __init__(
+        self,
+        timed: TimedModel,
+        trajectory: Trajectory,
+        *,
+        kinematics: Kinematics,
+        options: VerifyOptions,
+        staying: float = 0.0,
+        clock: float = 0.0,
+    ) -> None:
+        """Join the polynomials of the robot's joints and of those that time drives.
+
+        Args:
+            timed: The model.
+            trajectory: Of the group's joints.
+            kinematics: Of the timed model.
+            options: Numbers to judge with.
+            staying: How long the robot rests where the trajectory ends [s].
+            clock: What the scene's clock shows when it begins [s].
+        """
+        self.timed = timed
+        robot = _stayed(trajectory, staying)
+        driven = Polynomials(timed.driven.times - clock, timed.driven.coefficients)
+        self._take(timed.reduced, trajectory, beside(robot, driven), kinematics, options)
+        self.staying, self.clock = staying, clock
+
+    @property
+    def duration(self) -> float:
+        """Length of the trajectory, and of the rest after it [s]."""
+        return self.trajectory.duration + self.staying
+
+    @property
+    def differentiable(self) -> bool:
+        """Whether the velocity has no jumps: that of a track may jump at its times."""
+        return False
+
+    def between(self, begin: float, end: float) -> "TimedMotion":
+        """Return the part from one time to another [s], its own time starting at 0."""
+        return TimedMotion(
+            self.timed,
+            self.trajectory.between(begin, end),
+            kinematics=self.kinematics,
+            options=self.options,
+            clock=self.clock + begin,
+        )
+
+    def positions(self, times: Floats) -> Floats:
+        """Return the positions of the robot's joints, and of those that time drives, at times (c,)."""
+        return self.timed.positions(self.trajectory(times), times + self.clock)
+
+    def poses(self, times: Floats) -> Poses:
+        """Compute where all joint frames are at times of shape (c,)."""
+        return replace(self.kinematics.poses(self.positions(times)), times=times + self.clock)
+
+
+def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:
+    """Return a trajectory, with a rest where it ends."""
+    times, coefficients = trajectory.times, trajectory.coefficients
+    if staying <= 0.0:
+        return Polynomials(times, coefficients)
+    rest = np.zeros((len(coefficients), 1, coefficients.shape[2]))
+    rest[-1] = trajectory.positions[-1]
+    return Polynomials(
+        readonly(np.append(times, times[-1] + staying)),
+        readonly(np.concatenate((coefficients, rest), axis=1)),
+    )
+
+
+def beside(one: Polynomials, other: Polynomials) -> Polynomials:
+    """Return functions of both, over the times of the first.
+
+    The second rest before their first time and after their last.
+    """
+    begin, end = one.times[0], one.times[-1]
+    inside = other.times[(other.times > begin) & (other.times < end)]
+    times = np.unique(np.concatenate((one.times, inside)))
+    degree = max(len(one.coefficients), len(other.coefficients))
+    both = [refined(times, each.times, each.coefficients, degree) for each in (one, other)]
+    return Polynomials(readonly(times), readonly(np.concatenate(both, axis=2)))
+
+
+MOST_PIECES = 8
+"""Most pieces that an interval is cut into; the fewest are two."""
+
+
+def pieces_needed(needed: Floats, reserve: Floats) -> Ints:
+    """Return into how many pieces to cut intervals so that a bound probably falls below a reserve.
+
+    Args:
+        needed: What the bound is in the whole interval, shape (c,); it falls with the length.
+        reserve: What it may be, shape (c,).
+    """
+    wanted = np.ceil(1.25 * needed / np.maximum(reserve, 1e-12))
+    return np.clip(wanted, 2, MOST_PIECES).astype(np.int64)
+
+
+def cut(begin: Floats, end: Floats, pieces: Ints) -> tuple[Floats, Floats]:
+    """Cut intervals into equal pieces that leave no gap.
+
+    Args:
+        begin: Start of each interval, shape (c,) [s].
+        end: End of each, shape (c,) [s].
+        pieces: Into how many pieces, 0 to leave one out, shape (c,).
+
+    Returns:
+        Start and end of the pieces, in order.
+    """
+    parent = np.repeat(np.arange(len(pieces)), pieces)
+    step = counting(pieces)
+    width = ((end - begin) / np.maximum(pieces, 1))[parent]
+    left = begin[parent] + step * width
+    right = np.where(step + 1 == pieces[parent], end[parent], begin[parent] + (step + 1) * width)
+    return left, right
+
+
+def counting(pieces: Ints) -> Ints:
+    """Count from 0 within each of some groups of given sizes: (2, 3) -> (0, 1, 0, 1, 2)."""
+    total = int(pieces.sum())
+    return np.arange(total, dtype=np.int64) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+
+
+LEAST_OF_SLOW = 8
+"""Fewest steps in which a slow piece is sampled: a quintic polynomial has six coefficients."""
+MOST_MOMENTS = 1_000_000
+"""A motion that would need more is not judged; this many take about 0.5 GB and a few seconds."""
+
+
+def steps_in_pieces(motion: Motion) -> Ints:
+    """Return into how many steps each piece of a trajectory is cut, shape (k - 1,).
+
+    Raises:
+        ProblemError: If they are too many.
+    """
+    times, options = motion.trajectory.times, motion.options
+    lengths = np.diff(times)
+    steps = np.ceil(lengths / options.sample_step)
+    if (steps > LEAST_OF_SLOW).any():
+        speed = motion.rates(times[:-1], times[1:], order=1).max(axis=1)
+        steps = np.minimum(steps, np.maximum(LEAST_OF_SLOW, np.ceil(speed * lengths / options.sample_travel)))
+    if steps.sum() > MOST_MOMENTS:
+        raise ProblemError(
+            f"the motion takes {motion.duration:g} s in {len(lengths)} pieces: to judge it would take "
+            f"{steps.sum():.3g} samples, and {MOST_MOMENTS} are the most; judge it in parts"
+        )
+    return steps.astype(np.int64)
+
+
+def sampled_times(motion: Motion) -> Floats:
+    """Return times at which a motion is sampled if nothing is proven, its own points among them [s].
+
+    There is one every `sample_step`, or every `sample_travel` of joint motion if that is less often: a
+    motion takes no more samples at a hundred-thousandth of its speed than at a hundredth.
+
+    Raises:
+        ProblemError: If they are too many.
+    """
+    times, steps = motion.trajectory.times, steps_in_pieces(motion)
+    lengths = np.diff(times)
+    if (steps == np.ceil(lengths / motion.options.sample_step)).all():
+        even = np.linspace(
+            0.0, motion.duration, int(np.ceil(motion.duration / motion.options.sample_step)) + 1
+        )
+        return np.unique(np.concatenate((even, times)))
+    piece = np.repeat(np.arange(len(steps)), steps)
+    within = times[piece] + lengths[piece] * counting(steps) / steps[piece]
+    return np.unique(np.concatenate((within, times)))

@@ -1,9 +1,4 @@
-"""One frame of a moving robot seen from another, with bounds on how it moves.
-
-Bounds on rates follow the chain of joints from the frame inwards. With r the largest distance of
-the point from the axis of a joint that turns at rate w and accelerates by a, the point's speed v and
-acceleration u as seen from behind the joint are at most v + w r and u + 2 w v + w^2 r + a r.
-"""
+"""Frames and points that the robot moves, with bounds on how they change."""
 
 from dataclasses import dataclass
 
@@ -11,8 +6,8 @@ import numpy as np
 
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import Placement
+from trajopt.verify.kernel.kinematics import Travel, relative_chain
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.travel import Travel, relative_chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +32,12 @@ class RateBounds:
 
 
 class RelativeMotion:
-    """A frame and a point of it, seen from a reference frame."""
+    """A frame and a point of it, seen from a reference frame.
+
+    Bounds on rates follow the chain of joints from the frame inwards. With r the largest distance of
+    the point from the axis of a joint that turns at rate w and accelerates by a, the point's speed v and
+    acceleration u as seen from behind the joint are at most v + w r and u + 2 w v + w^2 r + a r.
+    """
 
     def __init__(self, motion: Motion, frame: str, *, reference: str, offset: Floats) -> None:
         """Find the joints between the two.
@@ -99,3 +99,92 @@ class RelativeMotion:
             turn_acceleration = turn_acceleration + a + rate * w
             rate, turn = rate + w, turn + moved[:, joint]
         return RateBounds(turn, travel[:, -1], rate, turn_acceleration, velocity, acceleration)
+
+
+@dataclass(frozen=True, eq=False)
+class VelocityChanges:
+    """Bounds over intervals, each of shape (c, 2): of the point [m], of the frame's turning [rad].
+
+    Attributes:
+        first: Of the first derivative of the velocity [m/s^2], [rad/s^2].
+        second: Of its second derivative [m/s^3], [rad/s^3].
+    """
+
+    first: Floats
+    second: Floats
+
+
+class PointMotion:
+    """A point of a frame seen from the world: its velocity, with bounds on higher derivatives.
+
+    Bounds follow the chain of joints from the frame inwards. Let x be the point as seen from behind a joint
+    that turns by the angle t about a fixed axis, S the cross product with the axis, R the turn. Then
+
+        (R x)'''  = R (x''' + 3 t' S x'' + 3 (t'' S + t'^2 S^2) x' + (t''' S + 3 t' t'' S^2 + t'^3 S^3) x),
+
+    and |S x| is the distance r of the point from the axis, |S x'| is at most |x'|. The first two derivatives
+    are bounded likewise, and so are those of the angular velocity, to which every joint adds its axis times
+    its rate.
+    """
+
+    def __init__(self, motion: Motion, frame: str, *, offset: Floats) -> None:
+        """Find the joints that carry the frame.
+
+        Args:
+            motion: The motion.
+            frame: Link, tool frame or object.
+            offset: The point, in the frame's coordinates, shape (3,) [m].
+
+        Raises:
+            FrameNotFound: If the frame is unknown.
+        """
+        self._motion = motion
+        self._joint, place = motion.reduced.attachment(frame)
+        self._point: Floats = place * offset
+        self._chain = motion.kinematics.chain(self._joint)
+        self._travel = Travel(
+            motion.kinematics,
+            carrier=[self._joint],
+            centre=self._point[None],
+            radius=np.zeros(1),
+            chains=[self._chain],
+        )
+
+    def speeds(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return velocities of the point and angular velocities of the frame, (c, 3) each [m/s | rad/s]."""
+        motion, kinematics = self._motion, self._motion.kinematics
+        poses = motion.poses(times)
+        rates = motion.trajectory(times, 1) @ motion.reduced.mimic_matrix.T
+        chain = np.array(self._chain, dtype=np.int64)
+        axes = np.einsum("cjab,jb->cja", poses.rotation[:, chain], kinematics.axes[chain])
+        turning = axes * rates[:, chain - 1, None]
+        point = poses.rotation[:, self._joint] @ self._point + poses.translation[:, self._joint]
+        arms = point[:, None] - poses.translation[:, chain]
+        turns = kinematics.revolute[chain][:, None].astype(np.float64)
+        across = np.asarray(np.cross(turning, arms), dtype=np.float64)
+        velocity = turns * across + (1.0 - turns) * turning
+        return velocity.sum(axis=1), (turns * turning).sum(axis=1)
+
+    def changes(self, begin: Floats, end: Floats) -> VelocityChanges:
+        """Bound how the velocities change, given the start and end of intervals, shape (c,) [s]."""
+        motion = self._motion
+        poses = motion.poses((begin + end) / 2)
+        rates, increases, jerks = (motion.rates(begin, end, order) for order in (1, 2, 3))
+        centres = self._travel.centres(poses)
+        travel = self._travel.bound(poses, centres, motion.deviation(begin, end))[:, 0]
+        zero = np.zeros(len(begin))
+        v, u, k = zero, zero, zero  # of the point: velocity, acceleration, jerk
+        turn, turn_first, turn_second = zero, zero, zero  # angular velocity and its derivatives
+        for step, joint in enumerate(self._chain):
+            w, a, j = rates[:, joint], increases[:, joint], jerks[:, joint]
+            if not motion.kinematics.revolute[joint]:
+                v, u, k = v + w, u + a, k + j
+                continue
+            r = self._travel.reach(poses, centres, step)[:, 0] + travel[:, step]
+            k = k + 3.0 * w * u + 3.0 * (a + w**2) * v + (j + 3.0 * w * a + w**3) * r
+            u = u + 2.0 * w * v + (a + w**2) * r
+            v = v + w * r
+            turn_second = turn_second + 2.0 * w * turn_first + (a + w**2) * turn + j
+            turn_first = turn_first + w * turn + a
+            turn = turn + w
+        return VelocityChanges(np.stack((u, turn_first), axis=1), np.stack((k, turn_second), axis=1))

@@ -7,8 +7,7 @@ import numpy as np
 from trajopt.scene.reduced import BodyPairs
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.pair_distances import PairDistances
-from trajopt.verify.kernel.required import required_clearances
+from trajopt.verify.kernel.pair_distances import PairDistances, required_clearances
 
 
 class Windows:

@@ -1,12 +1,16 @@
-"""Shapes as the native core knows them."""
+"""Shapes as the native core and as Coal know them."""
 
 from functools import singledispatch
+from typing import Any, TypeAlias
 
+import coal
 import numpy as np
+from numpy.typing import NDArray
 
 from trajopt.native import proof
+from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
-from trajopt.values.errors import ShapeError
+from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.shapes.closed_surface import closed_surface, part_points
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
@@ -101,3 +105,50 @@ def hull_of(mesh: Mesh) -> Convex:
     except ShapeError:
         nudge = _THICKENING * np.vstack((np.eye(3), -np.eye(3)))
         return convex((mesh.vertices[:, None] + nudge).reshape(-1, 3))
+
+
+Indices: TypeAlias = NDArray[np.integer[Any]]
+
+
+def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
+    """Return a shape as Coal knows it; each of Coal's shapes has its origin where ours has.
+
+    Raises:
+        ProblemError: If it is a cloud, which Coal does not know.
+    """
+    geometry: coal.CollisionGeometry
+    match shape:
+        case Box():
+            geometry = coal.Box(shape.x, shape.y, shape.z)
+        case Sphere():
+            geometry = coal.Sphere(shape.radius)
+        case Cylinder():
+            geometry = coal.Cylinder(shape.radius, shape.length)
+        case Capsule():
+            geometry = coal.Capsule(shape.radius, shape.length)
+        case Cone():
+            geometry = coal.Cone(shape.radius, shape.length)
+        case Plane():
+            geometry = coal.Halfspace(np.array((0.0, 0.0, 1.0)), 0.0)
+        case Convex():
+            geometry = coal.Convex(_points(shape.vertices), _triangles(shape.faces))
+        case Points() | Voxels():
+            raise ProblemError("a cloud is no shape of Coal's")
+        case Mesh():
+            geometry = coal.BVHModelOBBRSS()
+            geometry.beginModel(len(shape.faces), len(shape.vertices))
+            geometry.addSubModel(_points(shape.vertices), _triangles(shape.faces))
+            geometry.endModel()
+    return geometry
+
+
+def _points(vertices: Floats) -> coal.StdVec_Vec3s:
+    points = coal.StdVec_Vec3s()
+    points.extend(vertices)
+    return points
+
+
+def _triangles(faces: Indices) -> coal.StdVec_Triangle:
+    triangles = coal.StdVec_Triangle()
+    triangles.extend([coal.Triangle(*face) for face in faces.tolist()])
+    return triangles

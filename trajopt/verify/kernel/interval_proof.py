@@ -7,8 +7,7 @@ import numpy as np
 
 from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Evidence
-from trajopt.verify.kernel.intervals import cut, pieces_needed
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import Motion, cut, pieces_needed
 
 _FIRST_INTERVALS = 32
 _MOST_INTERVALS = 200_000

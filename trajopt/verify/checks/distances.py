@@ -1,16 +1,11 @@
-"""The judge's check of `LineOfSight`: the gap between a line and a convex part, along one direction.
+"""Checks of distances between frames and of lines of sight."""
 
-In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c and
-p of the line, less how far the part reaches along n. It bounds the distance from below, whatever n is; Coal
-only proposes n. While the ends move the gap shrinks by no more than they move, and by no more than the
-bulge below the smaller of its values at two times. Objects that move by themselves are where time has them,
-and the gap is less the error of their prediction.
-"""
+from functools import partial
 
 import coal
 import numpy as np
 
-from trajopt.problem.requirements import LineOfSight
+from trajopt.problem.requirements import DistanceBetween, LineOfSight
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import Placement
@@ -18,17 +13,89 @@ from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import Quantity, check_requirement, checks_of, quantities
-from trajopt.verify.checks.requirement import When
-from trajopt.verify.kernel.coal_geometry import coal_geometry
+from trajopt.verify.checks.quantities import Quantity, When, check_requirement, checks_of, quantities
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
+from trajopt.verify.kernel.shapes import coal_geometry
+
+
+@quantities.register
+def _(requirement: DistanceBetween, motion: Motion) -> tuple[Quantity, ...]:
+    moving = RelativeMotion(
+        motion, requirement.first, reference=requirement.second, offset=requirement.first_offset
+    )
+    return range_quantities(
+        moving,
+        requirement.second_offset,
+        subject=f"{requirement.first} - {requirement.second}",
+        lower=requirement.lower,
+        upper=requirement.upper,
+    )
+
+
+def range_quantities(
+    moving: RelativeMotion, origin: Floats, *, subject: str, lower: float, upper: float
+) -> tuple[Quantity, ...]:
+    """Return the distance of a moving point as one number for each of its bounds that is finite.
+
+    With p the point as seen from the origin, of speed v and acceleration u, |p| is convex up to u, so
+    between two times it exceeds neither end by more than u h^2 / 8; and its second derivative is at most u
+    + v^2 / |p|, so it falls below the lower end by no more than that times h^2 / 8.
+
+    Args:
+        moving: The point, seen from a reference.
+        origin: The point of the reference that it is measured from, shape (3,) [m].
+        subject: For the certificate.
+        lower: Smallest distance; 0 for none [m].
+        upper: Largest distance; inf for none [m].
+    """
+    sides = [(upper, False)] if np.isfinite(upper) else []
+    sides += [(lower, True)] if lower > 0.0 else []
+    return tuple(
+        Quantity(
+            kind="distance",
+            name="distance",
+            subject=subject,
+            unit="m",
+            limit=limit,
+            states=lambda times: moving.placements(times)[1] - origin,
+            number=lambda points: np.linalg.norm(points, axis=-1),
+            bound=partial(_least if least else _most, moving, limit),
+            least=least,
+        )
+        for limit, least in sides
+    )
+
+
+def _most(moving: RelativeMotion, limit: float, begin: Floats, end: Floats, points: Floats) -> Floats:
+    rates = moving.bounds(begin, end)
+    first, middle, last = np.linalg.norm(points, axis=2)
+    chord = np.maximum(first, last) + rates.point_acceleration * (end - begin) ** 2 / 8.0
+    return np.minimum(middle + rates.shift, chord) - limit
+
+
+def _least(moving: RelativeMotion, limit: float, begin: Floats, end: Floats, points: Floats) -> Floats:
+    rates = moving.bounds(begin, end)
+    first, middle, last = np.linalg.norm(points, axis=2)
+    near = middle - rates.shift
+    bend = rates.point_acceleration + rates.point_rate**2 / np.maximum(near, 1e-12)
+    chord = np.minimum(first, last) - bend * (end - begin) ** 2 / 8.0
+    return limit - np.maximum(near, np.where(near > 0.0, chord, -np.inf))
+
 
 _THIN = 1e-3
 
 
 @quantities.register
 def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
+    """The gap between a line and each convex part, along one direction.
+
+    In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c
+    and p of the line, less how far the part reaches along n. It bounds the distance from below for every n;
+    Coal only proposes n. While the ends move the gap shrinks by no more than they move, and by no more than
+    the bulge below the smaller of its values at two times. Dynamic obstacles count where they are at each
+    time, and the gap is less the error of their prediction.
+    """
     found: list[Quantity] = []
     motion = motion.among
     for name in requirement.obstacles(motion.reduced.scene):

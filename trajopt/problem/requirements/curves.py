@@ -1,4 +1,4 @@
-"""A frame that follows a curve from its beginning."""
+"""Curves that a frame follows from their beginning."""
 
 from __future__ import annotations
 

@@ -6,10 +6,9 @@ from math import inf
 from trajopt.scene.timed import TimedModel, timed_model
 from trajopt.scene.timing import Timing
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import Motion, TimedMotion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
-from trajopt.verify.kernel.timed_motion import TimedMotion
 
 
 class Surroundings:

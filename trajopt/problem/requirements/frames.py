@@ -1,4 +1,4 @@
-"""A frame at a placement."""
+"""Requirements on frames: placement, alignment of an axis, and gaze."""
 
 from __future__ import annotations
 
@@ -9,12 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.problem.requirements.requirement import DEGREES, MILLIMETRES, Relaxation, Requirement, ShownUnit
-from trajopt.values.arrays import Floats, floats, one_of, readonly
+from trajopt.values.arrays import Floats, direction_of, floats, number, one_of, readonly
 from trajopt.values.errors import ProblemError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.likely_units import stated_angles, warn_of_wide_tolerance
+from trajopt.values.likely_units import stated_angle, stated_angles, warn_of_wide_tolerance
 from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
-from trajopt.values.printed import in_direction, in_unit
+from trajopt.values.printed import (
+    in_axis,
+    in_degrees,
+    in_direction,
+    in_length,
+    in_point,
+    in_stated_angle,
+    in_unit,
+    seen_from,
+)
 
 POSITION_TOLERANCE = 1e-4
 """Default tolerance of a goal position, per axis [m]."""
@@ -188,4 +197,179 @@ def frame_placement(
         rotation,
         coordinates,
         floats("offset", offset, (3,)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class AxisAlignment(Requirement):
+    """An axis of a frame points along a direction, within a cone; spin about it is free.
+
+    Made by `axis_alignment`, whose arguments are its fields.
+    """
+
+    frame: str
+    axis: Floats
+    direction: Floats
+    tolerance: float
+    reference: str
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Radians."""
+        return ("rad",)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The cone."""
+        return (
+            Relaxation.of(
+                self,
+                "tolerance",
+                f"tilt of {self.frame}",
+                largest=np.pi - self.tolerance - 1e-3,
+                unit=DEGREES,
+            ),
+        )
+
+    def __str__(self) -> str:
+        """Say it in degrees."""
+        aligned = f"{in_axis(self.axis)} of {self.frame} along {in_axis(self.direction)} of {self.reference}"
+        return f"{aligned}, within {in_degrees(self.tolerance)}"
+
+
+@checked
+def axis_alignment(
+    frame: str,
+    *,
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    direction: ArrayLike = (0.0, 0.0, 1.0),
+    tolerance: float,
+    reference: str = WORLD,
+    degrees: bool = False,
+) -> AxisAlignment:
+    """Keep an axis of a frame along a direction: `axis_alignment("cup", tolerance=0.1)` is upright.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        axis: Axis in the frame, shape (3,), any length but zero.
+        direction: Direction in `reference`, shape (3,), any length but zero.
+        tolerance: Largest angle between the two, in (0, pi) [rad].
+        reference: "world", or the name of what the direction is relative to.
+        degrees: Whether the tolerance is in degrees.
+
+    Raises:
+        ShapeError: If a vector has no length or the tolerance is outside (0, pi).
+        ProblemError: If `degrees` is neither true nor false.
+    """
+    angle = stated_angle("tolerance", tolerance, degrees=degrees)
+    if not 0.0 < angle < np.pi:
+        raise ShapeError(
+            "tolerance", f"must lie in (0, pi) rad, is {in_stated_angle(angle, degrees=degrees)}"
+        )
+    return AxisAlignment(
+        frame, direction_of("axis", axis), direction_of("direction", direction), angle, reference
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Gaze(Requirement):
+    """A target point lies within a view cone of a frame's axis and within a range of distances.
+
+    Whether something stands in between is what `LineOfSight` requires.
+
+    Made by `gaze`, whose arguments are its fields.
+    """
+
+    frame: str
+    target: Floats
+    angle: float
+    axis: Floats
+    origin: Floats
+    nearest: float
+    farthest: float
+    reference: str
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Camera and reference."""
+        return (self.frame, self.reference)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Radians, and metres where the distance is bounded."""
+        return ("rad", "m") if self.nearest > 0.0 or np.isfinite(self.farthest) else ("rad",)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The cone."""
+        return (
+            Relaxation.of(
+                self, "angle", f"view angle of {self.frame}", largest=np.pi - self.angle - 1e-3, unit=DEGREES
+            ),
+        )
+
+    def __str__(self) -> str:
+        """Say the target, the cone in degrees and the range where it is bounded."""
+        target = f"{in_point(self.target)}{seen_from(self.reference)}"
+        away = [
+            f"{how} {in_length(distance)} away"
+            for how, distance, bounds in (
+                ("at least", self.nearest, self.nearest > 0.0),
+                ("at most", self.farthest, np.isfinite(self.farthest)),
+            )
+            if bounds
+        ]
+        return ", ".join((f"{self.frame} looks at {target}", f"within {in_degrees(self.angle)}", *away))
+
+
+@checked
+def gaze(
+    frame: str,
+    target: ArrayLike,
+    *,
+    angle: float,
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+    nearest: float = 0.0,
+    farthest: float = np.inf,
+    reference: str = WORLD,
+    degrees: bool = False,
+) -> Gaze:
+    """Keep looking at a point: `gaze("camera", (0.5, 0, 0.2), angle=0.3)`.
+
+    Args:
+        frame: The camera: link, tool frame or attached object.
+        target: The point, in `reference`, shape (3,) [m].
+        angle: Largest angle between the camera's axis and the direction to the target, in (0, pi) [rad].
+        axis: Direction in which the camera looks, in the frame, shape (3,), any length but zero.
+        origin: Where in the frame it looks from, shape (3,) [m].
+        nearest: Smallest distance of the target [m]; 0 for none.
+        farthest: Largest distance of the target [m]; inf for none.
+        reference: "world", or the name of what the target is fixed to; it may move.
+        degrees: Whether the angle is in degrees.
+
+    Raises:
+        ShapeError: If a number is not usable, or the angle is outside (0, pi).
+        ProblemError: If the range is not 0 <= nearest < farthest.
+    """
+    half = stated_angle("angle", angle, degrees=degrees)
+    if not 0.0 < half < np.pi:
+        raise ShapeError("angle", f"must lie in (0, pi) rad, is {in_stated_angle(half, degrees=degrees)}")
+    near, far = number("nearest", nearest), number("farthest", farthest, infinite=True)
+    if not 0.0 <= near < far:
+        raise ProblemError(f"gaze: needs 0 <= nearest < farthest, has {near:g} m and {far:g} m")
+    return Gaze(
+        frame,
+        floats("target", target, (3,)),
+        half,
+        direction_of("axis", axis),
+        floats("origin", origin, (3,)),
+        near,
+        far,
+        reference,
     )

@@ -1,22 +1,26 @@
-"""The judge's check of `FramePlacement`: position and orientation of a frame, within tolerances.
-
-With R the rotation of the frame as seen from its goal and w its angular velocity, the rotation
-vector e of R changes at a rate J(e) w, where J has the norm (|e|/2) / sin(|e|/2); intrinsic x-y-z Euler
-angles change at a rate of at most |w| / cos(second angle). Second derivatives are bounded likewise.
-"""
+"""Checks of requirements on frames: placement, alignment of an axis, and gaze."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from trajopt.problem.requirements import FramePlacement, RotationCoordinates
+from trajopt.problem.requirements import AxisAlignment, FramePlacement, Gaze, RotationCoordinates
 from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
-from trajopt.verify.checks.requirement import When, proof_at_end, requirement_check, tightest
+from trajopt.verify.checks.distances import range_quantities
+from trajopt.verify.checks.quantities import (
+    Component,
+    Quantity,
+    When,
+    check_requirement,
+    proof_at_end,
+    quantities,
+    requirement_check,
+    tightest,
+)
+from trajopt.verify.kernel.interval_proof import Excess, Proof, prove_over_time
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RateBounds, RelativeMotion
-from trajopt.verify.search.interval_proof import Excess, Proof, prove_over_time
 
 AXES = ("x", "y", "z")
 Sizes = Callable[[Floats, Floats], Floats]
@@ -25,6 +29,12 @@ Changes = Callable[[Floats, RateBounds], tuple[Floats, Floats]]
 
 @quantities.register
 def _(requirement: FramePlacement, motion: Motion) -> tuple[Quantity, ...]:
+    """Position and orientation of a frame, within tolerances.
+
+    With R the rotation of the frame as seen from its goal and w its angular velocity, the rotation
+    vector e of R changes at a rate J(e) w, where J has the norm (|e|/2) / sin(|e|/2); intrinsic x-y-z Euler
+    angles change at a rate of at most |w| / cos(second angle). Second derivatives are bounded likewise.
+    """
     moving = RelativeMotion(
         motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
     )
@@ -250,3 +260,123 @@ def _euler_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:
     curved[~regular] = np.inf
     curved[middle + change >= np.pi] = np.inf
     return change, curved
+
+
+@quantities.register
+def _(requirement: AxisAlignment, motion: Motion) -> tuple[Quantity, ...]:
+    moving = RelativeMotion(motion, requirement.frame, reference=requirement.reference, offset=np.zeros(3))
+    return (
+        Quantity(
+            kind="axis",
+            name="angle to the direction",
+            subject=requirement.frame,
+            unit="rad",
+            limit=requirement.tolerance,
+            states=lambda times: moving.placements(times)[0] @ requirement.axis,
+            number=lambda axes: _angles(axes, requirement.direction),
+            bound=None,
+        ),
+    )
+
+
+@check_requirement.register
+def _(requirement: AxisAlignment, motion: Motion, when: When) -> tuple[Check, ...]:
+    moving = RelativeMotion(motion, requirement.frame, reference=requirement.reference, offset=np.zeros(3))
+
+    def axes(times: Floats) -> Floats:
+        return moving.placements(times)[0] @ requirement.axis
+
+    def excess(begin: Floats, end: Floats) -> Excess:
+        times = np.concatenate((begin, (begin + end) / 2, end))
+        angles = np.stack(np.split(_angles(axes(times), requirement.direction), 3))
+        bounds = moving.bounds(begin, end)
+        bulge = (bounds.turn_acceleration + bounds.turn_rate**2) * (end - begin) ** 2 / 8.0
+        upper = np.minimum(angles[1] + bounds.turn, _chord_bound(angles[[0, 2]].max(axis=0), bulge))
+        worst = angles.argmax(axis=0)
+        rows = np.arange(len(begin))
+        tolerance = requirement.tolerance
+        return Excess(
+            angles[worst, rows] - tolerance,
+            times.reshape(3, -1)[worst, rows],
+            upper - tolerance,
+        )
+
+    if when is When.END:
+        reached = _angles(axes(np.array((motion.duration,))), requirement.direction)[0]
+        proof = proof_at_end(motion, float(reached) - requirement.tolerance)
+    else:
+        proof = prove_over_time(motion, excess)
+    angle = float(_angles(axes(np.array((proof.time,))), requirement.direction)[0])
+    return (
+        requirement_check(
+            when,
+            kind="axis",
+            subject=requirement.frame,
+            unit="rad",
+            component=Component("angle to the direction", angle, requirement.tolerance),
+            proof=proof,
+        ),
+    )
+
+
+def _chord_bound(angle: Floats, bulge: Floats) -> Floats:
+    """Bound the angle over intervals at whose ends it is at most `angle`.
+
+    The axis is off the chord between its ends by at most `bulge`, so its part along the direction is
+    at least cos(angle) - bulge, and its part across at most sin(angle) + bulge if angle <= pi / 2.
+    """
+    along = np.arccos(np.clip(np.cos(angle) - bulge, -1.0, 1.0))
+    across = np.arcsin(np.minimum(np.sin(angle) + bulge, 1.0))
+    return np.where((angle <= np.pi / 2) & (along < np.pi / 2), np.minimum(along, across), along)
+
+
+@quantities.register
+def _(requirement: Gaze, motion: Motion) -> tuple[Quantity, ...]:
+    """A target in the view cone of a camera, and in its range.
+
+    While the target moves by s as seen from the camera, at distance r, its direction turns by at most
+    asin(s / r). A cone of half angle up to a right angle is convex: between two times at which the target is
+    within an angle, the chord is too, and the target is off the chord by at most the bulge.
+    """
+    moving = RelativeMotion(
+        motion, requirement.reference, reference=requirement.frame, offset=requirement.target
+    )
+
+    def bound(begin: Floats, end: Floats, points: Floats) -> Floats:
+        rates = moving.bounds(begin, end)
+        first, middle, last = (_angles(points[row], requirement.axis) for row in range(3))
+        distance = np.linalg.norm(points[1], axis=1)
+        bulge = rates.point_acceleration * (end - begin) ** 2 / 8.0
+        ends = np.maximum(first, last)
+        chord = np.where(ends <= np.pi / 2, ends + _turn(bulge, distance - rates.shift - bulge), np.inf)
+        return np.minimum(middle + _turn(rates.shift, distance), chord) - requirement.angle
+
+    angle = Quantity(
+        kind="gaze",
+        name="angle off the view axis",
+        subject=requirement.frame,
+        unit="rad",
+        limit=requirement.angle,
+        states=lambda times: moving.placements(times)[1] - requirement.origin,
+        number=lambda points: _angles(points, requirement.axis),
+        bound=bound,
+    )
+    within = range_quantities(
+        moving,
+        requirement.origin,
+        subject=requirement.frame,
+        lower=requirement.nearest,
+        upper=requirement.farthest,
+    )
+    return (angle, *within)
+
+
+def _angles(points: Floats, axis: Floats) -> Floats:
+    """Angles between points (c, 3) and an axis (3,) of length one, accurate near 0 and pi [rad]."""
+    return np.arctan2(np.linalg.norm(np.cross(points, axis), axis=1), points @ axis)
+
+
+def _turn(shift: Floats, distance: Floats) -> Floats:
+    """Largest turn of the direction to what moves by a shift, seen from a distance, each (c,) [rad]."""
+    clear = shift < distance
+    return np.where(clear, np.arcsin(np.where(clear, shift / np.where(clear, distance, 1.0), 0.0)), np.pi)

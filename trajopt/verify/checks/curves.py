@@ -1,0 +1,521 @@
+"""Check of curves: a frame follows a curve, in its direction and all of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from math import comb
+
+import numpy as np
+
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.curve import Curve, Piece
+from trajopt.values.printed import in_length, in_unit_apart
+from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.checks.quantities import Quantity, When, check_requirement, quantities
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.relative_motion import RelativeMotion
+
+KINK = 0.05
+"""Smaller jumps of direction are no kinks [-], [rad/m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bends:
+    """Bounds over intervals of a curve, per metre along it, each of shape (c, 2): of points, of orientations.
+
+    Attributes:
+        rate: Of the first derivative [-], [rad/m].
+        second: Of the second derivative [1/m], [rad/m^2], where there is one.
+        kinks: Sum of the jumps of the first derivative inside.
+    """
+
+    rate: Floats
+    second: Floats
+    kinks: Floats
+
+
+class CurvePlaces:
+    """A curve as the judge reads it: its points, and bounds on how it bends.
+
+    Points are vectors of length 3. An orientation C counts as the vector of its three columns, or of one
+    direction C a if the frame may spin about a. When C turns with angular velocity w and acceleration v,
+    the first has a second derivative of length at most sqrt(2) (|v| + |w|^2), the other one |v| + |w|^2.
+    With C = C_0 exp(x), |w| <= |x'| and |v| <= |x''| + |x'|^2 / 2, since the Jacobian of rotations is the
+    mean of rotations by parts of x.
+    """
+
+    def __init__(self, curve: Curve) -> None:
+        """Read the pieces."""
+        self._pieces = curve.pieces
+        self._edges = np.concatenate(((0.0,), np.cumsum([piece.length for piece in curve.pieces])))
+        self._rates = np.array([_rates(piece) for piece in curve.pieces])
+        self._seconds = np.array([_seconds(piece) for piece in curve.pieces])
+        jumps = [_jump(before, after) for before, after in pairwise(curve.pieces)]
+        self._kinks = np.concatenate((np.zeros((1, 2)), np.cumsum(np.reshape(jumps, (-1, 2)), axis=0)))
+
+    @property
+    def edges(self) -> Floats:
+        """Where pieces begin and end [m]."""
+        return self._edges
+
+    @property
+    def kinked(self) -> Floats:
+        """Where the direction of point or orientation jumps [m]."""
+        jumps = np.diff(self._kinks, axis=0).max(axis=1)
+        return self._edges[1:-1][jumps > KINK]
+
+    def _number(self, s: Floats) -> Ints:
+        found = np.searchsorted(self._edges, s, side="right") - 1
+        return np.clip(found, 0, len(self._pieces) - 1).astype(np.int64)
+
+    def at(self, s: Floats) -> tuple[Floats, Floats]:
+        """Return rotations (c, 3, 3) and points (c, 3) [m] at lengths (c,) along the curve [m]."""
+        rotation, point = np.empty((len(s), 3, 3)), np.empty((len(s), 3))
+        number = self._number(s)
+        for index in sorted(set(map(int, number))):
+            here, piece = number == index, self._pieces[index]
+            u = (s[here] - self._edges[index]) / piece.length
+            angle = piece.sweep * u
+            point[here] = (
+                _bernstein(len(piece.points) - 1, u) @ piece.points
+                + np.outer(np.cos(angle), piece.cosine)
+                + np.outer(np.sin(angle), piece.sine)
+            )
+            rotation[here] = piece.rotation @ _turns(_bernstein(len(piece.turns) - 1, u) @ piece.turns)
+        return rotation, point
+
+    def bends(self, begin: Floats, end: Floats) -> Bends:
+        """Bound the derivatives over intervals of the curve, shape (c,) each [m]."""
+        first = self._number(begin)
+        last = np.maximum(first, np.searchsorted(self._edges, end, side="left") - 1)
+        rate, second = self._rates[first], self._seconds[first]
+        for step in range(1, int((last - first).max(initial=0)) + 1):
+            other = np.minimum(first + step, last)
+            rate = np.maximum(rate, self._rates[other])
+            second = np.maximum(second, self._seconds[other])
+        return Bends(rate, second, self._kinks[last] - self._kinks[first])
+
+
+def _bernstein(degree: int, u: Floats) -> Floats:
+    """Weights of control points, shape (c, degree + 1)."""
+    powers = np.arange(degree + 1)
+    binomials = np.array([comb(degree, int(k)) for k in powers], dtype=np.float64)
+    return binomials * u[:, None] ** powers * (1.0 - u[:, None]) ** (degree - powers)
+
+
+def _skew(w: Floats) -> Floats:
+    """Cross products with vectors as matrices, (c, 3) -> (c, 3, 3)."""
+    x, y, z = w.T
+    zero = np.zeros_like(x)
+    return np.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=1).reshape(-1, 3, 3)
+
+
+def _turns(w: Floats) -> Floats:
+    """Rotation matrices of rotation vectors, by Rodrigues' formula, (c, 3) -> (c, 3, 3)."""
+    angle = np.linalg.norm(w, axis=1)[:, None, None]
+    cross = _skew(w)
+    whole = np.asarray(np.sinc(angle / np.pi), dtype=np.float64)  # sin(a) / a
+    half = np.asarray(np.sinc(angle / (2.0 * np.pi)), dtype=np.float64)
+    return np.eye(3) + whole * cross + 0.5 * half**2 * (cross @ cross)
+
+
+def _rates(piece: Piece) -> tuple[float, float]:
+    """Bound the first derivatives of point and orientation along a piece [-], [rad/m].
+
+    The derivative of a Bezier polynomial is one too, with the differences of the control points times the
+    degree, and stays within their hull.
+    """
+    arm = max(float(np.linalg.norm(piece.cosine)), float(np.linalg.norm(piece.sine)))
+    point = _largest(piece.points, 1) + arm * abs(piece.sweep) * np.sqrt(2.0)
+    return point / piece.length, _largest(piece.turns, 1) / piece.length
+
+
+def _seconds(piece: Piece) -> tuple[float, float]:
+    """Bound the second derivatives; of the orientation without the part due to turning itself."""
+    arm = max(float(np.linalg.norm(piece.cosine)), float(np.linalg.norm(piece.sine)))
+    point = _largest(piece.points, 2) + arm * piece.sweep**2 * np.sqrt(2.0)
+    turn = _largest(piece.turns, 2) + _largest(piece.turns, 1) ** 2 / 2.0
+    return point / piece.length**2, turn / piece.length**2
+
+
+def _largest(control: Floats, order: int) -> float:
+    """Largest length of a derivative of a Bezier polynomial over its parameter."""
+    degree = len(control) - 1
+    if degree < order:
+        return 0.0
+    factor = float(np.prod(np.arange(degree, degree - order, -1)))
+    return factor * float(np.linalg.norm(np.diff(control, n=order, axis=0), axis=1).max())
+
+
+def _jump(before: Piece, after: Piece) -> tuple[float, float]:
+    """Jumps of the first derivatives where one piece ends and the next begins."""
+    old, new = _slopes(before, 1.0), _slopes(after, 0.0)
+    point, turn = (float(np.linalg.norm(new[row] - old[row])) for row in (0, 1))
+    return point, turn
+
+
+def _slopes(piece: Piece, u: float) -> tuple[Floats, Floats]:
+    """Derivative of the point, and the angular velocity, at an end of a piece, both (3,), per metre."""
+    at_end = np.array((u,))
+    angle = piece.sweep * u
+    point = piece.sweep * (np.cos(angle) * piece.sine - np.sin(angle) * piece.cosine)
+    if len(piece.points) > 1:
+        slopes = (len(piece.points) - 1) * np.diff(piece.points, axis=0)
+        point = point + (_bernstein(len(slopes) - 1, at_end) @ slopes)[0]
+    if len(piece.turns) == 1:
+        return point / piece.length, np.zeros(3)
+    slopes = (len(piece.turns) - 1) * np.diff(piece.turns, axis=0)
+    rate = (_bernstein(len(slopes) - 1, at_end) @ slopes)[0]
+    x = (_bernstein(len(piece.turns) - 1, at_end) @ piece.turns)[0]
+    # The mean of the rotations by parts of x takes x' to the angular velocity (Gauss-Legendre, exact enough).
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    mean = np.einsum("c,cij->ij", weights / 2.0, _turns((nodes[:, None] + 1.0) / 2.0 * x))
+    return point / piece.length, piece.rotation @ mean @ rate / piece.length
+
+
+TIMES = 600
+"""Times of the first estimate."""
+PLACES = 600
+"""Points of the curve among which the first estimate chooses."""
+NEARER = 8
+"""Places tried on each side of a kink beside the even ones, each nearer to it by a factor of"""
+TOWARDS = 0.5
+"""so much."""
+SAME = 1e-9
+"""Points nearer to each other count as one [m]."""
+ROUNDS = 4
+"""Newton steps from there."""
+DIFFERENCE = 1e-5
+"""Step of the difference that gives the curve's direction [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Differences between a frame and points of a curve, as vectors.
+
+    Attributes:
+        required: The curve and the tolerances.
+        places: The curve, as the judge reads it.
+        placements: Times (c,) -> rotation (c, 3, 3) and point (c, 3) [m] of the frame.
+    """
+
+    required: FollowsCurve
+    places: CurvePlaces
+    placements: Callable[[Floats], tuple[Floats, Floats]]
+
+    @property
+    def spread(self) -> float:
+        """Length of the change of an orientation's vector for a small turn about the worst axis [1/rad]."""
+        return 1.0 if self.required.spin is not None else float(np.sqrt(2.0))
+
+    def chord(self, angle: float) -> float:
+        """Length of the difference of two orientations' vectors that an angle makes."""
+        return 2.0 * self.spread * float(np.sin(min(angle, np.pi) / 2.0))
+
+    def angle(self, chord: float) -> float:
+        """Angle that a difference of orientations' vectors stands for [rad]."""
+        return 2.0 * float(np.arcsin(min(chord / (2.0 * self.spread), 1.0)))
+
+    def frame(self, times: Floats) -> Floats:
+        """Points and orientations of the frame as vectors, shape (c, 6 or 12)."""
+        return self._vector(*self.placements(times))
+
+    def curve(self, s: Floats) -> Floats:
+        """The same of points of the curve."""
+        return self._vector(*self.places.at(s))
+
+    def sizes(self, times: Floats, s: Floats) -> Floats:
+        """Lengths of the differences of points and of orientations' vectors, shape (c, 2)."""
+        return self.lengths(self.frame(times) - self.curve(s))
+
+    def lengths(self, apart: Floats) -> Floats:
+        """Lengths of both parts of differences (c, 6 or 12), shape (c, 2); 0 where orientation is free."""
+        found = np.stack((np.linalg.norm(apart[:, :3], axis=1), np.linalg.norm(apart[:, 3:], axis=1)), axis=1)
+        if np.isinf(self.required.rotation_tolerance):
+            found[:, 1] = 0.0
+        return found
+
+    def at(self, times: Floats, s: Floats) -> Floats:
+        """Distances [m] and angles [rad], shape (c, 2)."""
+        found = self.sizes(times, s)
+        found[:, 1] = [self.angle(chord) for chord in found[:, 1].tolist()]
+        return found
+
+    @property
+    def weights(self) -> Floats:
+        """What makes differences comparable: one over the tolerance, shape (6 or 12,)."""
+        turned = self.required.rotation_tolerance
+        by_turn = 0.0 if np.isinf(turned) else 1.0 / self.chord(turned)
+        columns = 3 if self.required.spin is not None else 9
+        return np.concatenate((np.full(3, 1.0 / self.required.position_tolerance), np.full(columns, by_turn)))
+
+    def candidate_fractions(self, until: float) -> Floats:
+        """Increasing arc lengths along the curve [m]: evenly spaced, where pieces meet, closer near kinks."""
+        edges, step = self.places.edges, until / (PLACES - 1)
+        nearer = step * TOWARDS ** np.arange(1, NEARER + 1)
+        around = self.places.kinked[:, None] + np.concatenate((-nearer, nearer))
+        found = np.concatenate((np.linspace(0.0, until, PLACES), edges, around.ravel()))
+        found = np.unique(found[(found >= 0.0) & (found <= until)])
+        # Two that differ by rounding only would leave no room between neighbours.
+        return found[np.append(True, np.diff(found) > SAME)]
+
+    def _vector(self, rotation: Floats, point: Floats) -> Floats:
+        spin = self.required.spin
+        turned = rotation.reshape(-1, 9) if spin is None else rotation @ spin
+        return np.concatenate((point, turned), axis=1)
+
+
+def nearest_progress(errors: Errors, motion: Motion, until: float) -> tuple[Floats, Floats]:
+    """Estimate how far along the curve the frame is, never going back: times and arc lengths, (c,) each.
+
+    Nothing is proven here: any non-decreasing function is a witness, and `follow` bounds its errors.
+
+    The sum of squared errors on a grid is least (dynamic time warping), from the beginning of the curve at
+    time zero to `until` at the end.
+    """
+    times = np.linspace(0.0, motion.duration, TIMES)
+    s = errors.candidate_fractions(until)
+    weights = errors.weights
+    frame, curve = errors.frame(times) * weights, errors.curve(s) * weights
+    square = (frame**2).sum(axis=1)[:, None] + (curve**2).sum(axis=1) - 2.0 * frame @ curve.T
+    cost = np.full(len(s), np.inf)
+    cost[0] = square[0, 0]
+    came_from = np.zeros((TIMES, len(s)), dtype=np.int64)
+    columns = np.arange(len(s))
+    for row in range(1, TIMES):
+        least = np.minimum.accumulate(cost)
+        came_from[row] = np.maximum.accumulate(np.where(cost == least, columns, 0))
+        cost = least + square[row]
+    column = np.empty(TIMES, dtype=np.int64)
+    column[-1] = len(s) - 1
+    for row in range(TIMES - 1, 0, -1):
+        column[row - 1] = came_from[row, column[row]]
+    low, high = s[np.maximum(column - 1, 0)], s[np.minimum(column + 1, len(s) - 1)]
+    found = refined(errors, times, s[column], low, high)
+    found[0], found[-1] = 0.0, until
+    return times, np.minimum(np.maximum.accumulate(found), until)
+
+
+def refined(errors: Errors, times: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
+    """Move points along the curve to where the frame is nearest, between bounds; all of shape (c,).
+
+    Where the curve has a kink between the bounds, both sides of it are tried: beyond a sharp corner the
+    other leg may be near too.
+    """
+    edges, frame = errors.places.edges, errors.frame(times)
+    last = len(edges) - 1
+    first_end = np.minimum(high, edges[np.minimum(np.searchsorted(edges, low, side="right"), last)])
+    last_begin = np.maximum(low, edges[np.maximum(np.searchsorted(edges, high, side="left") - 1, 0)])
+    sides = (
+        _nearest(errors, frame, np.clip(s, low, first_end), low, first_end),
+        _nearest(errors, frame, np.clip(s, last_begin, high), last_begin, high),
+    )
+    off = [(((frame - errors.curve(side)) * errors.weights) ** 2).sum(axis=1) for side in sides]
+    return np.where(off[0] <= off[1], *sides)
+
+
+def _nearest(errors: Errors, frame: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
+    """Newton's method between bounds; a step that brings the frame no nearer is shortened."""
+    weights = errors.weights
+    found, share = s.copy(), np.ones(len(s))
+    off = (frame - errors.curve(found)) * weights
+    for _ in range(ROUNDS):
+        back, on = np.maximum(found - DIFFERENCE, low), np.minimum(found + DIFFERENCE, high)
+        step = np.maximum(on - back, 1e-12)[:, None]
+        slope = (errors.curve(on) - errors.curve(back)) / step * weights
+        square = (slope**2).sum(axis=1)
+        gain = share * (slope * off).sum(axis=1) / np.where(square > 0.0, square, 1.0)
+        tried = np.clip(found + gain, low, high)
+        nearer = (frame - errors.curve(tried)) * weights
+        better = (nearer**2).sum(axis=1) < (off**2).sum(axis=1)
+        found, off = np.where(better, tried, found), np.where(better[:, None], nearer, off)
+        share = np.where(better, 1.0, share / 4.0)
+    return found
+
+
+PIECES = 4
+"""Into how many parts an interval without proof is cut."""
+MOST_INTERVALS = 400_000
+"""Intervals examined before the search for a proof is given up."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Span:
+    """Intervals of time and of the curve, each of shape (c,)."""
+
+    begin: Floats
+    end: Floats
+    first: Floats
+    last: Floats
+
+    def take(self, mask: Bools) -> "_Span":
+        return _Span(self.begin[mask], self.end[mask], self.first[mask], self.last[mask])
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFinding:
+    """What is known of the distance from a curve over all times.
+
+    Attributes:
+        worst: Largest measured error of position [m] and rotation [rad], shape (2,).
+        time: When each was measured, shape (2,) [s].
+        unproven: Of each the first interval without proof, if there is one.
+    """
+
+    worst: Floats
+    time: Floats
+    unproven: tuple[tuple[float, float] | None, tuple[float, float] | None]
+
+
+@check_requirement.register
+def _(requirement: FollowsCurve, motion: Motion, when: When) -> tuple[Check, ...]:
+    errors = _errors(requirement, motion)
+    if when is When.END:
+        at = errors.at(np.array((motion.duration,)), np.array((requirement.until,)))[0]
+        found = CurveFinding(at, np.full(2, motion.duration), (None, None))
+    else:
+        found = follow(requirement, motion)
+    tolerances = (requirement.position_tolerance, requirement.rotation_tolerance)
+    judged = range(1 if np.isinf(requirement.rotation_tolerance) else 2)
+    return tuple(
+        _check(requirement, motion, when, found, which=which, tolerance=tolerances[which]) for which in judged
+    )
+
+
+def _check(
+    requirement: FollowsCurve,
+    motion: Motion,
+    when: When,
+    found: CurveFinding,
+    *,
+    which: int,
+    tolerance: float,
+) -> Check:
+    value, unit = float(found.worst[which]), ("m", "rad")[which]
+    gap = found.unproven[which]
+    exceeded = value > tolerance + motion.options.excess
+    evidence = Evidence.SAMPLED if exceeded else Evidence.PROVEN if gap is None else Evidence.UNPROVEN
+    here, accepted = in_unit_apart(value, tolerance, unit)
+    text = f"{('distance', 'turn')[which]} from the curve is {here}, {accepted} is accepted; along "
+    text += f"{in_length(requirement.until)} of {in_length(requirement.curve.length)}, never backwards"
+    if gap is not None:
+        text += f"; no proof from {gap[0]:.5f} to {gap[1]:.5f} s"
+    return Check(
+        kind=(CheckKind.CURVE_POSITION, CheckKind.CURVE_ROTATION)[which],
+        name=f"{when.value}: curve {('position', 'rotation')[which]}",
+        subject=requirement.frame,
+        value=value,
+        bound=tolerance,
+        unit=unit,
+        time=float(found.time[which]),
+        slack=tolerance - value,
+        evidence=evidence,
+        holds=evidence is Evidence.PROVEN,
+        detail=text,
+    )
+
+
+def follow(requirement: FollowsCurve, motion: Motion) -> CurveFinding:
+    """Find a non-decreasing witness s(t) of how far along the curve the frame is, and bound its errors.
+
+    The witness is straight between times. With h the length of an interval of time and f the difference of
+    the placements of the frame and of the curve at s(t), |f| is at most its largest value at the two ends,
+    plus h^2 / 8 times a bound of its second derivative, plus h / 4 times the jumps of its first derivative
+    at kinks of the curve.
+    """
+    errors = _errors(requirement, motion)
+    moving = RelativeMotion(
+        motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
+    )
+    times, s = nearest_progress(errors, motion, requirement.until)
+    limit = np.array((requirement.position_tolerance, errors.chord(requirement.rotation_tolerance)))
+    limit = limit + motion.options.excess
+    worst, when = np.full(2, -np.inf), np.zeros(2)
+    unproven: list[tuple[float, float] | None] = [None, None]
+    span, total = _Span(times[:-1], times[1:], s[:-1], s[1:]), 0
+    while len(span.begin):
+        total += len(span.begin)
+        at_ends = [errors.sizes(*ends) for ends in ((span.begin, span.first), (span.end, span.last))]
+        for sizes, moments in zip(at_ends, (span.begin, span.end), strict=True):
+            rows = sizes.argmax(axis=0)
+            for which, row in enumerate(rows.tolist()):
+                if sizes[row, which] > worst[which]:
+                    worst[which], when[which] = sizes[row, which], moments[row]
+        if (worst > limit).any():
+            break
+        left = np.maximum(*at_ends) + _bulge(errors, moving, span) > limit
+        again = np.asarray(left.any(axis=1), dtype=np.bool_)
+        span, left = span.take(again), left[again]
+        narrow = bool((span.end - span.begin < PIECES * motion.options.smallest_interval).any())
+        if len(span.begin) and (narrow or total > MOST_INTERVALS):
+            for which in (0, 1):
+                rows = np.flatnonzero(left[:, which])
+                if len(rows):
+                    unproven[which] = float(span.begin[rows[0]]), float(span.end[rows[0]])
+            break
+        span = _cut(errors, span)
+    worst[1] = errors.angle(worst[1])
+    return CurveFinding(worst, when, (unproven[0], unproven[1]))
+
+
+def _errors(requirement: FollowsCurve, motion: Motion) -> Errors:
+    moving = RelativeMotion(
+        motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
+    )
+    return Errors(requirement, CurvePlaces(requirement.curve), moving.placements)
+
+
+def _bulge(errors: Errors, moving: RelativeMotion, span: _Span) -> Floats:
+    """Bound how far errors rise inside intervals above those at their ends, shape (c, 2)."""
+    rates, length = moving.bounds(span.begin, span.end), span.end - span.begin
+    bends = errors.places.bends(span.first, span.last)
+    speed = ((span.last - span.first) / length)[:, None]
+    turning = rates.turn_acceleration + rates.turn_rate**2
+    curve = bends.second * speed**2
+    curve[:, 1] += (bends.rate[:, 1] * speed[:, 0]) ** 2
+    second = np.stack((rates.point_acceleration, turning), axis=1) + curve
+    bulge = second * length[:, None] ** 2 / 8.0 + bends.kinks * speed * length[:, None] / 4.0
+    bulge[:, 1] *= errors.spread
+    return bulge
+
+
+def _cut(errors: Errors, span: _Span) -> _Span:
+    """Cut intervals into equal times, and find where the frame is then, in order, between the ends."""
+    part = np.arange(PIECES + 1) / PIECES
+    times = span.begin[:, None] + (span.end - span.begin)[:, None] * part
+    s = span.first[:, None] + (span.last - span.first)[:, None] * part
+    inner = (slice(None), slice(1, -1))
+    low, high = (np.repeat(side, PIECES - 1) for side in (span.first, span.last))
+    s[inner] = refined(errors, times[inner].ravel(), s[inner].ravel(), low, high).reshape(-1, PIECES - 1)
+    s = np.maximum.accumulate(s, axis=1)
+    return _Span(times[:, :-1].ravel(), times[:, 1:].ravel(), s[:, :-1].ravel(), s[:, 1:].ravel())
+
+
+@quantities.register
+def _(requirement: FollowsCurve, motion: Motion) -> tuple[Quantity, ...]:
+    errors = _errors(requirement, motion)
+
+    curve = errors.curve(errors.candidate_fractions(requirement.until))
+    tolerances = np.array((requirement.position_tolerance, errors.chord(requirement.rotation_tolerance)))
+
+    def excess(frame: Floats) -> Floats:
+        """How far the tolerances are exceeded at the nearest point of the curve, shape (c,)."""
+        found = np.full(len(frame), np.inf)
+        for place in curve:
+            over = errors.lengths(frame - place) - tolerances
+            found = np.minimum(found, over.max(axis=1))
+        return found
+
+    return (
+        Quantity(
+            kind="curve",
+            name="distance from the curve beyond the tolerance",
+            subject=requirement.frame,
+            unit="",
+            limit=0.0,
+            states=errors.frame,
+            number=excess,
+            bound=None,
+        ),
+    )

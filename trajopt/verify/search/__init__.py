@@ -1,1 +1,0 @@
-"""The search for a proof that holds at all times."""
