@@ -165,7 +165,7 @@ def by_call() -> Mapping[str, Any]:
         "Servo.executor": ideal(),
         "Servo.command.command": JointVelocities({"joint1": 0.1}),
         "Order.command": JointVelocities({"joint1": 0.1}),
-        "Stream.said": (said(),),
+        "Stream.orders": (said(),),
         "Played.stream": Stream((said(),)),
         "Recorder.source": played(),
         "Logbook.look.watched": Servo(ideal(), problem()),

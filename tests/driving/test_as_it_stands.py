@@ -83,7 +83,7 @@ def test_a_supervisor_that_cannot_recover_leaves_the_fault_as_it_is(robot: to.Ro
         arm.advance(0.02)
     assert np.abs(arm.truth().velocities).max() > 0.1
     arm.stop()
-    with pytest.raises(ProblemError, match="moves"):
+    with pytest.raises(ProblemError, match="moving"):
         supervisor.recover({"along": -1.0})
     assert arm.fault()
     arm.advance(1.0)
@@ -162,10 +162,10 @@ def test_a_scene_of_another_robot_is_refused_by_both_names(
     other = to.load(tmp_path / "other.urdf", srdf=tmp_path / "other.srdf")
     problem = across(robot, 1.0)
     driver = kind(IdealExecutor(robot.joint_names, problem.start_positions), problem)
-    told, events = driver.seen, list(driver.events)
-    with pytest.raises(ProblemError, match=r"of the robot 'other'; driven is 'crossing'"):
+    told, events = driver.world, list(driver.events)
+    with pytest.raises(ProblemError, match=r"contains the robot 'other', but 'crossing' is driven"):
         driver.see(to.Scene(other))
-    assert driver.seen is told and list(driver.events) == events
+    assert driver.world is told and list(driver.events) == events
 
 
 def test_a_scene_from_another_process_is_of_the_same_robot(robot: to.Robot) -> None:
@@ -174,4 +174,4 @@ def test_a_scene_from_another_process_is_of_the_same_robot(robot: to.Robot) -> N
     copy = pickle.loads(pickle.dumps(problem.scene.add("far", to.Box(1, 1, 1), to.placement((9, 0, 0)))))
     assert copy.robot is not robot
     driver.see(copy)
-    assert driver.seen.scene is copy
+    assert driver.world.scene is copy

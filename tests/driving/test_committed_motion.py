@@ -100,8 +100,8 @@ def test_some_joints_move_and_the_others_stand() -> None:
     committed.splice(only, 1.0, now=0.0)
     assert committed(2.0)[0].tolist() == [1.0, 2.0]
     other = to.Trajectory(("b",), only.times, only.positions + 2.0, only.velocities, only.accelerations)
-    assert "a, which it leaves where it is, is still moving" in committed.refusal(other, 1.5, earliest=0.0)
-    assert "moves c, which is not driven here" in committed.refusal(
+    assert "a, which it does not move, is still moving" in committed.refusal(other, 1.5, earliest=0.0)
+    assert "moves c, which the executor does not drive" in committed.refusal(
         to.Trajectory(("c",), only.times, only.positions), 3.0, earliest=0.0
     )
 

@@ -51,9 +51,7 @@ def test_robot_turns_away_if_no_other_stop_is_clear(
     monkeypatch.setattr(stops, "evading_stops", lambda *others: iter(()))
     _, without = surprised(problem, place)
     words = {event.kind: event.words for event in without.events}
-    assert words[EventKind.UNPROVEN_STOP].startswith("no stop was found that keeps clear: "), (
-        "another stop is clear"
-    )
+    assert words[EventKind.UNPROVEN_STOP].startswith("no clear stop was found: "), "another stop is clear"
 
 
 def test_robot_that_is_too_near_already_is_not_turned_away(problem: to.Problem) -> None:
@@ -66,4 +64,4 @@ def test_robot_that_is_too_near_already_is_not_turned_away(problem: to.Problem) 
     supervisor.cycle()
     unproven = [event for event in supervisor.events if event.kind is EventKind.UNPROVEN_STOP]
     assert len(unproven) == 1 and "cube" in unproven[0].words
-    assert unproven[0].words.startswith("the robot is too near already where a stop can begin: ")
+    assert unproven[0].words.startswith("the robot is too near to an obstacle where a stop can begin: ")

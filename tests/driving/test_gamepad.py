@@ -131,7 +131,7 @@ def test_a_robot_is_led_recorded_and_led_again(pad: Pad, tmp_path: Path) -> None
     assert away[0] > 0.08 and np.abs(away[1:]).max() < 0.005
     assert [event.kind for event in servo.events] == [EventKind.STOPPING]
     assert servo.events[0].words == "the button was let go" and not servo.moving
-    assert recorder.done and recorder.stream.said[-1].order.released == "the gamepad is gone"
+    assert recorder.done and recorder.stream.orders[-1].order.released == "the gamepad is disconnected"
     gamepad.close()
     recorder.stream.write(tmp_path / "said.json")
     arm, servo = led(problem, options)
@@ -147,7 +147,7 @@ def test_a_robot_is_led_recorded_and_led_again(pad: Pad, tmp_path: Path) -> None
 
 def test_no_gamepad_is_said_so() -> None:
     pytest.importorskip("pygame", reason="the extra `gamepad` is not installed")
-    with pytest.raises(ProblemError, match="no gamepad number 7: there"):
+    with pytest.raises(ProblemError, match="gamepad number 7 does not exist"):
         Gamepad(7)
 
 

@@ -132,9 +132,7 @@ def test_a_next_goal_that_cannot_be_reached_leaves_the_robot_at_the_first(proble
     assert holds(problem, arm.state().positions, above(NEAR))
     assert not arm.state().velocities.any()
     said = first(supervisor, EventKind.NO_PLAN)
-    assert (
-        "to the goal after this one" in said.words and said.time < first(supervisor, EventKind.REACHED).time
-    )
+    assert "to the next goal" in said.words and said.time < first(supervisor, EventKind.REACHED).time
     assert EventKind.STOPPING not in kinds(supervisor) and supervisor.blocked
 
 
@@ -260,6 +258,6 @@ def test_goals_are_checked_where_they_are_asked_for(problem: to.Problem) -> None
     track = to.Track.constant_velocity(to.placement((0.5, -0.2, 0.05)), (0.0, 0.1, 0.0))
     belt = problem.scene.add("belt", to.Box(0.1, 0.1, 0.1), motion=track)
     moving = replace(problem, scene=belt, goal=to.frame_placement(TOOL, ABOVE_CUP, reference="belt"))
-    with pytest.raises(ProblemError, match="the goal moves with belt: use follow_goal"):
+    with pytest.raises(ProblemError, match="the goal moves with belt; use follow_goal"):
         supervisor.go(moving)
     assert not supervisor.busy

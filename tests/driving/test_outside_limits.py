@@ -38,7 +38,7 @@ def test_reaches_the_goal_with_fingers_held_beyond_their_limit(problem: to.Probl
     assert done.reached and done.contacts == ()
     first, *others = done.events
     assert first.kind is EventKind.OUTSIDE_LIMITS and first.time == 0.0
-    assert f"{FINGER} stands at 65 mm, outside its limits [0, 40] mm, and is held there" in first.words
+    assert f"{FINGER} is at 65 mm, outside its limits [0, 40] mm, and is held there" in first.words
     assert "panda_finger_joint2" in first.words
     assert EventKind.OUTSIDE_LIMITS not in [event.kind for event in others]
 
@@ -72,7 +72,7 @@ def test_each_joint_is_watched_with_its_own_tolerance(problem: to.Problem) -> No
     arm.tolerance[:] = 1e-3
     arm.tolerance[names.index(FINGER)] = 5e-3
     supervisor = Supervisor(arm, problem)
-    assert f"{FINGER} stands at 65 mm, outside its limits [0, 40] mm, and is held there within 5 mm" in str(
+    assert f"{FINGER} is at 65 mm, outside its limits [0, 40] mm, and is held there within 5 mm" in str(
         supervisor.events[0]
     )
     off = np.zeros(len(names))

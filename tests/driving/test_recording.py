@@ -71,7 +71,7 @@ def same(one: RecordedMoment, other: RecordedMoment) -> None:
     assert one.time == other.time and one.events == other.events
     assert np.array_equal(one.positions, other.positions)
     assert alike(one.stop, other.stop) and alike(one.plan, other.plan)
-    assert list(one.sighting.seen.scene.objects) == list(other.sighting.seen.scene.objects)
+    assert list(one.sighting.world.scene.objects) == list(other.sighting.world.scene.objects)
 
 
 def test_each_moment_is_what_it_was(
@@ -87,7 +87,7 @@ def test_each_moment_is_what_it_was(
             np.testing.assert_allclose(then.stop(0.05), ahead, atol=1e-9)
             assert np.abs(then.stop(then.stop.duration, 1)).max() < 1e-6, "it ends at rest"
         known = {"crate"} if moment.time >= 0.1 else set()
-        assert {"crate"} & set(then.sighting.seen.scene.objects) == known
+        assert {"crate"} & set(then.sighting.world.scene.objects) == known
     first, last = recording.at(-1.0), recording.at(99.0)
     assert first.time == 0.0 and last.time == recording.times[-1]
     assert first.plan is not None and first.stop is not None and first.stop.duration < first.plan.duration
@@ -114,7 +114,7 @@ def test_what_is_written_is_read(
     again = read_recording(tmp_path / "run.json", recording.robot)
     for time in np.linspace(0.0, recording.duration, 20).tolist():
         same(again.at(time), recording.at(time))
-    one, other = (each.sightings[-1].seen.scene for each in (recording, again))
+    one, other = (each.sightings[-1].world.scene for each in (recording, again))
     assert (one.margin, one.allowed, one.clearances) == (other.margin, other.allowed, other.clearances)
     assert one.object("crate").parts[0][0] == other.object("crate").parts[0][0]
     document = json.loads((tmp_path / "run.json").read_text())
@@ -158,7 +158,7 @@ def test_every_kind_of_object_is_written_and_read(tmp_path: Path) -> None:
     logbook.look(servo)
     assert logbook.moment.plan is None and logbook.moment.stop is not None
     write_recording(tmp_path / "servo.json", logbook.recording)
-    again = read_recording(tmp_path / "servo.json", scene.robot).sightings[0].seen.scene
+    again = read_recording(tmp_path / "servo.json", scene.robot).sightings[0].world.scene
     assert again.objects.keys() == scene.objects.keys() and again.tools.keys() == scene.tools.keys()
     for name, item in scene.objects.items():
         other = again.object(name)
@@ -200,8 +200,8 @@ def test_values_are_written_as_in_bundles(
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"format": "other"}, "is no recording"),
-        ({"version": 2}, "is 2; this reads 1"),
+        ({"format": "other"}, "is not a recording"),
+        ({"version": 2}, "is 2, must be 1"),
         ({"times": {"array": [0.0, 0.0], "type": "float64"}}, "times"),
         ({"times": {"array": [[0.0], "x"], "type": "float64"}}, "times: is no array"),
         ({"events": [{"kind": "Event", "time": 0.0}]}, r"events\[0\]: lacks kind"),
@@ -209,8 +209,8 @@ def test_values_are_written_as_in_bundles(
         ({"events": [{"kind": "Event", "wordz": ""}]}, "did you mean 'words'"),
         ({"events": [{"kind": "EventKind", "is": "DONE"}]}, "must be one of .* is 'DONE'"),
         ({"committed": [{"kind": "RecordedMotion", "sinze": 0}]}, "did you mean 'since'"),
-        ({"sightings": []}, "sightings must be one at least"),
-        ({"robot": {"name": "ur5", "joints": ["a"]}}, "whose joints are not those"),
+        ({"sightings": []}, "sightings must have at least one element"),
+        ({"robot": {"name": "ur5", "joints": ["a"]}}, "whose joints differ from those"),
         ({"more": 1}, "unknown key 'more'"),
     ],
 )
@@ -232,10 +232,10 @@ def test_a_file_that_is_wrong_is_refused_by_its_place(
 
 def test_a_logbook_is_of_one_robot() -> None:
     logbook = Logbook()
-    with pytest.raises(ProblemError, match="nothing was looked at"):
+    with pytest.raises(ProblemError, match="the logbook has no sample"):
         logbook.recording  # noqa: B018
     logbook.look(led(asked("panda"))[1])
-    with pytest.raises(ProblemError, match="of one robot"):
+    with pytest.raises(ProblemError, match="records one driver"):
         logbook.look(led(asked("panda"))[1])
 
 
@@ -245,9 +245,9 @@ def test_a_recording_fits_together(
     recording, _ = watched
     with pytest.raises(ShapeError, match="positions"):
         replace(recording, positions=recording.positions[1:])
-    with pytest.raises(ProblemError, match="intended must be in the order"):
+    with pytest.raises(ProblemError, match="intended must be sorted by time"):
         replace(
             recording,
             intended=[RecordedMotion(since=since, begin=0.0, trajectory=None) for since in (1.0, 0.0)],
         )
-    assert isinstance(recording.sightings[0].seen.scene.objects["pillar"].timing, Timing)
+    assert isinstance(recording.sightings[0].world.scene.objects["pillar"].timing, Timing)

@@ -324,5 +324,5 @@ def test_misuse_is_refused_by_name() -> None:
     with pytest.raises(FrameNotFound):
         Servo(arm, problem, frame="nowhere")
     lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.5)
-    with pytest.raises(ProblemError, match="moves"):
+    with pytest.raises(ProblemError, match="moving"):
         Servo(arm, problem)

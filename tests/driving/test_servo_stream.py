@@ -95,7 +95,7 @@ def test_what_was_recorded_is_played_with_the_same_result(tmp_path: Path, physic
     said = [(event.time, event.kind, event.words) for event in servo.events]
     assert [kind for _, kind, _ in said] == [EventKind.STOPPING, EventKind.STOPPING]
     recorder.stream.write(tmp_path / "said.json")
-    assert len(recorder.stream.said) < 40
+    assert len(recorder.stream.orders) < 40
     for stream in (recorder.stream, read_stream(tmp_path / "said.json")):
         arm, again = fresh()
         after = driven(Player(stream), arm, again)
@@ -108,7 +108,7 @@ def test_a_file_says_what_to_do(tmp_path: Path) -> None:
     path.write_text(FILE)
     stream = read_stream(path)
     assert stream.duration == 0.71
-    first, twist, joints, pose, released = (each.order for each in stream.said)
+    first, twist, joints, pose, released = (each.order for each in stream.orders)
     assert (first.speed, first.command) == (0.5, None)
     assert isinstance(twist.command, Twist) and twist.command.frame == "panda_hand"
     assert twist.command.angular.tolist() == [0.0, 0.0, 0.2]
@@ -117,7 +117,9 @@ def test_a_file_says_what_to_do(tmp_path: Path) -> None:
     assert (released.speed, released.released) == (1.0, "the button was let go")
     stream.write(tmp_path / "again.json")
     again = read_stream(tmp_path / "again.json")
-    assert [(each.at, each.until) for each in again.said] == [(each.at, each.until) for each in stream.said]
+    assert [(each.at, each.until) for each in again.orders] == [
+        (each.at, each.until) for each in stream.orders
+    ]
     arm, servo = led(asked("panda"))
     rows = driven(Player(stream), arm, servo)
     assert rows[40, 1, 0] == pytest.approx(0.1, abs=0.05), "at half speed"
@@ -129,7 +131,7 @@ def test_a_file_says_what_to_do(tmp_path: Path) -> None:
     [
         ("", "must hold one mapping"),
         ("{format: other, version: 1, orders: []}", "format: is 'other'"),
-        ("{format: trajopt servo stream, version: 2, orders: []}", "this reads version 1"),
+        ("{format: trajopt servo stream, version: 2, orders: []}", "version: is 2, must be 1"),
         ("{format: trajopt servo stream, version: 1, order: []}", "did you mean 'orders'"),
     ],
 )
@@ -143,30 +145,31 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path, wrong: str, said: str) -
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        ("{at: 0, twist: {}, joints: {a: 1}}", "says twist and joints at once"),
+        ("{at: 0, twist: {}, joints: {a: 1}}", "has twist and joints"),
         ("{at: 0, twist: {linear: [0, 0]}}", r"orders\[1\].*linear"),
         ("{at: 0, twist: {linaer: [0, 0, 0]}}", "did you mean 'linear'"),
         ("{at: 0, pose: {position: [0, 0, 0], orientation: [0, 0, 0, 0]}}", r"orders\[1\]"),
         ("{at: 0, pose: {position: [0, 0, 0]}}", "an orientation or a rotation"),
         ("{at: 0, pose: {position: [0, 0, 0], rotation: [[1, 0, 0], [0, 1, 0]]}}", r"orders\[1\]"),
         ("{at: 0, joints: {a: b}}", "joints.a: must be a number"),
-        ("{at: 0, speed: 2}", "speed is from 0 to 1"),
-        ("{at: -1, speed: 1}", "an order is said from 0 on"),
-        ("{at: 1, until: 0.5, speed: 1}", "until later"),
+        ("{at: 0, speed: 2}", "speed must be from 0 to 1"),
+        ("{at: -1, speed: 1}", "must satisfy 0 <= at"),
+        ("{at: 1, until: 0.5, speed: 1}", "at <= until"),
         ("{at: 1, sped: 1}", "did you mean 'speed'"),
-        ("{at: 0.1, speed: 1}", "in the order of time"),
+        ("{at: 0.1, speed: 1}", "sorted by time"),
     ],
 )
 def test_what_an_entry_says_wrong_is_named(tmp_path: Path, entry: str, said: str) -> None:
     path = tmp_path / "said.yaml"
     first = "{at: 0.2, speed: 1}"
     path.write_text(f"format: trajopt servo stream\nversion: 1\norders:\n  - {first}\n  - {entry}\n")
-    with pytest.raises(FileFormatError, match=said):
+    with pytest.raises(FileFormatError, match=said) as caught:
         read_stream(path)
+    assert str(caught.value).count("said.yaml") == 1
 
 
 def test_an_order_goes_or_stops() -> None:
-    with pytest.raises(ProblemError, match="does both"):
+    with pytest.raises(ProblemError, match="both a command and a release"):
         Order(command=Twist(), released="let go")
     with pytest.raises(ProblemError, match="speed"):
         Order(speed=-0.1)
@@ -215,5 +218,5 @@ def test_a_fault_ends_the_guiding() -> None:
 
 def test_a_stream_out_of_order_is_refused() -> None:
     said = [TimedOrder(Order(speed=1.0), at, at) for at in (0.2, 0.1)]
-    with pytest.raises(ProblemError, match="in the order of time"):
+    with pytest.raises(ProblemError, match="sorted by time"):
         Stream(said)

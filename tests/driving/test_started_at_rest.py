@@ -57,7 +57,7 @@ def test_reason_is_reported_first_with_the_share_of_the_tolerance(problem: to.Pr
     assert kinds(supervisor) == [EventKind.NO_PLAN]
     words = supervisor.events[0].words
     assert words.startswith("CLEARANCE_IMPOSSIBLE")
-    assert "116.8 mm of each required distance is room for the driver's tolerance" in words
+    assert "required distances include 116.8 mm for the tracking tolerance" in words
     assert supervisor.blocked
 
 

@@ -240,7 +240,7 @@ def test_what_is_known_for_a_short_time_only_brings_the_robot_to_rest_and_is_nam
     run(arm, supervisor, 3.0)
     assert not arm.state().velocities.any()
     stale = [event for event in supervisor.events if event.kind is EventKind.STALE]
-    assert len(stale) == 1 and "where cart is, was known until 0.350 s" in stale[0].words
+    assert len(stale) == 1 and "the motion of cart is predicted until 0.350 s" in stale[0].words
     supervisor.see(problem.scene)
     run(arm, supervisor, 9.0)
     assert kinds(supervisor)[-1] is EventKind.REACHED
@@ -266,7 +266,7 @@ def test_what_can_never_be_proven_is_not_planned_again_and_again() -> None:
     supervisor.go(touching)
     run(arm, supervisor, 1.0)
     assert kinds(supervisor) == [EventKind.STARTED, EventKind.NO_PLAN]
-    assert "what was planned is not proven: table - block" in supervisor.events[-1].words
+    assert "the planned motion is not proven: table - block" in supervisor.events[-1].words
     assert supervisor.blocked and not supervisor.moving
 
 

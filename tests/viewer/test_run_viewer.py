@@ -132,7 +132,7 @@ def test_a_run_is_shown_while_it_goes_on(problem: to.Problem) -> None:
     opened = watch_run(problem, port=free_port())
     try:
         assert opened.moment is None
-        with pytest.raises(ProblemError, match="nothing was looked at"):
+        with pytest.raises(ProblemError, match="the logbook has no sample"):
             opened.recording  # noqa: B018
         supervisor = driven(problem, opened.look, cycles=25)
         last = supervisor.executor.now() - 0.02

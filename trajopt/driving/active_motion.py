@@ -16,15 +16,12 @@ from trajopt.driving.soonest_stop import StopTaken
 from trajopt.problem.problem import Problem
 from trajopt.timing.standing import JOLT
 from trajopt.timing.stops import PathStop, StopsAlong
-from trajopt.values.arrays import Floats, Printed
+from trajopt.values.arrays import Floats, Printed, Value
 from trajopt.values.trajectory import Trajectory
 
-FARTHER = (0.0, 0.2, 0.5, inf)
-"""How much farther the robot goes on where a sooner stop is not proven [s]: past a box of 0.1 m at 0.5 m/s,
-past a person, or to the goal."""
-STOPS = 3
-"""So often a stop is looked for. The second time there is twice the time that the first took, which is enough
-but for a machine that stalls."""
+LATER_BRAKING = (0.0, 0.2, 0.5, inf)
+"""Delays of braking that are tried if sooner stops are not proven [s]: past a box of 0.1 m at 0.5 m/s, past a
+person, or to the goal."""
 SAMPLES = 400
 """Samples of a motion among which the one nearest to a rest is searched."""
 NEWTON_STEPS = 8
@@ -32,218 +29,235 @@ NEWTON_STEPS = 8
 
 
 class PieceStatus(Enum):
-    """How a robot gets on with the motion that it is on."""
+    """Outcome of committing the next piece of a motion."""
 
-    ON = "on"
-    """It is committed as far ahead as it has to be."""
+    COMMITTED = "committed"
+    """It is committed as far ahead as required."""
     UNPROVEN = "unproven"
-    """What comes next is not proven; there is time until it brakes."""
+    """The next piece is not proven; the robot does not brake yet."""
     BRAKING = "braking"
-    """It brakes: nothing that goes on was proven in time."""
+    """The robot brakes: no next piece was proven in time."""
 
 
 @dataclass(frozen=True, eq=False)
-class Pause(Printed):
-    """Where a robot stands, or will come to rest, on the path that it was on.
+class Pause(Value):
+    """A stop on the path of a motion.
 
     Attributes:
-        intended: What it was to do.
-        stop: How it stops on the path of that.
+        intended: The motion.
+        stop: The stop on its path.
     """
 
     intended: IntendedMotion
     stop: PathStop
 
     @cached_property
-    def rests(self) -> float:
-        """Where it comes to rest, on the clock of what it was to do [s]."""
+    def rests_at(self) -> float:
+        """Time of the motion at which the robot rests on its path [s]."""
         stop = self.stop.trajectory
         return _time_at(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
+
+
+@dataclass(frozen=True, eq=False)
+class _Moving(Value):
+    """State of a robot on a motion.
+
+    Attributes:
+        intended: The motion.
+        brake_time: When the committed motion leaves it to brake, or goes over into it [s].
+        pause: The committed stop; None before the first piece from rest.
+    """
+
+    intended: IntendedMotion
+    brake_time: float
+    pause: Pause | None
 
 
 @dataclass(eq=False)
 class ActiveMotion(Printed):
     """The motion that a robot is on, committed piece by piece, each with a stop after it.
 
-    Where the next piece is not proven, and something moves, the path is gone on along slower: the slower, the
-    sooner the robot stands. If no speed is proven it brakes as was proven before, and stands on its path.
+    The robot is on a motion, pauses on the path of one, or has none. If the next piece is not proven and
+    there are dynamic obstacles, the path is driven slower, which makes the stop shorter. If no speed is
+    proven, the robot brakes as committed and rests on its path.
 
     Attributes:
-        commitment: What the robot will do whatever comes.
+        commitment: The motion to which the robot is bound.
         options: Of the supervisor.
-        intended: What it is to do; None where it is on no motion.
-        parting: When it would begin to brake, if nothing more were committed [s].
-        pause: Where it stands on the path that it was on; None where it was on none.
     """
 
     commitment: Commitment
     options: SupervisorOptions
-    intended: IntendedMotion | None
-    parting: float
-    pause: Pause | None = None
-    _committed: Pause | None = None
+    _state: _Moving | Pause | None = None
 
     @property
-    def in_motion(self) -> bool:
-        """Whether there is a motion that it can be changed on."""
-        return self.intended is not None and self.parting < self.intended.end
+    def intended(self) -> IntendedMotion | None:
+        """The motion; None if the robot is on none."""
+        return self._state.intended if isinstance(self._state, _Moving) else None
 
-    def parts(self, now: float) -> float | None:
-        """Return when the motion can be left for another [s]; None where the robot is on none.
+    @property
+    def pause(self) -> Pause | None:
+        """The stop on the path of a motion that the robot was on; None if it is on a motion or had none."""
+        return self._state if isinstance(self._state, Pause) else None
 
-        That is where the robot would begin to brake; where it is committed to the end of the motion, as
-        far ahead as a plan may take.
+    @property
+    def brake_time(self) -> float:
+        """When the robot would brake if nothing more were committed [s]; minus infinity without a motion."""
+        return self._state.brake_time if isinstance(self._state, _Moving) else -inf
+
+    @property
+    def partly_committed(self) -> bool:
+        """Whether the end of the motion is not committed yet."""
+        return self.intended is not None and self.brake_time < self.intended.end
+
+    def branch_time(self, now: float) -> float | None:
+        """Return when another motion can branch off [s]; None if the robot is on no motion.
+
+        This is when the robot would brake; or, if it is committed to the end of the motion, the time that a
+        plan may take.
         """
         if self.intended is None:
             return None
         end, soon = self.intended.end, now + self.options.ahead
-        return self.parting if self.parting < end else soon if soon < end - 2.0 * JOLT else None
+        return self.brake_time if self.brake_time < end else soon if soon < end - 2.0 * JOLT else None
 
     def take(self, intended: IntendedMotion) -> None:
-        """Be on another motion from where it begins."""
-        self.intended, self.parting, self.pause = intended, intended.begin, None
+        """Change to another motion from its beginning."""
+        state = self._state
+        pause = state.pause if isinstance(state, _Moving) else state
+        self._state = _Moving(intended, intended.begin, pause)
 
     def leave(self) -> None:
-        """Be on no motion any more."""
-        self.intended = self.pause = None
+        """Be on no motion."""
+        self._state = None
+
+    def forget_pause(self) -> None:
+        """Do not resume the motion on whose path the robot rests."""
+        if isinstance(self._state, Pause):
+            self._state = None
 
     def extend(self, now: float) -> PieceStatus:
         """Commit the next piece of the motion, and a stop after it."""
-        intended, begin = self.intended, self.parting
-        if intended is None or begin >= intended.end:
-            return PieceStatus.ON
+        state = self._state
+        if not isinstance(state, _Moving) or state.brake_time >= state.intended.end:
+            return PieceStatus.COMMITTED
+        intended, begin = state.intended, state.brake_time
         if begin < now + self.commitment.executor.latency:
-            self.intended, self.pause = None, self._committed
+            self._state = state.pause
             return PieceStatus.BRAKING
-        if self._after(now) <= begin and begin > intended.begin:
-            return PieceStatus.ON
+        if self._horizon(now) <= begin and begin > intended.begin:
+            return PieceStatus.COMMITTED
         with self.commitment.journal.stage("prove"):
-            for candidate, farther in self._candidates(intended, begin):
-                if self.commit(candidate, begin, now, farther=farther):
-                    self._say(intended, candidate)
-                    return PieceStatus.ON
+            for candidate, delay in self._candidates(intended, begin):
+                if self.commit(candidate, begin, now, delay=delay):
+                    self._note_speed(intended, candidate)
+                    return PieceStatus.COMMITTED
         return PieceStatus.UNPROVEN
 
-    def commit(self, intended: IntendedMotion, begin: float, now: float, *, farther: float = 0.0) -> bool:
-        """Prove the next piece of a motion and a stop after it, and have it driven; say whether it is.
+    def commit(self, intended: IntendedMotion, begin: float, now: float, *, delay: float = 0.0) -> bool:
+        """Prove the next piece of a motion with a stop, and give it to the executor; return whether it is.
 
         Args:
             intended: The motion.
             begin: When the piece begins [s].
             now: The time [s].
-            farther: It goes on for so much longer than it must before it brakes [s].
+            delay: How much later than necessary it brakes [s].
         """
-        after = min(self._after(now) + farther - intended.begin, intended.trajectory.duration)
+        after = min(self._horizon(now) + delay - intended.begin, intended.trajectory.duration)
         stop = intended.stops.earliest(begin - intended.begin, after=after)
         commitment, guard = self.commitment, intended.goal.guard
         if commitment.stale(begin) or not guard.proven(stop.trajectory, commitment.world, begin):
             return False
         if not commitment.splice(stop.trajectory, begin):
             return False
-        commitment.holds(guard)
-        self.intended, self.pause = intended, None
-        self.parting, self._committed = intended.begin + stop.leaves, Pause(intended, stop)
+        commitment.satisfies_all(guard)
+        self._state = _Moving(intended, intended.begin + stop.leaves, Pause(intended, stop))
         return True
 
-    def why_not(self, intended: IntendedMotion, begin: float, now: float) -> str:
-        """Say why the next piece of a motion is not proven; arguments as of `commit`."""
-        stop = intended.stops.earliest(begin - intended.begin, after=self._after(now) - intended.begin)
-        return intended.goal.guard.why_not(stop.trajectory, self.commitment.world, begin)
+    def failed_check(self, intended: IntendedMotion, begin: float, now: float) -> str:
+        """Describe why the next piece of a motion is not proven; arguments as for `commit`."""
+        stop = intended.stops.earliest(begin - intended.begin, after=self._horizon(now) - intended.begin)
+        return intended.goal.guard.failed_check(stop.trajectory, self.commitment.world, begin)
 
     def resume(self, now: float) -> bool:
-        """Go on along the path on which the robot stands, at the highest speed that is proven.
+        """Go on along the path on which the robot rests, at the highest speed that is proven.
 
-        All that is left of it has to be clear, as well as it was known where everything is.
+        The whole rest of the path has to be clear with the position errors of the last report.
         """
         pause, motion = self.pause, self.commitment.motion
         if pause is None or motion.end > now + self.options.ahead:
             return False
         at = max(motion.end + 2.0 * JOLT, now + self.options.ahead)
-        if not self.would_be_clear(pause, at):
+        if not self.clear_without_growing_errors(pause, at):
             return False
         for speed in SPEED_SCALINGS:
-            candidate = pause.intended.at_speed(speed, at, rests_at=pause.rests)
+            candidate = pause.intended.at_speed(speed, at, rests_at=pause.rests_at)
             if candidate is not None and self.commit(candidate, at, now):
                 words = f"the same path{_at(speed)}; {candidate.end - at:.3f} s to the goal"
                 self.commitment.journal.note(EventKind.RESUMED, words)
                 return True
         return False
 
-    def would_be_clear(self, left: IntendedMotion | Pause, time: float) -> bool:
-        """Whether what is left of a motion is clear if all is still known as well as when it was seen."""
+    def clear_without_growing_errors(self, rest: IntendedMotion | Pause, time: float) -> bool:
+        """Return whether the rest of a motion is proven with the position errors of the last report."""
         commitment = self.commitment
-        world = commitment.world.as_well_known(time)
+        world = commitment.world.without_growing_errors(time)
         if world is None:
             return False
-        if isinstance(left, IntendedMotion):
-            return left.goal.guard.proven(left.left(time), world, time)
-        intended = left.intended
-        slowed = (intended.at_speed(speed, time, rests_at=left.rests) for speed in SPEED_SCALINGS)
-        found = next((each for each in slowed if each is not None), None)
+        if isinstance(rest, IntendedMotion):
+            return rest.goal.guard.proven(rest.after(time), world, time)
+        intended = rest.intended
+        resumed = (intended.at_speed(speed, time, rests_at=rest.rests_at) for speed in SPEED_SCALINGS)
+        found = next((each for each in resumed if each is not None), None)
         return found is not None and found.goal.guard.proven(found.trajectory, world, time)
 
     def stop(self, problem: Problem, why: str) -> StopTaken:
-        """Take the soonest proven stop, of the motion or off its path.
+        """Take the soonest proven stop, along the path or off it."""
+        state = self._state
+        self._state = None
+        stop = self.commitment.stop(problem, why, lambda begin: self._path_stop(state, begin, problem))
+        if isinstance(state, _Moving) and stop.taken.along:
+            if stop.on_path is None:
+                self._state = state.pause
+            elif _leaves_intended(state, stop.begin):
+                self._state = Pause(state.intended, stop.on_path)
+        return stop.taken
 
-        Finding one takes time. Where that was more than the executor's latency leaves, it is looked for again
-        from as much later on; if none comes in time, the motors brake at once.
-        """
-        commitment, intended, lead = self.commitment, self.intended, 0.0
-        self.leave()
-        for _ in range(STOPS):
-            asked = commitment.executor.now()
-            begin = commitment.soonest + lead
-            along, resumable = self._earliest_stop(intended, begin, problem)
-            found = commitment.stop(problem, begin, None if along is None else along.trajectory, why)
-            if found is not None and (not lead or found[0] is not None):
-                motion, taken = found
-                if intended is not None and taken.along:
-                    if along is None or motion is not along.trajectory:
-                        self.pause = self._committed
-                    elif resumable:
-                        self.pause = Pause(intended, along)
-                self.parting = begin
-                return taken
-            lead = 2.0 * (commitment.executor.now() - asked)
-        self.parting = commitment.soonest
-        return commitment.brake(why)
-
-    def _earliest_stop(
-        self, intended: IntendedMotion | None, begin: float, problem: Problem
-    ) -> tuple[PathStop | None, bool]:
-        """Return the earliest stop on the path from a time on, and whether that is the path of the motion.
-
-        Before a new motion begins, and if there is none, the robot is on the one that is committed.
-        """
-        if intended is not None and intended.begin <= begin < min(self.parting, intended.end):
-            return intended.stops.earliest(begin - intended.begin), True
+    def _path_stop(self, state: "_Moving | Pause | None", begin: float, problem: Problem) -> PathStop | None:
+        """Return the earliest stop on the path that begins at a time."""
+        if isinstance(state, _Moving) and _leaves_intended(state, begin):
+            return state.intended.stops.earliest(begin - state.intended.begin)
         ahead = self.commitment.motion.ahead(begin, self.commitment.joint_names)
-        return (None, False) if ahead is None else (StopsAlong(ahead, problem.limits).earliest(0.0), False)
+        return None if ahead is None else StopsAlong(ahead, problem.limits).earliest(0.0)
 
-    def _after(self, now: float) -> float:
-        """Return until when the robot goes on before it brakes [s]."""
+    def _horizon(self, now: float) -> float:
+        """Return until when the robot has to be committed before it brakes [s]."""
         return now + self.options.ahead + self.options.cycle
 
     def _candidates(self, intended: IntendedMotion, begin: float) -> Iterator[tuple[IntendedMotion, float]]:
-        """Yield the motion at possible speeds, the best first, and how much farther it goes [s].
+        """Yield continuations of the motion, the best first: speeds, and delays of braking [s].
 
-        Where something moves, a stop may be in its way that is clear farther on, and so may be one that is
-        sooner where the robot goes slower. With a heavy load, braking hard takes a torque that there is not:
-        going on to where it can be braked gently, or to the goal, does not.
+        A stop farther on may be clear where a sooner one is blocked by a dynamic obstacle; so may be the
+        sooner stop of a slower motion. With a heavy load, hard braking may exceed the torque limits, where
+        later and gentler braking does not.
         """
         speed, changing = intended.scaling.speed, bool(self.commitment.world.scene.changing)
         for other in SPEED_SCALINGS:
             if other == speed:
-                yield from ((intended, farther) for farther in FARTHER)
+                yield from ((intended, delay) for delay in LATER_BRAKING)
             elif (other > speed or changing) and (found := intended.at_speed(other, begin)) is not None:
                 yield found, 0.0
 
-    def _say(self, before: IntendedMotion, now: IntendedMotion) -> None:
-        """Note that the speed has changed."""
+    def _note_speed(self, before: IntendedMotion, now: IntendedMotion) -> None:
         old, speed = before.scaling.speed, now.scaling.speed
         if speed != old:
             kind = EventKind.SLOWING if speed < old else EventKind.RESUMED
             self.commitment.journal.note(kind, f"the same path{_at(speed)}")
+
+
+def _leaves_intended(state: _Moving, begin: float) -> bool:
+    """Return whether the robot is on the intended motion at a time, not on the motion committed before."""
+    return state.intended.begin <= begin < min(state.brake_time, state.intended.end)
 
 
 def _at(speed: float) -> str:

@@ -1,13 +1,16 @@
-"""Commitment: the proven motion that a robot is bound to make, which ends at rest."""
+"""The commit loop of supervisor and servo: the robot is always bound to a proven motion that ends at rest."""
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from trajopt.driving.committed_motion import CommittedMotion
-from trajopt.driving.events import EventKind, Journal
+from trajopt.driving.committed_motion import REST, CommittedMotion
+from trajopt.driving.events import Event, EventKind, Journal
 from trajopt.driving.executor import Executor
-from trajopt.driving.motion_guard import MotionGuard, start_at, with_tracking_margin
+from trajopt.driving.motion_guard import MotionGuard, guard_of, start_at, with_tracking_margin
+from trajopt.driving.options import on_clock
 from trajopt.driving.soonest_stop import StopTaken, soonest_stop, why_unproven
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning import on_the_way
@@ -15,41 +18,345 @@ from trajopt.problem.problem import Problem
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats, Printed
+from trajopt.timing.stops import PathStop
+from trajopt.values.arrays import Floats, Printed, Value
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_joint_position, in_range, in_unit
 from trajopt.values.trajectory import Trajectory
 
 ROUNDING = 1e-9
 """A joint that is outside its limits by less than this is at its limit [rad | m]."""
+STOP_ATTEMPTS = 3
+"""Searches for a stop. The second begins later by twice the time of the first, which is enough unless the
+machine stalls."""
+
+
+@dataclass(frozen=True, eq=False)
+class CommittedStop(Value):
+    """A stop to which a robot is bound.
+
+    Attributes:
+        taken: The stop.
+        begin: When it begins, on the executor's clock [s].
+        on_path: The earliest stop on the path, if that was taken; else None.
+    """
+
+    taken: StopTaken
+    begin: float
+    on_path: PathStop | None = None
+
+
+@dataclass(eq=False)
+class Commitment(Printed):
+    """The proven motion to which a robot is bound; it ends at rest.
+
+    Attributes:
+        executor: Driver of the robot.
+        journal: Events so far.
+        guard: Proves motions to the present goal.
+        world: The world as last reported.
+        motion: The motion that the executor holds.
+        world_changed: Whether the motion has not been judged in this world yet.
+        constrained: Whether the motion satisfies the path constraints, in addition to limits and clearances.
+            Some stops do not, nor does the return to the path after them.
+        left_path_at: Positions of the driven joints where a stop left a path that satisfied all constraints,
+            shape (n,) [rad | m]; None once such a path is driven again.
+    """
+
+    executor: Executor
+    journal: Journal
+    guard: MotionGuard
+    world: WorldSnapshot
+    motion: CommittedMotion
+    world_changed: bool = False
+    constrained: bool = True
+    left_path_at: Floats | None = None
+
+    @staticmethod
+    def at_rest(executor: Executor, problem: Problem) -> "Commitment":
+        """Take over a robot that is at rest.
+
+        Raises:
+            ProblemError: If the robot moves.
+            JointNotFound: If the executor does not drive a joint of the group.
+        """
+        state = executor.state()
+        if np.abs(state.velocities).max() > REST:
+            raise ProblemError("the robot is moving; it can be taken over only at rest")
+        guard, journal = guard_of(problem, executor), Journal(executor.now)
+        if outside := outside_limits(guard.problem, executor):
+            journal.note(EventKind.OUTSIDE_LIMITS, outside)
+        world = WorldSnapshot(problem.scene, executor.now())
+        return Commitment(
+            executor, journal, guard, world, CommittedMotion(executor.joint_names, state.commanded)
+        )
+
+    @property
+    def soonest(self) -> float:
+        """Earliest time at which a motion that is given now can begin [s]."""
+        return self.executor.now() + self.executor.latency
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints of the group."""
+        return self.guard.problem.reduced.joint_names
+
+    def reset(self) -> None:
+        """Commit the robot to rest in the commanded positions."""
+        self.motion = CommittedMotion(self.executor.joint_names, self.executor.state().commanded)
+        self.constrained, self.left_path_at = True, None
+
+    def report_world(self, scene: Scene, stamp: float) -> None:
+        """Replace the world.
+
+        Raises:
+            ProblemError: If the scene belongs to another robot.
+        """
+        self.world = self.world.updated(scene, stamp)
+        self.world_changed = True
+        self.journal.note(EventKind.WORLD_CHANGED)
+
+    def failed(self, *, engaged: bool) -> bool:
+        """Return whether the robot does not follow; a robot that is off its track is stopped.
+
+        Args:
+            engaged: Whether the robot has a task: only then a fault is noted.
+        """
+        fault = self.executor.fault()
+        self.journal.note_once(EventKind.FAULT, fault if engaged else "")
+        if fault:
+            return True
+        words = off_track(self.executor, self.motion, self.world.scene.robot)
+        if words:
+            self.journal.note(EventKind.OFF_TRACK, words)
+            self.executor.stop()
+        return bool(words)
+
+    def broken(self) -> bool:
+        """Return whether the committed motion is not proven in the world as last reported."""
+        begin = self.soonest
+        ahead = self.motion.ahead(begin, self.joint_names)
+        if ahead is None:
+            return False
+        return self.stale(begin) or not self.guard.proven(
+            ahead, self.world, begin, requirements=self.constrained
+        )
+
+    def stale(self, time: float) -> bool:
+        """Return whether a prediction has ended at a time [s]; noted when this begins."""
+        words = self.world.stale(time)
+        self.journal.note_once(EventKind.STALE, words)
+        return bool(words)
+
+    def splice(self, motion: Trajectory, at: float) -> bool:
+        """Give a motion to the executor from a time on [s]; return whether it is accepted."""
+        refused = self.offer(motion, at)
+        if refused:
+            self.journal.note(EventKind.REJECTED, refused)
+        return not refused
+
+    def offer(self, motion: Trajectory, at: float) -> str:
+        """Give a motion to the executor from a time on [s]; return the reason of a refusal."""
+        refused = self.executor.splice(motion, at)
+        if not refused:
+            self.motion.splice(motion, at, now=self.executor.now())
+        return refused
+
+    def satisfies_all(self, guard: MotionGuard) -> None:
+        """Record that a guard has proven the committed motion with all path constraints."""
+        self.guard, self.constrained, self.left_path_at = guard, True, None
+
+    def planning_scene(self, at: float, world: WorldSnapshot) -> Scene:
+        """Return the scene of a plan from a time on [s], with clearances for the tracking deviation."""
+        return with_tracking_margin(world.at(at), self.guard.options.distance_error)
+
+    def continued(self, problem: Problem, at: float, world: WorldSnapshot) -> Problem:
+        """Return a problem that starts in the state of the committed motion at a time [s]."""
+        here = self.resting(problem, at, self.planning_scene(at, world))
+        ahead = self.motion.ahead(at, self.joint_names)
+        return here if ahead is None else on_the_way(here, ahead, 0.0)
+
+    def resting(self, problem: Problem, at: float, scene: Scene) -> Problem:
+        """Return a problem that starts at rest in the committed configuration of a time [s], in a scene."""
+        return start_at(problem, self.motion, at, scene)
+
+    def stop(
+        self, problem: Problem, why: str, path_stop: Callable[[float], PathStop | None]
+    ) -> CommittedStop:
+        """Commit the robot to the soonest proven stop.
+
+        A search takes time. If the executor refuses the stop because it is late, the search is repeated for a
+        later begin. If no stop is accepted, the motors brake.
+
+        Args:
+            problem: The requirements.
+            why: Reason, for the event.
+            path_stop: Returns the earliest stop on the path that begins at a time; None if there is none.
+        """
+        lead = 0.0
+        for _ in range(STOP_ATTEMPTS):
+            asked = self.executor.now()
+            begin = self.soonest + lead
+            found = self._stop_at(begin, problem, why, path_stop(begin), delayed=lead > 0.0)
+            if found is not None:
+                return found
+            lead = 2.0 * (self.executor.now() - asked)
+        return CommittedStop(self._brake(why), self.soonest)
+
+    def _stop_at(
+        self, begin: float, problem: Problem, why: str, on_path: PathStop | None, *, delayed: bool
+    ) -> CommittedStop | None:
+        ahead = self.motion.ahead(begin, self.joint_names)
+        if ahead is None:  # at rest by then; a delayed stop would come too late
+            return None if delayed else CommittedStop(StopTaken(0.0, along=True, proven=True), begin)
+        # The braking limits do not depend on the scene, whose predictions may have ended.
+        here = self.resting(problem, begin, problem.scene)
+        self.stale(begin + ahead.duration)
+        along = None if on_path is None else on_path.trajectory
+        motion, taken = soonest_stop(self.guard, self.world, begin, here, ahead, along)
+        if motion is not ahead and not self.splice(motion, begin):
+            return None
+        if not taken.along and self.left_path_at is None:
+            self.left_path_at = self.motion(begin)[0]
+        self.constrained = taken.held or not taken.proven
+        self.journal.note(EventKind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
+        if not taken.proven:
+            self.journal.note(EventKind.UNPROVEN_STOP, why_unproven(self.guard, self.world, begin, motion))
+        return CommittedStop(taken, begin, on_path if motion is along else None)
+
+    def _brake(self, why: str) -> StopTaken:
+        """Have all motors brake."""
+        ahead = self.motion.ahead(self.soonest, self.joint_names)
+        self.executor.stop()
+        self.journal.note(EventKind.STOPPING, f"{why}; all motors brake")
+        self.journal.note(EventKind.UNPROVEN_STOP, "no proven stop was accepted in time")
+        return StopTaken(0.0 if ahead is None else ahead.duration, along=False, proven=False)
+
+
+@dataclass(eq=False)
+class CommitLoop(Printed, ABC):
+    """The common part of `Supervisor` and `Servo`.
+
+    In each turn the robot is compared with its committed motion, and that motion is judged again if the world
+    has changed. If it is no longer proven, the robot stops.
+
+    Attributes:
+        executor: Driver of the robot.
+        problem: The requirements.
+    """
+
+    executor: Executor
+    problem: Problem
+    _commitment: Commitment = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Take over the robot at rest.
+
+        Raises:
+            ProblemError: If the robot moves.
+            JointNotFound: If the executor does not drive a joint of the group.
+        """
+        self._commitment = Commitment.at_rest(self.executor, self.problem)
+
+    @property
+    def events(self) -> list[Event]:
+        """Events so far, in order."""
+        return self._commitment.journal.events
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as last reported."""
+        return self._commitment.world.scene
+
+    @property
+    def world(self) -> WorldSnapshot:
+        """The scene as last reported, and its time stamp."""
+        return self._commitment.world
+
+    @property
+    def committed(self) -> CommittedMotion:
+        """The motion to which the robot is bound; not to be changed."""
+        return self._commitment.motion
+
+    @property
+    def moving(self) -> bool:
+        """Whether the committed motion has not ended."""
+        return self.executor.now() < self._commitment.motion.end
+
+    @checked
+    def see(self, scene: Scene, stamp: float | None = None) -> None:
+        """Report the world; the next turn judges the committed motion in it.
+
+        Args:
+            scene: Its clock shows 0 at the time of the stamp.
+            stamp: On the executor's clock [s]; now when None.
+
+        Raises:
+            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`.
+            ProblemError: If the scene belongs to another robot. In both cases nothing changes.
+        """
+        self._commitment.report_world(scene, self._on_clock(stamp))
+
+    @property
+    @abstractmethod
+    def _clock_tolerance(self) -> float:
+        """The option `clock_tolerance` [s]."""
+
+    @property
+    @abstractmethod
+    def _engaged(self) -> bool:
+        """Whether the robot has a task."""
+
+    @abstractmethod
+    def _abandon(self) -> None:
+        """Drop the task: the robot does not follow."""
+
+    @abstractmethod
+    def _judge_again(self) -> None:
+        """Judge the committed motion in the changed world, and stop if it is not proven."""
+
+    def _watch(self) -> bool:
+        """Watch the robot and the world; return whether the robot follows."""
+        if self._commitment.failed(engaged=self._engaged):
+            self._abandon()
+            return False
+        if self._commitment.world_changed:
+            self._commitment.world_changed = False
+            self._judge_again()
+        return True
+
+    def _on_clock(self, stamp: float | None) -> float:
+        return on_clock(stamp, self.executor.now(), self._clock_tolerance)
 
 
 def off_track(executor: Executor, committed: CommittedMotion, robot: Robot) -> str:
-    """Say which joint is farther from where it has to be than the executor's tolerance; empty if none is."""
+    """Describe the joint that is farthest outside the tracking tolerance; empty if there is none."""
     state = executor.state()
-    wanted = committed(state.stamp)[0]
-    away = np.abs(state.positions - wanted) - executor.tolerance
-    worst = int(away.argmax())
-    if away[worst] <= 0.0:
+    commanded = committed(state.stamp)[0]
+    excess = np.abs(state.positions - commanded) - executor.tolerance
+    worst = int(excess.argmax())
+    if excess[worst] <= 0.0:
         return ""
     name = executor.joint_names[worst]
     unit = joint_unit(robot.model, name)
-    where, should = (in_joint_position(float(each[worst]), unit) for each in (state.positions, wanted))
+    measured, should = (in_joint_position(float(each[worst]), unit) for each in (state.positions, commanded))
     allowed = in_unit(float(executor.tolerance[worst]), unit)
-    return f"{name} is at {where}, has to be at {should} within {allowed}"
+    return f"{name} is at {measured}, has to be at {should} within {allowed}"
 
 
 def outside_limits(problem: Problem, executor: Executor) -> str:
-    """List the joints outside the group that stand outside their limits; empty if there are none.
+    """List the joints outside the group that are outside their limits; empty if there are none.
 
     Args:
-        problem: Its start is where the executor has the joints.
-        executor: What holds them there, within its tolerance of each.
+        problem: Starts in the configuration of the executor.
+        executor: Holds its joints there, within its tolerance.
     """
     robot, reduced = problem.scene.robot, problem.reduced
-    limits, stands, driven = robot.limits, problem.start_positions, executor.joint_names
+    limits, start, driven = robot.limits, problem.start_positions, executor.joint_names
     found: list[str] = []
     for index, name in enumerate(robot.joint_names):
-        lower, upper, here = (float(each[index]) for each in (limits.lower, limits.upper, stands))
+        lower, upper, here = (float(each[index]) for each in (limits.lower, limits.upper, start))
         if name in reduced.moving_joints or lower - ROUNDING <= here <= upper + ROUNDING:
             continue
         unit = joint_unit(robot.model, name)
@@ -59,127 +366,5 @@ def outside_limits(problem: Problem, executor: Executor) -> str:
         elif name in robot.mimics:
             held = f"follows {robot.mimics[name].source}"
         where = in_joint_position(here, unit)
-        found.append(
-            f"{name} stands at {where}, outside its limits {in_range(lower, upper, unit)}, and {held}"
-        )
+        found.append(f"{name} is at {where}, outside its limits {in_range(lower, upper, unit)}, and {held}")
     return "; ".join(found)
-
-
-@dataclass(eq=False)
-class Commitment(Printed):
-    """What a robot will do whatever comes, proven in the world as it is known; it ends at rest.
-
-    Attributes:
-        executor: What drives the robot.
-        journal: What happened.
-        guard: Proves motions to the goal that the robot is on its way to.
-        world: As it was last told.
-        motion: What the executor has to drive.
-        held: Whether it holds what the goal's problem requires on the way, besides limits and clearances: a
-            stop may be clear that does not, as may the way back from there.
-        left: Where the driven joints were when a stop led off a path on which all held, shape (n,)
-            [rad | m]; None once a motion on which all holds is driven again.
-    """
-
-    executor: Executor
-    journal: Journal
-    guard: MotionGuard
-    world: WorldSnapshot
-    motion: CommittedMotion
-    held: bool = True
-    left: Floats | None = None
-
-    @property
-    def soonest(self) -> float:
-        """When a motion that is given now can begin [s]."""
-        return self.executor.now() + self.executor.latency
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Joints of the group."""
-        return self.guard.problem.reduced.joint_names
-
-    def stand(self) -> None:
-        """Be committed to standing where the robot has to be now."""
-        self.motion = CommittedMotion(self.executor.joint_names, self.executor.state().commanded)
-        self.held, self.left = True, None
-
-    def proven(self, motion: Trajectory, begin: float) -> bool:
-        """Say whether what is committed is proven from a time on [s]; what is not known any more is noted."""
-        return not self.stale(begin) and self.guard.proven(motion, self.world, begin, requirements=self.held)
-
-    def stale(self, time: float) -> bool:
-        """Whether nothing is known any more at a time of something that moves; it is noted when it begins."""
-        words = self.world.stale(time)
-        self.journal.note_once(EventKind.STALE, words)
-        return bool(words)
-
-    def splice(self, motion: Trajectory, at: float) -> bool:
-        """Have a motion driven from a time on [s]; say whether that is accepted."""
-        refused = self.executor.splice(motion, at)
-        if refused:
-            self.journal.note(EventKind.REJECTED, refused)
-            return False
-        self.motion.splice(motion, at, now=self.executor.now())
-        return True
-
-    def holds(self, guard: MotionGuard) -> None:
-        """Be committed to a motion on which all holds that a guard has proven."""
-        self.guard, self.held, self.left = guard, True, None
-
-    def around(self, at: float, world: WorldSnapshot) -> Scene:
-        """Return what will be around the robot at a time [s], for a plan from there.
-
-        It asks for room for how far the robot can be off: without, what is planned might not be proven.
-        """
-        return with_tracking_margin(world.at(at), self.guard.options.distance_error)
-
-    def from_then(self, problem: Problem, at: float, world: WorldSnapshot) -> Problem:
-        """Return a problem from where the robot will be at a time [s], among what will be there."""
-        here = self.still_at(problem, at, self.around(at, world))
-        running = self.motion.ahead(at, self.joint_names)
-        return here if running is None else on_the_way(here, running, 0.0)
-
-    def still_at(self, problem: Problem, at: float, scene: Scene) -> Problem:
-        """Return a problem as if the robot stood in a scene where it will be at a time [s]."""
-        return start_at(problem, self.motion, at, scene)
-
-    def stop(
-        self, problem: Problem, begin: float, along: Trajectory | None, why: str
-    ) -> tuple[Trajectory | None, StopTaken] | None:
-        """Take the soonest proven stop from a time on.
-
-        Args:
-            problem: What is required.
-            begin: When it begins, on the executor's clock [s].
-            along: The earliest stop on the path that begins then; None where there is none.
-            why: What for.
-
-        Returns:
-            What it does from then on, and how it stops; no motion where the robot stands. None if the stop
-            was not accepted: it came too late.
-        """
-        ahead = self.motion.ahead(begin, self.joint_names)
-        if ahead is None:
-            return None, StopTaken(0.0, along=True, proven=True)
-        # How hard joints may brake does not depend on the scene, of which nothing may be known any more.
-        here = self.still_at(problem, begin, problem.scene)
-        self.stale(begin + ahead.duration)
-        motion, taken = soonest_stop(self.guard, self.world, begin, here, ahead, along)
-        if motion is not ahead and not self.splice(motion, begin):
-            return None
-        if not taken.along and self.left is None:
-            self.left = self.motion(begin)[0]
-        self.held = taken.held or not taken.proven
-        self.journal.note(EventKind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
-        if not taken.proven:
-            self.journal.note(EventKind.UNPROVEN_STOP, why_unproven(self.guard, self.world, begin, motion))
-        return motion, taken
-
-    def brake(self, why: str) -> StopTaken:
-        """Have all motors brake at once: no stop that is proven was accepted in time."""
-        ahead = self.motion.ahead(self.soonest, self.joint_names)
-        self.executor.stop()
-        self.journal.note(EventKind.STOPPING, f"{why}; all motors brake at once")
-        self.journal.note(EventKind.UNPROVEN_STOP, "no proven stop was accepted in time")
-        return StopTaken(0.0 if ahead is None else ahead.duration, along=False, proven=False)

@@ -1,4 +1,4 @@
-"""Committed motion: what a robot has to do, one motion after the other on one clock; then it stands still."""
+"""Committed motion: the motions to which a robot is bound, one after the other, and rest after the last."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,21 +13,17 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import MEETING, Trajectory, state_of
 
 REST = 1e-6
-"""A joint this slow stands still [rad/s | m/s]: what the judge takes for it."""
+"""A joint this slow is at rest, for the judge too [rad/s | m/s]."""
 INSTANT = 1e-9
-"""Times nearer than this are one [s]."""
+"""Times closer than this are equal [s]."""
 REMEMBERED = 0.25
-"""A motion that is over is kept for so long [s]: states that are known later than they were measured are
-compared with it."""
+"""Time for which an ended motion is kept [s]: measured states arrive late, and are compared with it."""
 ORDERS = ("position", "velocity", "acceleration")
 
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """A motion of some of the robot's joints, and when it begins; the others stand.
-
-    It is the motion as it was given: what is known of its polynomials need not be found again.
-    """
+    """A motion of some joints, as it was given, and when it begins; the other joints are at rest."""
 
     begin: float
     trajectory: Trajectory
@@ -56,7 +52,7 @@ class _Piece:
 
     @cached_property
     def whole(self) -> Trajectory:
-        """The motion as one of all joints."""
+        """The motion of all joints."""
         motion, count = self.trajectory, len(self.joint_names)
         if motion.joint_names == self.joint_names:
             return motion
@@ -68,16 +64,16 @@ class _Piece:
         return Trajectory(self.joint_names, motion.times, positions, *rates)
 
     def of(self, joint_names: tuple[str, ...]) -> Trajectory:
-        """Return the part of the motion that some joints make, in their order."""
+        """Return the motion of some joints, in their order."""
         own = self.trajectory
         return own if own.joint_names == joint_names else of_joints(self.whole, joint_names)
 
 
 class CommittedMotion:
-    """What a robot has to do.
+    """The motions to which a robot is bound, one after the other, and rest after the last.
 
-    It is replaced in one step where something is spliced in, so a driver's thread may ask while a planner's
-    thread splices.
+    A splice replaces them in one step, so the thread of a driver may read while the thread of a planner
+    splices.
 
     Attributes:
         joint_names: The n joints of the robot.
@@ -85,76 +81,78 @@ class CommittedMotion:
 
     @checked
     def __init__(self, joint_names: tuple[str, ...], positions: Floats) -> None:
-        """Stand still.
+        """Begin at rest.
 
         Args:
             joint_names: Joints of the robot.
-            positions: Where they stand, shape (n,) [rad | m].
+            positions: Their positions, shape (n,) [rad | m].
         """
         self.joint_names = joint_names
         self._standing = floats("positions", positions, (len(joint_names),))
         self._pieces: tuple[_Piece, ...] = ()
-        self._asked: tuple[tuple[_Piece, ...], float, Floats] | None = None
+        self._last: tuple[tuple[_Piece, ...], float, Floats] | None = None
 
     @property
     def kept(self) -> int:
-        """How many motions it keeps: those that are over are forgotten."""
+        """Number of motions that it holds; ended ones are dropped."""
         return len(self._pieces)
 
     @property
     def pieces(self) -> tuple[tuple[float, Trajectory], ...]:
-        """The motions that it keeps, of all joints, with when each begins [s]; it ends with the next."""
+        """The motions of all joints and when each begins [s]; one ends when the next begins."""
         return tuple((piece.begin, piece.whole) for piece in self._pieces)
 
     @property
     def end(self) -> float:
-        """When the last motion ends, on the clock [s]; minus infinity if there is none."""
+        """End of the last motion, on the clock [s]; minus infinity if there is none."""
         pieces = self._pieces
         return pieces[-1].end if pieces else -inf
 
     def __call__(self, time: float) -> Floats:
-        """Return where the joints have to be at a time on the clock [s].
+        """Return the commanded state at a time on the clock [s].
 
         Returns:
             Positions, velocities and accelerations, shape (3, n).
 
         Raises:
-            ShapeError: If the time is no number.
+            ShapeError: If the time is not a number.
         """
         number("time", time, infinite=True)
-        pieces, asked = self._pieces, self._asked
-        if asked is not None and asked[0] is pieces and asked[1] == time:
-            return asked[2].copy()  # where a motion begins is asked before it is spliced in, and then
+        pieces, last = self._pieces, self._last
+        if last is not None and last[0] is pieces and last[1] == time:
+            return last[
+                2
+            ].copy()  # the state at the begin of a motion is read twice: before and in its splice
         now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
         if now is None:
             first = self._standing if not pieces else pieces[0].state(pieces[0].begin)[0]
             rows = np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
         else:
             rows = now.state(time)
-        self._asked = pieces, time, rows
+        self._last = pieces, time, rows
         return rows.copy()
 
     @checked
     def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
-        """Say why a motion cannot be spliced in; empty if it can.
+        """Return why a motion cannot be spliced in; empty if it can.
 
         Args:
             trajectory: Of some or all joints.
             at: When it would begin [s].
-            earliest: When it can begin [s].
+            earliest: Earliest begin [s].
         """
         if at < earliest:
             return f"it comes {1e3 * (earliest - at):.1f} ms late"
         unknown = [name for name in trajectory.joint_names if name not in self.joint_names]
         if unknown:
-            return f"it moves {', '.join(unknown)}, which is not driven here"
+            return f"it moves {', '.join(unknown)}, which the executor does not drive"
         here = self(at)
         columns = [self.joint_names.index(name) for name in trajectory.joint_names]
         left = np.abs(here[1]) > REST
         left[columns] = False
         if left.any():
-            return f"{self.joint_names[int(left.argmax())]}, which it leaves where it is, is still moving"
-        # From rest a motion may begin with an acceleration, as it may end with one: there is time for both.
+            return f"{self.joint_names[int(left.argmax())]}, which it does not move, is still moving"
+        # A motion may begin and end with an acceleration at rest; each has a time of `JOLT`.
         orders = 2 if at >= self.end + 2.0 * JOLT else 3
         apart = np.abs(state_of(trajectory, 0.0) - here[:, columns])[:orders]
         if apart.max() > MEETING:
@@ -164,17 +162,17 @@ class CommittedMotion:
             return f"the {ORDERS[order]} of {name} would jump by {apart[order, worst]:.3g}"
         last = np.abs(state_of(trajectory, trajectory.duration)[1])
         if last.max() > REST:
-            return f"it does not end at rest: {trajectory.joint_names[int(last.argmax())]} moves on"
+            return f"it does not end at rest: {trajectory.joint_names[int(last.argmax())]} still moves"
         return ""
 
     @checked
     def splice(self, trajectory: Trajectory, at: float, *, now: float) -> None:
-        """Put a motion in place of what there is from a time on, and forget what is over.
+        """Replace the motion from a time on, and drop ended motions.
 
         Args:
-            trajectory: One that is not refused.
+            trajectory: A motion without a `refusal`.
             at: When it begins [s].
-            now: The time; motions that ended more than `REMEMBERED` before it are forgotten [s].
+            now: The time; motions that ended more than `REMEMBERED` before it are dropped [s].
         """
         kept = [piece for piece in self._pieces if piece.begin < at]
         current = [number for number, piece in enumerate(kept) if piece.begin <= now - REMEMBERED]
@@ -183,14 +181,14 @@ class CommittedMotion:
 
     @checked
     def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
-        """Return what is still to be done from a time on, as one motion; None if nothing is.
+        """Return the rest from a time on as one motion; None if there is none.
 
         Args:
             time: On the clock [s].
-            joint_names: Joints of the result, in its order.
+            joint_names: Joints of the result, in this order.
 
         Raises:
-            JointNotFound: If one of them is not driven.
+            JointNotFound: If one is not driven.
         """
         for name in joint_names:
             if name not in self.joint_names:
@@ -213,12 +211,12 @@ class CommittedMotion:
 
 
 def _rates(motion: Trajectory) -> list[Floats]:
-    """Return the velocities and accelerations that a motion states."""
+    """Return the given velocities and accelerations of a motion."""
     return [rows for rows in (motion.velocities, motion.accelerations) if rows is not None]
 
 
 def of_joints(motion: Trajectory, joint_names: tuple[str, ...]) -> Trajectory:
-    """Return the part of a motion that some joints make, in their order."""
+    """Return the motion of some joints, in their order."""
     columns = [motion.joint_names.index(name) for name in joint_names]
     rows = [rows[:, columns] for rows in (motion.positions, *_rates(motion))]
     return Trajectory(joint_names, motion.times, *rows)

@@ -8,6 +8,9 @@ from enum import Enum
 
 from trajopt.values.arrays import Printed, Value
 
+KEPT_TIMES = 100_000
+"""CPU times kept for each stage: half an hour of cycles, enough for one in ten thousand."""
+
 
 class EventKind(Enum):
     """Kinds of events."""
@@ -20,7 +23,6 @@ class EventKind(Enum):
     STILL_CLEAR = "still clear"
     SLOWING = "slowing"
     STOPPING = "stopping"
-    STOPPED = "stopped"
     NO_PLAN = "no plan"
     MISSED_DEADLINE = "missed deadline"
     REJECTED = "rejected"
@@ -36,12 +38,12 @@ class EventKind(Enum):
 
 @dataclass(frozen=True)
 class Event(Value):
-    """Something that happened.
+    """An event.
 
     Attributes:
         time: On the executor's clock [s].
-        kind: What kind of event it is.
-        words: The particulars, in a sentence.
+        kind: Kind of event.
+        words: Particulars, in a sentence.
     """
 
     time: float
@@ -49,50 +51,51 @@ class Event(Value):
     words: str = ""
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Return one line."""
         return f"{self.time:9.3f} s  {self.kind.value}" + (f": {self.words}" if self.words else "")
 
 
-KEPT = 100_000
-"""So many times of a stage are kept, the last: half an hour of cycles, enough for one in ten thousand."""
-
-
 class Journal(Printed):
-    """What happened while a robot was driven, and the CPU time that each stage took.
+    """Events, and the CPU time of each stage.
 
     Attributes:
-        events: What happened, in order.
-        seconds: CPU time that each stage took, the last times [s].
+        events: In order.
+        seconds: Last CPU times of each stage [s].
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
-        """Begin.
+        """Begin empty.
 
         Args:
-            now: Tells the time on the executor's clock [s].
+            now: Returns the time on the executor's clock [s].
         """
         self.events = list[Event]()
         self.seconds = dict[str, list[float]]()
-        self._now, self._said = now, dict[EventKind, str]()
+        self._now, self._lasting = now, dict[EventKind, str]()
 
     def note(self, kind: EventKind, words: str = "") -> None:
-        """Note what happened now."""
+        """Note an event."""
         self.events.append(Event(self._now(), kind, words))
 
     def note_once(self, kind: EventKind, words: str) -> None:
-        """Note what may last only when it begins; empty words say that it is over."""
-        if words and words != self._said.get(kind):
+        """Note a lasting condition when it begins or its words change; empty words end it."""
+        if words and words != self._lasting.get(kind):
             self.note(kind, words)
-        self._said[kind] = words
+        self._lasting[kind] = words
+
+    def note_unless_latest(self, kind: EventKind, words: str) -> None:
+        """Note an event unless the latest one is of the same kind."""
+        if not self.events or self.events[-1].kind is not kind:
+            self.note(kind, words)
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
-        """Count the CPU time of the thread in what is done inside."""
+        """Measure the CPU time of the thread in the block."""
         begun = time.thread_time()
         try:
             yield
         finally:
             times = self.seconds.setdefault(name, [])
             times.append(time.thread_time() - begun)
-            if len(times) > KEPT:
-                del times[: KEPT // 2]
+            if len(times) > KEPT_TIMES:
+                del times[: KEPT_TIMES // 2]

@@ -11,18 +11,21 @@ from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
+STOPPED = "the driver stopped the robot"
+"""Fault after `Executor.stop`."""
+
 
 @dataclass(frozen=True, eq=False)
 class RobotState(Value):
-    """Where a robot was measured to be, and when.
+    """A measured state of a robot.
 
     Attributes:
-        stamp: When it was measured, on the executor's clock [s].
+        stamp: Time of the measurement, on the executor's clock [s].
         positions: Of the executor's joints, shape (n,) [rad | m].
         velocities: Shape (n,) [rad/s | m/s].
-        accelerations: Shape (n,) [rad/s^2 | m/s^2]; those that are commanded, where none are measured.
-        commanded: Where the joints had to be at that time, shape (n,) [rad | m]. What is spliced in begins
-            there: a robot stands a little off the place to which it is driven.
+        accelerations: Shape (n,) [rad/s^2 | m/s^2]; the commanded ones if none are measured.
+        commanded: Commanded positions at that time, shape (n,) [rad | m]. Motions that are spliced in begin
+            there, not at the measured positions, which differ a little.
     """
 
     stamp: float
@@ -36,34 +39,33 @@ class RobotState(Value):
 class Executor(Protocol):
     """Drives a robot along motions on one clock.
 
-    Whatever it is given ends at rest. So if nothing more comes, because whoever plans is slow, stuck or dead,
-    the robot ends at rest as well, where it was proven that it may. `CommittedMotion` keeps what is to be
-    driven, checks what is spliced in, and says where the robot has to be at a time: a driver asks it in each
-    period.
+    Every motion that it is given ends at rest. So if no further motion comes, because the planner is slow or
+    has died, the robot comes to rest as proven. `CommittedMotion` holds the motion, checks what is spliced
+    in, and returns the commanded positions in each period of a driver.
     """
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints that it drives; states are in this order."""
+        """Driven joints, in the order of states."""
         ...
 
     @property
     def period(self) -> float:
-        """Time from one command to the next [s]."""
+        """Time between commands [s]."""
         ...
 
     @property
     def latency(self) -> float:
-        """A motion given now can begin so much later, no sooner [s]."""
+        """Least time from giving a motion to its beginning [s]."""
         ...
 
     @property
     def tolerance(self) -> Floats:
-        """How far each joint may be from where it has to be, shape (n,) [rad | m]."""
+        """Largest tracking error of each joint, shape (n,) [rad | m]."""
         ...
 
     def now(self) -> float:
-        """Return the time on its clock, which starts at any number and goes on evenly [s]."""
+        """Return the time on its clock, which starts at any number and never jumps [s]."""
         ...
 
     def state(self) -> RobotState:
@@ -71,44 +73,44 @@ class Executor(Protocol):
         ...
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on, in place of what would have been driven then.
+        """Drive a motion from a time on, in place of the motion held so far.
 
         Args:
-            trajectory: Of some or all of its joints; from the time `at` on the others stand still. It begins
-                as the motion is at that time, in position, velocity and acceleration, and ends at rest.
+            trajectory: Of some or all of its joints; the others are at rest from the time `at`. It begins in
+                the commanded position, velocity and acceleration of that time, and ends at rest.
             at: When it begins, on the clock [s].
 
         Returns:
-            Why it is refused: it is late, or begins or ends elsewhere; empty if it will be driven. What is
-            refused changes nothing.
+            The reason of a refusal: it is late, or begins or ends in another state; empty if it will be
+            driven. A refused motion changes nothing.
         """
         ...
 
     def stop(self) -> None:
-        """Bring the robot to rest at once, in the driver's own way: nobody proves where that ends.
+        """Bring the robot to rest as fast as the driver can; this is not proven, and a fault afterwards.
 
-        For when there is no time to ask, or nobody who plans. It is a fault afterwards.
+        For cases without time for a proof, or without a planner.
         """
         ...
 
     def fault(self) -> str:
-        """Say why the robot does not follow, in words; empty if it does."""
+        """Return the reason why the robot does not follow; empty if it does."""
         ...
 
     def clear_fault(self) -> None:
-        """Go on where the robot stands now: what it has to do begins anew, at rest there.
+        """Clear a fault: the robot is then committed to rest at its present position.
 
         Raises:
-            ExecutionError: If it cannot.
+            ExecutionError: If this is impossible.
         """
         ...
 
 
 class IdealExecutor:
-    """Follows without an error; its clock goes on when it is told to, or is one that it is given.
+    """Executor without tracking error or simulation; its clock is advanced by the caller, or is a given one.
 
     Attributes:
-        committed: What it has to do.
+        committed: The motion that it holds.
     """
 
     @checked
@@ -121,14 +123,14 @@ class IdealExecutor:
         latency: float = 5e-3,
         clock: Callable[[], float] | None = None,
     ) -> None:
-        """Stand still.
+        """Begin at rest.
 
         Args:
-            joint_names: Joints that it drives.
-            positions: Where they stand, shape (n,) [rad | m].
-            period: Time from one command to the next [s].
-            latency: A motion given now can begin so much later [s].
-            clock: Tells the time [s]; when None, `advance` makes it.
+            joint_names: Driven joints.
+            positions: Their positions, shape (n,) [rad | m].
+            period: Time between commands [s].
+            latency: Least time from giving a motion to its beginning [s].
+            clock: Returns the time [s]; if None, `advance` sets it.
         """
         self.joint_names, self.period, self.latency = joint_names, period, latency
         self.tolerance: Floats = np.full(len(joint_names), 1e-6)
@@ -142,23 +144,23 @@ class IdealExecutor:
 
     @checked
     def advance(self, seconds: float) -> None:
-        """Let time pass [s]."""
+        """Advance the clock [s]."""
         self._now += seconds
 
     def state(self) -> RobotState:
-        """Return the state now."""
+        """Return the present state."""
         now = self.now()
         positions, velocities, accelerations = self.committed(now)
         return RobotState(now, positions + self._displaced, velocities, accelerations, positions)
 
     @checked
     def displace(self, positions: Floats) -> None:
-        """Let it be off where it has to be by so much from now on, shape (n,) [rad | m]."""
+        """Add a tracking error from now on, shape (n,) [rad | m]."""
         self._displaced = floats("positions", positions, (len(self.joint_names),))
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; say why not."""
+        """Drive a motion from a time on; return the reason of a refusal."""
         now = self.now()
         if self._fault:
             return self._fault
@@ -168,15 +170,15 @@ class IdealExecutor:
         return refused
 
     def stop(self) -> None:
-        """Stand still at once, as only a robot without mass can."""
+        """Come to rest without delay, as a robot without mass."""
         self.committed = CommittedMotion(self.joint_names, self.state().positions)
         self._displaced = np.zeros(len(self.joint_names))
-        self._fault = "it was stopped at once"
+        self._fault = STOPPED
 
     def fault(self) -> str:
-        """Say why it does not follow."""
+        """Return the reason why it does not follow."""
         return self._fault
 
     def clear_fault(self) -> None:
-        """Go on from where it stands."""
+        """Go on from the present position."""
         self._fault = ""

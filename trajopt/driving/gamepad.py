@@ -1,14 +1,14 @@
-"""A gamepad as an input of a servo: the sticks give the velocity of the tool, while a button is held.
+"""A gamepad as an input of a servo: the sticks give the velocity of the tool while a button is held.
 
-The buttons are those of an Xbox pad; of others, those in the same places.
+The buttons are named as on an Xbox pad; other pads have them in the same places.
 
-- LB, held: the robot follows. Let go, it stops: a dead man's button.
-- Left stick: up goes along x, left along y. Right stick: up goes along z, left turns about z.
-- RB, held too: the left stick turns, sideways about x and up about y, and does not move.
-- Cross, up and down: faster and slower, by a tenth of the whole speed each time.
+- LB, held: the robot follows; released, it stops (a dead man's button).
+- Left stick: up moves along x, left along y. Right stick: up moves along z, left turns about z.
+- RB, held in addition: the left stick turns, sideways about x and up about y, and does not move.
+- Cross, up and down: changes the speed factor by a tenth.
 
-Axes are those of the frame that it is given. A stick at its end says 1: `ServoOptions.scaling` and `turning`
-make m/s and rad/s of that, and `dead_zone` is a part of a stick's way.
+The axes belong to the given frame. A stick at its end gives 1, which `ServoOptions.scaling` and `turning`
+convert to m/s and rad/s; `dead_zone` is a share of the stick's range.
 """
 
 import os
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
     from pygame._sdl2.controller import Controller
 
 FULL = 32767.0
-"""What SDL says of a stick at its end."""
+"""Value of SDL for a stick at its end."""
 NOTCH = 0.1
-"""So much of the whole speed the cross changes at a time."""
+"""Change of the speed factor by the cross."""
 SLOWEST = 0.1
-"""The part of the whole speed below which the cross does not go."""
-LET_GO = "the button was let go"
+"""Least speed factor of the cross."""
+RELEASED = "the button was let go"
 
 
 class Gamepad:
-    """A gamepad that pygame finds.
+    """A gamepad found by pygame.
 
-    pygame and its SDL have one state for the whole process: it is begun with the first gamepad, without a
-    window unless the program has one, and goes on after `close`.
+    pygame and its SDL have one state per process: it is initialised with the first gamepad, without a window
+    unless the program has one, and remains after `close`.
     """
 
     @checked
@@ -46,14 +46,14 @@ class Gamepad:
         """Open it.
 
         Args:
-            number: Which one, where there are several.
-            frame: Frame whose axes the sticks mean: "world", or the tool's own.
+            number: Index of the gamepad.
+            frame: Frame of the axes: "world", or the tool.
 
         Raises:
             MissingExtra: If pygame-ce is not installed.
-            ProblemError: If there is no such gamepad.
+            ProblemError: If it does not exist.
         """
-        # Without a window nobody gives the focus to, and a pad would be silent without it.
+        # Without a window there is no focus, without which SDL ignores pads.
         os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
         try:
@@ -67,8 +67,8 @@ class Gamepad:
         controller.init()
         pads = [index for index in range(controller.get_count()) if controller.is_controller(index)]
         if not 0 <= number < len(pads):
-            have = f"there are {len(pads)}" if pads else "there is none"
-            raise ProblemError(f"no gamepad number {number}: {have} that SDL knows")
+            have = f"SDL finds {len(pads)}, counted from 0" if pads else "SDL finds none"
+            raise ProblemError(f"gamepad number {number} does not exist: {have}")
         self._pygame = pygame
         self._pad: Controller = controller.Controller(pads[number])
         self._frame, self._speed, self._cross = frame, 1.0, 0
@@ -76,20 +76,20 @@ class Gamepad:
 
     @property
     def name(self) -> str:
-        """What it calls itself."""
+        """Name of the gamepad."""
         return self._pad.name
 
     @checked
     def read(self, since: float) -> Order | None:
-        """Return what the sticks say now."""
+        """Return the order of the sticks."""
         pygame = self._pygame
         pygame.event.pump()
         if not self._pad.attached():
             self._done = True
-            return Order(released="the gamepad is gone")
+            return Order(released="the gamepad is disconnected")
         speed = self._faster()
         if not self._held(pygame.CONTROLLER_BUTTON_LEFTSHOULDER):
-            return Order(speed=speed, released=LET_GO)
+            return Order(speed=speed, released=RELEASED)
         left, ahead = (
             -self._axis(each) for each in (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY)
         )
@@ -97,7 +97,7 @@ class Gamepad:
             -self._axis(each) for each in (pygame.CONTROLLER_AXIS_RIGHTX, pygame.CONTROLLER_AXIS_RIGHTY)
         )
         if self._held(pygame.CONTROLLER_BUTTON_RIGHTSHOULDER):
-            # To the right turns clockwise as seen from behind, as a hand on a knob would: about x.
+            # Right turns clockwise as seen from behind, as a hand turns a knob: about x.
             linear, angular = (0.0, 0.0, up), (-left, ahead, about)
         else:
             linear, angular = (ahead, left, up), (0.0, 0.0, about)
@@ -105,15 +105,15 @@ class Gamepad:
 
     @property
     def done(self) -> bool:
-        """Whether it is gone."""
+        """Whether it is disconnected."""
         return self._done
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the gamepad."""
         self._pad.quit()
 
     def _faster(self) -> float | None:
-        """Return the speed where the cross has just changed it."""
+        """Return the speed factor if the cross has just changed it."""
         pygame = self._pygame
         cross = self._held(pygame.CONTROLLER_BUTTON_DPAD_UP) - self._held(pygame.CONTROLLER_BUTTON_DPAD_DOWN)
         pressed, self._cross = cross if cross != self._cross else 0, cross
@@ -126,5 +126,5 @@ class Gamepad:
         return self._pad.get_button(button)
 
     def _axis(self, axis: int) -> float:
-        """Return how far a stick is, from -1 to 1."""
+        """Return the position of a stick, from -1 to 1."""
         return max(self._pad.get_axis(axis) / FULL, -1.0)

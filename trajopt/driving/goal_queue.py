@@ -10,17 +10,16 @@ from trajopt.driving.active_motion import ActiveMotion, Pause, PieceStatus
 from trajopt.driving.commit_loop import Commitment
 from trajopt.driving.events import Event, EventKind
 from trajopt.driving.intended_motion import GuardedGoal, IntendedMotion
-from trajopt.driving.motion_guard import with_margin_share
+from trajopt.driving.motion_guard import reason_with_margin
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.replanning import (
     Transition,
     from_rest,
     passing,
-    replanned,
+    replan_from,
     retime_on_path,
     return_to_path,
 )
-from trajopt.driving.world_snapshot import position_errors
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
@@ -34,7 +33,9 @@ from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Judge
 
 GoalNow: TypeAlias = Callable[[], GoalLike | Sequence[GoalLike] | None]
-"""Returns the goal as it is now, in any form that a problem takes; None where nobody knows."""
+"""Returns the present goal, in any form that a problem accepts; None if it is not known."""
+SOONER = 0.95
+"""A new motion replaces one that waits only if it takes less than this share of the remaining time."""
 
 
 @dataclass(eq=False)
@@ -42,16 +43,16 @@ class FollowedGoal(Printed):
     """A goal that moves while the robot drives to it.
 
     Attributes:
-        goal: What is required on the way; the goal of its problem is where it was last.
-        target: A frame of the scene that the group's tool goes to, or what returns the goal.
-        offset: Where the tool goes as seen from the frame.
-        tool: Which frame of the robot goes there.
-        tolerance: By how much more than its own tolerances a goal may be missed before it is planned to anew
+        goal: The requirements; the goal of its problem is the last known one.
+        target: A frame of the scene for the tool, or a function that returns the goal.
+        offset: Placement of the tool in the frame.
+        tool: Frame of the robot that goes there.
+        tolerance: Additional error of the goal at the end of the motion above which it is replanned
             [m | rad].
-        hold: The goal is reached when it has held for so long while the robot stands [s].
-        holds_since: Since when it has [s]; None while it does not.
-        requested: The goal that a motion was asked to last, as the motion at hand misses it.
-        again: When the last motion that was planned begins: to plan again before is no use [s].
+        hold: The goal is reached when it has held for this time while the robot is at rest [s].
+        holds_since: Since when it has held [s]; None while it does not.
+        requested: The last goal to which a motion was requested.
+        begin: When the last planned motion begins: no other is planned before [s].
     """
 
     goal: GuardedGoal
@@ -62,18 +63,18 @@ class FollowedGoal(Printed):
     hold: float
     holds_since: float | None = None
     requested: GuardedGoal | None = None
-    again: float = -inf
+    begin: float = -inf
     _judge: tuple[Scene, Judge] | None = field(default=None, repr=False)
 
-    def aimed(self, here: Problem) -> Problem:
-        """Return the problem with the goal as it is.
+    def updated(self, here: Problem) -> Problem:
+        """Return the problem with the present goal.
 
         Args:
-            here: With the scene as it is at the time of interest.
+            here: Its scene is the one at the time of interest.
 
         Raises:
             FrameNotFound: If the frame is not in the scene.
-            ProblemError: If what the function returns is no goal.
+            ProblemError: If the function returns something that is not a goal.
         """
         scene, problem = here.scene, self.goal.problem
         if isinstance(self.target, str):
@@ -86,13 +87,13 @@ class FollowedGoal(Printed):
             self.goal = replace(self.goal, problem=problem)
         return problem
 
-    def holds(self, aimed: Problem, positions: Floats) -> bool:
-        """Say whether a goal holds at positions of the group's joints, shape (n,), more or less."""
-        scene = aimed.scene
+    def holds(self, problem: Problem, positions: Floats) -> bool:
+        """Return whether a goal holds within the tolerance at positions of the group, shape (n,)."""
+        scene = problem.scene
         if self._judge is None or self._judge[0] is not scene:
-            self._judge = scene, Judge(aimed.reduced)
+            self._judge = scene, Judge(problem.reduced)
         judge = self._judge[1]
-        alternatives = list(aimed.alternatives.values()) or [aimed]
+        alternatives = list(problem.alternatives.values()) or [problem]
         return any(
             all(
                 check.holds or not check.required
@@ -103,164 +104,204 @@ class FollowedGoal(Printed):
 
 
 def _relaxed(goal: Requirement, by: float) -> Requirement:
-    """Return a goal with all its tolerances larger by an amount [m | rad]."""
+    """Return a goal with all tolerances increased [m | rad]."""
     for number in range(len(goal.relaxations)):
         goal = goal.relaxations[number].apply(by)
     return goal
 
 
-SOONER = 0.95
-"""A new motion is taken in place of one that waits only if it is over in less than this part of its time."""
+@dataclass(eq=False)
+class _PlanRequest(Printed):
+    """The plan that is to be made for the present goal.
+
+    Attributes:
+        goal: The goal; None if the active motion leads to the right one.
+        not_before: Time of the next attempt [s]; infinite until the world changes.
+        failed: When the last attempt failed [s].
+        only_sooner: Whether the active motion only waits, and is replaced only by one that ends sooner.
+        lead: Time allowed for a plan from rest, in addition to that of the options [s].
+    """
+
+    goal: GuardedGoal | None = None
+    not_before: float = 0.0
+    failed: float = -inf
+    only_sooner: bool = False
+    lead: float = 0.0
+
+    def replace_goal(self, goal: GuardedGoal | None) -> None:
+        """Plan to another goal in the next cycle."""
+        self.goal, self.not_before = goal, 0.0
+
+    def require(self, goal: GuardedGoal) -> None:
+        """Plan to a goal unless there is a request already."""
+        self.goal = self.goal or goal
+
+    def fulfilled(self) -> None:
+        """Plan nothing."""
+        self.goal, self.only_sooner = None, False
+
+
+@dataclass(eq=False)
+class _NextGoal(Printed):
+    """The motion to the goal after the present one.
+
+    Attributes:
+        transition: The change to it; None until it is planned.
+        not_before: Time of the next attempt to plan it [s]; infinite until the world changes.
+    """
+
+    transition: Transition | None = None
+    not_before: float = 0.0
 
 
 @dataclass(eq=False)
 class GoalQueue(Printed):
-    """The goals that a robot is to go to, one after the other, and the motions there.
+    """The goals of a supervisor, one after the other, and the motions to them.
 
     Attributes:
-        commitment: What the robot will do whatever comes.
-        running: The motion that it is on.
+        commitment: The motion to which the robot is bound.
+        active: The motion that the robot is on.
         options: Of the supervisor.
-        pending: The goal that a motion is to be planned to; None where it is on the right one.
-        later: Goals after that.
-        following: A goal that moves; None where it stands still.
+        later: Goals after the present one.
+        followed: A moving goal; None if there is none.
     """
 
     commitment: Commitment
-    running: ActiveMotion
+    active: ActiveMotion
     options: SupervisorOptions
-    pending: GuardedGoal | None = None
     later: deque[GuardedGoal] = field(default_factory=deque[GuardedGoal])
-    following: FollowedGoal | None = None
-    _next: Transition | None = None
+    followed: FollowedGoal | None = None
+    _request: _PlanRequest = field(default_factory=_PlanRequest)
+    _next: _NextGoal = field(default_factory=_NextGoal)
     _due: deque[tuple[Event, GuardedGoal]] = field(default_factory=deque[tuple[Event, GuardedGoal]])
-    _again: float = 0.0
-    _failed: float = -inf
-    _next_again: float = 0.0
-    _hurry: bool = False
-    _doubted: bool = False
-    _lead: float = 0.0
+    _uncertainty_noted: bool = False
 
     @property
     def open(self) -> bool:
-        """Whether there is a goal that is not reached."""
-        goals = self.pending is not None or bool(self.later) or self.following is not None
-        return goals or self.running.intended is not None or self.running.pause is not None
+        """Whether a goal is not reached."""
+        goals = self._request.goal is not None or bool(self.later) or self.followed is not None
+        return goals or self.active.intended is not None or self.active.pause is not None
 
     @property
     def given_up(self) -> bool:
-        """Whether there is no plan to the goal, nor will there be in the world as it is known."""
-        return self.pending is not None and self._again == inf
+        """Whether no plan was found, and none is tried until the world changes."""
+        return self._request.goal is not None and self._request.not_before == inf
 
     def go(self, goal: GuardedGoal) -> None:
-        """Go to a goal in place of all others."""
-        self.forget()
-        self.pending, self._again = goal, 0.0
-
-    def forget(self) -> None:
-        """Have no goals any more, but the motion that the robot is on."""
-        self.pending = self.following = self._next = None
-        self.running.pause, self._hurry = None, False
-        self.later.clear()
+        """Go to a goal instead of all others."""
+        self.clear()
+        self._request.replace_goal(goal)
 
     def then(self, goal: GuardedGoal) -> None:
         """Go to a goal after all others."""
         self.later.append(goal)
 
-    def follow(self, following: FollowedGoal) -> None:
-        """Follow a goal that moves in place of all others."""
-        self.forget()
-        self.following, self._again = following, 0.0
+    def follow(self, followed: FollowedGoal) -> None:
+        """Follow a moving goal instead of all others."""
+        self.clear()
+        self.followed, self._request.not_before = followed, 0.0
 
-    def interrupted(self) -> None:
-        """Go on to what is not reached yet, once the robot is stopped on its way there."""
-        goals = [goal for _, goal in self._due]
-        going = self.pending or (None if self.running.intended is None else self.running.intended.goal)
-        goals += [] if going is None else [going]
-        self._due.clear()
-        self.pending, self._next = None, None
-        if goals:
-            self.pending = goals[0]
-            self.later.extendleft(reversed(goals[1:]))
+    def clear(self) -> None:
+        """Drop all goals, but stay on the active motion."""
+        self._request.fulfilled()
+        self.followed, self._next.transition = None, None
+        self.active.forget_pause()
+        self.later.clear()
 
     def abandon(self) -> None:
-        """Have no goals any more, nor a motion to any."""
-        self.forget()
+        """Drop all goals and the active motion."""
+        self.clear()
         self._due.clear()
-        self.running.leave()
+        self.active.leave()
 
-    def look_again(self) -> None:
-        """Judge what is left of the motion, and the next, in the world as it is known now."""
-        self._again, self._next_again = min(self._again, self._failed + self.options.retry), 0.0
-        coming, running = self._next, self.running
-        if coming is not None and not self._holds(coming.intended, coming.intended.begin):
-            self._next = None
-        intended = running.intended
+    def interrupted(self) -> None:
+        """Keep the goals that are not reached, as the robot stops on its way to them."""
+        goals = [goal for _, goal in self._due]
+        intended = self.active.intended
+        present = self._request.goal or (None if intended is None else intended.goal)
+        goals += [] if present is None else [present]
+        self._due.clear()
+        self._request.goal, self._next.transition = None, None
+        if goals:
+            self._request.goal = goals[0]
+            self.later.extendleft(reversed(goals[1:]))
+
+    def world_changed(self) -> None:
+        """Judge the rest of the active motion, and the next one, in the world as last reported."""
+        request, following, active = self._request, self._next, self.active
+        request.not_before = min(request.not_before, request.failed + self.options.retry)
+        following.not_before = 0.0
+        coming = following.transition
+        if coming is not None and not self._proven(coming.intended, coming.intended.begin):
+            following.transition = None
+        intended = active.intended
         if intended is None:
             return
-        holds = not running.in_motion or self._holds(intended, running.parting)
-        if not holds and self._only_uncertain(intended, running.parting):
-            return  # it is gone on along as far as that is proven, maybe slower
-        if not holds:
-            self.pending, self._next, self._hurry = self.pending or intended.goal, None, False
+        if active.partly_committed and not self._proven(intended, active.brake_time):
+            if not self._only_uncertain(intended, active.brake_time):  # else it is extended as far as proven
+                request.require(intended.goal)
+                request.only_sooner, following.transition = False, None
             return
         self.commitment.journal.note(EventKind.STILL_CLEAR)
-        if intended.held_back and running.in_motion and self.pending is None:
-            self.pending, self._hurry = intended.goal, True
+        if intended.held_back and active.partly_committed and request.goal is None:
+            request.goal, request.only_sooner = intended.goal, True
 
-    def work(self, now: float) -> None:
-        """Plan what is to be planned, and commit what comes next."""
-        if self.following is not None:
-            self._follow(self.following, now)
-        pause = self.running.pause
-        same = pause is not None and (self.pending is None or self.pending is pause.intended.goal)
-        if same and self.running.resume(now):
-            self.pending, self._doubted = None, False
-        if self.pending is not None and now >= self._again:
-            self._plan(self.pending, now)
-        self._get_on(self.commitment.executor.now())  # a plan may have taken long
-        if self.pending is None and self.later and now >= self._next_again:
-            self._plan_ahead(now)
+    def advance(self, now: float) -> None:
+        """Plan, and commit the next piece."""
+        request = self._request
+        if self.followed is not None:
+            self._update_followed(self.followed, now)
+        pause = self.active.pause
+        same_goal = pause is not None and (request.goal is None or request.goal is pause.intended.goal)
+        if same_goal and self.active.resume(now):
+            request.goal, self._uncertainty_noted = None, False
+        if request.goal is not None and now >= request.not_before:
+            self._plan(request.goal, now)
+        self._proceed(self.commitment.executor.now())  # a plan takes time
+        if request.goal is None and self.later and now >= self._next.not_before:
+            self._plan_next(now)
 
     def _plan(self, goal: GuardedGoal, now: float) -> None:
-        """Plan to a goal from where the robot parts from its motion, or stands."""
-        commitment, running, options = self.commitment, self.running, self.options
-        parts, rest = running.parts(now), commitment.motion.end
-        in_motion = parts is not None
-        at = max(rest + 2.0 * JOLT, now + max(options.ahead, self._lead)) if parts is None else parts
-        if in_motion and (not options.on_the_way or at < commitment.soonest):
-            return  # it is let brake, or brakes already
-        if not in_motion and rest > now + options.ahead:
-            return  # it is on its way to rest
-        pause = running.pause
+        """Plan to a goal from where the active motion can be left, or from rest."""
+        commitment, active, options, request = self.commitment, self.active, self.options, self._request
+        branch, rest = active.branch_time(now), commitment.motion.end
+        moving = branch is not None
+        at = max(rest + 2.0 * JOLT, now + max(options.ahead, request.lead)) if branch is None else branch
+        if moving and (not options.on_the_way or at < commitment.soonest):
+            return  # it brakes, or will
+        if not moving and rest > now + options.ahead:
+            return  # it is coming to rest
+        pause = active.pause
         uncertain = pause is not None and pause.intended.goal is goal and self._only_uncertain(pause, at)
         if commitment.stale(at) or uncertain:
-            self._again = now + options.retry
+            request.not_before = now + options.retry
             return
-        if in_motion and self._retimed(goal, at):
+        if moving and self._retimed(goal, at):
             return
         with commitment.journal.stage("plan"):
-            result = replanned(running, goal, at, hurry=self._hurry)
-        if in_motion and commitment.soonest > at:
-            self._not_planned(EventKind.MISSED_DEADLINE, "" if result.verified else result.reason, same=False)
+            result = replan_from(active, goal, at, only_sooner=request.only_sooner)
+        if moving and commitment.soonest > at:
+            reason = "" if result.verified else result.reason
+            self._plan_failed(EventKind.MISSED_DEADLINE, reason, repeatable=False)
             return
-        if not in_motion and self._goes_back(goal, max(at, commitment.soonest), result):
+        if not moving and self._returns_to_path(goal, max(at, commitment.soonest), result):
             return
         if not result.verified:
-            words = with_margin_share(result, goal.guard.deviation)
-            self._not_planned(EventKind.NO_PLAN, words, same=not in_motion)
+            reason = reason_with_margin(result, goal.guard.deviation)
+            self._plan_failed(EventKind.NO_PLAN, reason, repeatable=not moving)
             return
         trajectory = result.require().trajectory
-        begin = at if in_motion else self._begin_at_rest(goal, trajectory, at, now)
+        begin = at if moving else self._begin_from_rest(goal, trajectory, at, now)
         if begin is not None:
             self._planned(goal, trajectory, begin)
 
-    def _begin_at_rest(
+    def _begin_from_rest(
         self, goal: GuardedGoal, trajectory: Trajectory, at: float, asked: float
     ) -> float | None:
-        """Return when a motion from rest begins [s]: later than planned, if planning took longer.
+        """Return when a motion from rest begins [s], later than planned if planning took longer.
 
-        Where something moves it may not hold later on; then the next plan is allowed twice the time.
+        With dynamic obstacles a later begin may not be proven: None, and the next plan is allowed twice the
+        time.
         """
         commitment, now = self.commitment, self.commitment.executor.now()
         if commitment.soonest <= at:
@@ -270,11 +311,11 @@ class GoalQueue(Printed):
             return later
         if not commitment.stale(later) and goal.guard.proven(trajectory, world, later):
             return later
-        self._lead = 2.0 * (now - asked)
+        self._request.lead = 2.0 * (now - asked)
         return None
 
-    def _goes_back(self, goal: GuardedGoal, at: float, result: Result) -> bool:
-        """Bring the robot back to where a stop led it off its path, if nothing may begin where it stands."""
+    def _returns_to_path(self, goal: GuardedGoal, at: float, result: Result) -> bool:
+        """Return the robot to where a stop led it off its path, if it may not start where it rests."""
         commitment = self.commitment
         if result.status is not Status.START_BREAKS_CONSTRAINT:
             return False
@@ -282,183 +323,194 @@ class GoalQueue(Printed):
             motion = return_to_path(commitment, goal.problem, at, self.options.budget)
         if motion is None or not commitment.splice(motion, at):
             return False
-        commitment.held = False
+        commitment.constrained = False
         commitment.journal.note(
             EventKind.RECOVERING, f"back to where it left its path to stop: {result.reason}"
         )
         return True
 
     def _planned(self, goal: GuardedGoal, trajectory: Trajectory, at: float) -> None:
-        """Take a motion that was planned, unless the one at hand is as good."""
-        intended = self.running.intended
-        hurry, self._hurry = self._hurry, False
-        self.pending = None
-        if intended is not None and hurry and trajectory.duration > SOONER * (intended.end - at):
+        """Take a planned motion, unless the active one ends about as soon."""
+        intended, request = self.active.intended, self._request
+        only_sooner = request.only_sooner
+        request.fulfilled()
+        if intended is not None and only_sooner and trajectory.duration > SOONER * (intended.end - at):
             return
         kind = EventKind.STARTED if intended is None else EventKind.REPLANNED
         self.commitment.journal.note(kind, f"{trajectory.duration:.3f} s to the goal")
         self._take(IntendedMotion.of(goal, trajectory, at))
-        if self.following is not None:
-            self.following.again = at
+        if self.followed is not None:
+            self.followed.begin = at
 
-    def _not_planned(self, kind: EventKind, words: str, *, same: bool) -> None:
-        """Note that there is no plan, and when to try again."""
-        commitment, now = self.commitment, self.commitment.executor.now()
-        if self._hurry:  # there is a motion, which only waits
-            self.pending, self._hurry = None, False
+    def _plan_failed(self, kind: EventKind, words: str, *, repeatable: bool) -> None:
+        """Note a failed plan, and set the time of the next attempt.
+
+        Args:
+            kind: Of the event.
+            words: Of the event.
+            repeatable: Whether another attempt would have the same result in the same static scene.
+        """
+        commitment, now, request = self.commitment, self.commitment.executor.now(), self._request
+        if request.only_sooner:
+            request.fulfilled()
             return
         commitment.journal.note(kind, words)
-        # Where nothing moves, the same question from the same place has the same answer.
-        same = same and not commitment.world.scene.changing and self.following is None
-        self._failed, self._again = now, inf if same else now + self.options.retry
+        hopeless = repeatable and not commitment.world.scene.changing and self.followed is None
+        request.failed, request.not_before = now, inf if hopeless else now + self.options.retry
 
     def _retimed(self, goal: GuardedGoal, at: float) -> bool:
-        """Take the same path driven slower, where that keeps clear of what moves; say whether it does."""
-        commitment, intended, patience = self.commitment, self.running.intended, self.options.patience
-        if not patience or not commitment.world.scene.changing or self._hurry:
+        """Drive the same path with another timing if that is clear of the dynamic obstacles."""
+        commitment, intended, patience = self.commitment, self.active.intended, self.options.patience
+        if not patience or not commitment.world.scene.changing or self._request.only_sooner:
             return False
         if intended is None or intended.goal is not goal:
             return False
         with commitment.journal.stage("retime"):
-            here = commitment.from_then(goal.problem, at, commitment.world)
+            here = commitment.continued(goal.problem, at, commitment.world)
             found = retime_on_path(intended, here, commitment.world, at, patience)
         if found is None or commitment.soonest > at:
             return False
-        words = "; ".join(found.remarks) or "the same path, hardly slower"
-        commitment.journal.note(EventKind.SLOWING, words)
+        commitment.journal.note(EventKind.SLOWING, "; ".join(found.remarks) or "the same path, hardly slower")
         self._take(IntendedMotion.of(goal, found.trajectory, at, held_back=True))
-        self.pending = None
+        self._request.goal = None
         return True
 
     def _take(self, intended: IntendedMotion) -> None:
-        self.running.take(intended)
-        self._next, self._next_again = None, 0.0
+        self.active.take(intended)
+        self._next = _NextGoal()
 
-    def _plan_ahead(self, now: float) -> None:
-        """Plan from the motion that is being driven to the goal after it: from its end, then passing near."""
-        commitment, before, coming = self.commitment, self.running.intended, self._next
+    def _plan_next(self, now: float) -> None:
+        """Plan from the active motion to the next goal: first from its end, then within its blend radius."""
+        commitment, before, following = self.commitment, self.active.intended, self._next
         if before is None:
             return
-        if coming is not None and (coming.kind is EventKind.PASSED or not before.goal.blend_radius):
+        coming = following.transition
+        if coming is not None:
+            if coming.kind is not EventKind.PASSED and before.goal.blend_radius:
+                with commitment.journal.stage("plan ahead"):
+                    following.transition = passing(commitment, self.options, before, coming)
+                following.not_before = inf  # tried once
             return
         with commitment.journal.stage("plan ahead"):
-            if coming is None:
-                self._next, words = from_rest(commitment, self.options, before, self.later[0])
-            else:
-                self._next, words = passing(commitment, self.options, before, coming)
-        if self._next is None:
-            commitment.journal.note(EventKind.NO_PLAN, f"to the goal after this one: {words}")
-        same = self._next is None and not commitment.world.scene.changing
-        again = now + self.options.retry if self._next is None else now
-        # Passing is tried once; what is planned from rest does.
-        self._next_again = inf if same or coming is not None else again
+            following.transition, words = from_rest(commitment, self.options, before, self.later[0])
+        following.not_before = now
+        if following.transition is None:
+            commitment.journal.note(EventKind.NO_PLAN, f"to the next goal: {words}")
+            changing = bool(commitment.world.scene.changing)
+            following.not_before = now + self.options.retry if changing else inf
 
-    def _get_on(self, now: float) -> None:
-        """Commit what comes next, and note what is reached."""
+    def _proceed(self, now: float) -> None:
+        """Note reached goals, and commit the next piece."""
         while self._due and self._due[0][0].time <= now:
             event, _ = self._due.popleft()
             self.commitment.journal.note(event.kind, event.words)
-        intended = self.running.intended
+        intended = self.active.intended
         if intended is None:
-            if self.pending is None and self.running.pause is None and self.following is None and self.later:
-                self.pending, self._again = self.later.popleft(), 0.0
+            idle = self._request.goal is None and self.active.pause is None and self.followed is None
+            if idle and self.later:
+                self._request.replace_goal(self.later.popleft())
         elif now >= intended.end:
             self._arrived(intended)
-        elif self._next is None or not self._turned(self._next, intended, now):
+        elif not self._changed_over(intended, now):
             self._extend(intended, now)
 
     def _extend(self, intended: IntendedMotion, now: float) -> None:
-        """Commit the next piece of a motion."""
-        running, journal = self.running, self.commitment.journal
-        progress = running.extend(now)
-        if progress is PieceStatus.UNPROVEN and not self._hopeless(intended, now):
-            # There is time until it brakes: what comes next may be clear a cycle later, or planned anew.
-            if not self._only_uncertain(intended, running.parting):
-                self.pending = self.pending or intended.goal
-            elif not self._doubted:
-                self._doubted = True
-                journal.note(EventKind.STALE, position_errors(self.commitment.world, running.parting))
-        elif progress is PieceStatus.BRAKING:
-            self.pending, self._again = self.pending or intended.goal, 0.0
-            journal.note(EventKind.STOPPING, "nothing that goes on from there was proven in time")
+        """Commit the next piece of the active motion."""
+        active, journal, request = self.active, self.commitment.journal, self._request
+        status = active.extend(now)
+        if status is PieceStatus.UNPROVEN and not self._gave_up_begin(intended, now):
+            # Until it brakes, the next piece may become clear or be replanned.
+            if not self._only_uncertain(intended, active.brake_time):
+                request.require(intended.goal)
+            elif not self._uncertainty_noted:
+                self._uncertainty_noted = True
+                journal.note(EventKind.STALE, self.commitment.world.growing_errors(active.brake_time))
+        elif status is PieceStatus.BRAKING:
+            request.require(intended.goal)
+            request.not_before = 0.0
+            journal.note(EventKind.STOPPING, "no further piece of the motion was proven in time")
 
-    def _hopeless(self, intended: IntendedMotion, now: float) -> bool:
-        """Give up a motion of which not even the begin is proven, where nothing moves; say whether it is.
+    def _gave_up_begin(self, intended: IntendedMotion, now: float) -> bool:
+        """Give up a motion whose first piece is not proven in a static scene; return whether it is one.
 
-        Planned anew from the same place it would be the same.
+        Another plan from the same place would be the same.
         """
-        commitment, running = self.commitment, self.running
-        if running.parting > intended.begin or commitment.world.scene.changing:
+        commitment, active = self.commitment, self.active
+        if active.brake_time > intended.begin or commitment.world.scene.changing:
             return False
-        self.pending, self._again = self.pending or intended.goal, now + self.options.retry
+        self._request.require(intended.goal)
+        self._request.not_before = now + self.options.retry
         if now >= commitment.motion.end:
-            words = running.why_not(intended, running.parting, now)
-            running.leave()
-            self._not_planned(EventKind.NO_PLAN, f"what was planned is not proven: {words}", same=True)
+            words = active.failed_check(intended, active.brake_time, now)
+            active.leave()
+            self._plan_failed(
+                EventKind.NO_PLAN, f"the planned motion is not proven: {words}", repeatable=True
+            )
         return True
 
-    def _turned(self, coming: Transition, before: IntendedMotion, now: float) -> bool:
-        """Turn from a motion to the next, where it is time for that; say whether it is done."""
-        onward, running = coming.intended, self.running
-        if running.parting < min(onward.begin, before.end):
+    def _changed_over(self, before: IntendedMotion, now: float) -> bool:
+        """Change from the active motion to the next when it is time; return whether this is done."""
+        active, following = self.active, self._next
+        coming = following.transition
+        if coming is None:
+            return False
+        onward = coming.intended
+        if active.brake_time < min(onward.begin, before.end):
             return False
         late = onward.begin < self.commitment.soonest
-        if late or not running.commit(onward, onward.begin, now):
+        if late or not active.commit(onward, onward.begin, now):
             if late or coming.kind is EventKind.PASSED:
-                self._next, self._next_again = (
-                    coming.at_rest if coming.kind is EventKind.PASSED else None,
-                    inf,
-                )
+                following.transition, following.not_before = coming.at_rest, inf
             return False
-        self._next, self._next_again = None, 0.0
-        self._due.append((Event(min(onward.begin, before.end), coming.kind, coming.words), before.goal))
+        self._next = _NextGoal()
+        event = Event(min(onward.begin, before.end), coming.kind, coming.words)
+        self._due.append((event, before.goal))
         self.later.popleft()
         return True
 
     def _arrived(self, intended: IntendedMotion) -> None:
-        """Be at rest at the end of a motion."""
-        self.running.leave()
-        self._next = None
-        reached = self.pending is None or self.pending is intended.goal
-        if reached and self.following is None:
-            self.pending = None
+        """Finish the active motion, at whose end the robot rests."""
+        self.active.leave()
+        self._next.transition = None
+        reached = self._request.goal is None or self._request.goal is intended.goal
+        if reached and self.followed is None:
+            self._request.goal = None
             self.commitment.journal.note(EventKind.REACHED)
 
-    def _follow(self, following: FollowedGoal, now: float) -> None:
-        """See whether the motion leads to where the goal is now."""
-        commitment, intended = self.commitment, self.running.intended
+    def _update_followed(self, followed: FollowedGoal, now: float) -> None:
+        """Check whether the active motion leads to the present place of a moving goal."""
+        commitment, intended, request = self.commitment, self.active.intended, self._request
         arrival = max(commitment.motion.end if intended is None else intended.end, now)
         if commitment.stale(arrival):
             return
-        here = commitment.still_at(following.goal.problem, arrival, commitment.world.at(arrival))
+        here = commitment.resting(followed.goal.problem, arrival, commitment.world.at(arrival))
         if intended is None:
             end = here.reduced.start_positions
         else:
             end = intended.trajectory(intended.trajectory.duration)
-        aimed = following.aimed(here)
-        if not following.holds(aimed, end):
-            following.holds_since = None
-            if now < following.again and intended is not None:
-                return
-            self.pending = following.requested = replace(following.goal, problem=aimed)
+        problem = followed.updated(here)
+        if not followed.holds(problem, end):
+            followed.holds_since = None
+            if now >= followed.begin or intended is None:
+                request.goal = followed.requested = replace(followed.goal, problem=problem)
             return
-        if self.pending is following.requested:
-            self.pending = None
-        if intended is not None or commitment.motion.end > now or self.running.pause is not None:
+        if request.goal is followed.requested:
+            request.goal = None
+        if intended is not None or commitment.motion.end > now or self.active.pause is not None:
             return
-        if following.holds_since is None:
-            following.holds_since = now
-        if now - following.holds_since >= following.hold:
-            self.following = None
+        if followed.holds_since is None:
+            followed.holds_since = now
+        if now - followed.holds_since >= followed.hold:
+            self.followed = None
             commitment.journal.note(EventKind.REACHED)
 
-    def _only_uncertain(self, left: IntendedMotion | Pause, time: float) -> bool:
-        """Whether nothing speaks against what is left of a motion but that things are known worse later."""
+    def _only_uncertain(self, rest: IntendedMotion | Pause, time: float) -> bool:
+        """Return whether only growing position errors prevent a proof of the rest of a motion."""
         changing = bool(self.commitment.world.scene.changing)
-        return changing and self.running.would_be_clear(left, time)
+        return changing and self.active.clear_without_growing_errors(rest, time)
 
-    def _holds(self, intended: IntendedMotion, begin: float) -> bool:
+    def _proven(self, intended: IntendedMotion, begin: float) -> bool:
         commitment = self.commitment
         return not commitment.stale(begin) and intended.goal.guard.proven(
-            intended.left(begin), commitment.world, begin
+            intended.after(begin), commitment.world, begin
         )

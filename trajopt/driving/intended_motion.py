@@ -1,4 +1,9 @@
-"""Intention: the motion that a robot is to make, if nothing comes between."""
+"""The intended motion to a goal, driven along its path at a share of its planned speed.
+
+When the speed changes, the rate of the motion's clock changes smoothly and then stays
+(`trajopt.timing.time_scaling`). A change takes the shortest of some times with which the limits hold at the
+extremes of the polynomials.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -114,12 +119,12 @@ def _scaled(planned: Trajectory, scaling: SpeedScaling) -> Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class GuardedGoal(Value):
-    """A goal that a robot is to go to.
+    """A goal of a supervisor.
 
     Attributes:
-        problem: What the motion there must achieve.
-        guard: Proves what is driven on the way.
-        blend_radius: How near to it it is enough to pass, where another follows [m].
+        problem: The requirements of the motion to it.
+        guard: Proves the motions to it.
+        blend_radius: If another goal follows, the tool may pass within this distance instead of stopping [m].
     """
 
     problem: Problem
@@ -129,15 +134,15 @@ class GuardedGoal(Value):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class IntendedMotion(Value):
-    """The motion that a robot is to make, if nothing comes between.
+    """The whole motion to a goal, of which a piece at a time is committed.
 
     Attributes:
-        goal: Where it goes.
-        planned: The motion as it was planned, of the group's joints.
-        trajectory: The motion as it is to be driven.
-        scaling: The speed at which it is driven.
+        goal: Its goal.
+        planned: The motion as planned, of the group's joints.
+        trajectory: The motion as driven, at a speed scaling.
+        scaling: The speed scaling.
         begin: When it begins, on the executor's clock [s].
-        held_back: Whether it waits for something that moves: without that it would be over sooner.
+        held_back: Whether it waits or slows down for a dynamic obstacle.
     """
 
     goal: GuardedGoal
@@ -151,7 +156,7 @@ class IntendedMotion(Value):
     def of(
         goal: GuardedGoal, planned: Trajectory, begin: float, *, held_back: bool = False
     ) -> "IntendedMotion":
-        """Return the intention to make a motion as it was planned; arguments are its attributes."""
+        """Return a planned motion at full speed; arguments are the attributes."""
         return IntendedMotion(
             goal=goal,
             planned=planned,
@@ -163,7 +168,7 @@ class IntendedMotion(Value):
 
     @property
     def end(self) -> float:
-        """When it ends [s]."""
+        """When it ends, on the executor's clock [s]."""
         return self.begin + self.trajectory.duration
 
     @cached_property
@@ -171,8 +176,8 @@ class IntendedMotion(Value):
         """Its stops along the path."""
         return StopsAlong(self.trajectory, self.goal.problem.limits)
 
-    def left(self, time: float) -> Trajectory:
-        """Return what is left of the motion at a time before its end, on the executor's clock [s]."""
+    def after(self, time: float) -> Trajectory:
+        """Return the rest of the motion from a time before its end, on the executor's clock [s]."""
         return self.trajectory.between(max(time - self.begin, 0.0), self.trajectory.duration)
 
     def at_speed(
@@ -183,11 +188,10 @@ class IntendedMotion(Value):
         Args:
             speed: Share of the planned speed, in (0, 1].
             time: When the rest begins, on the executor's clock [s].
-            rests_at: Time of the motion at which the robot rests on its path then [s]; None if it moves.
+            rests_at: Time of the motion at which the robot rests on its path [s]; None if it moves.
         """
-        moving = rests_at is None
         clock, rate, slope = self.scaling.at(time - self.begin if rests_at is None else rests_at)
-        begin = (clock, rate, slope) if moving else (clock, 0.0, 0.0)
+        begin = (clock, rate, slope) if rests_at is None else (clock, 0.0, 0.0)
         found = scale_speed(self.planned, begin, speed, self.goal.problem.limits)
         if found is None:
             return None

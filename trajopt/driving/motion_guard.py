@@ -1,4 +1,4 @@
-"""Guard: proves what is to be driven next, in the world as it is known at that time."""
+"""Motion guard: proves the motions that a robot is about to be driven along, in a world snapshot."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,21 +22,36 @@ from trajopt.values.trajectory import Trajectory, state_of
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
 FIRST_INTERVALS = 8
-"""Into so many intervals a piece and its stop are cut at first: they are half as long as motions mostly are,
-which the judge cuts into sixteen."""
+"""Intervals of a piece and its stop at the start of a proof: half of those of a whole motion, which is about
+twice as long."""
+DISTANCE_STATUSES = {
+    Status.START_IN_COLLISION,
+    Status.CLEARANCE_IMPOSSIBLE,
+    Status.GOAL_IN_COLLISION,
+    Status.NO_WAYPOINT,
+    Status.STUCK,
+    Status.PROVEN_INFEASIBLE,
+    Status.BLOCKED_IN_TIME,
+    Status.INEVITABLE,
+    Status.FIXED_LINK_MET,
+    Status.GOAL_OCCUPIED,
+}
+"""Failures to plan that larger required distances may cause."""
+SMALLEST_MARGIN = 1e-4
+"""Smaller tracking margins are not named as a reason [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotionGuard(Value):
-    """Proves motions that end at rest somewhere on the way; one for each thread, as judges are.
+    """Proves motions that end at rest anywhere; one for each thread, as judges are.
 
-    What a problem requires all the way must hold for them as well, and the limits; its goal need not. Every
-    distance must be larger than is required by as much as the robot can be off where it has to be. The judge
-    of a scene is kept: it is asked about one motion after the other, at other times of the scene's clock.
+    The limits and the path constraints of the problem must hold, its goal need not. Every required distance
+    is increased by the tracking deviation. The judges of the last scenes are kept.
 
     Attributes:
-        problem: What is required, and of which group.
-        deviation: How far any point of the robot, or of what it carries, can be off where it has to be [m].
+        problem: The requirements and the group.
+        deviation: Largest distance of any point of the robot, or of an attached object, from its commanded
+            position [m].
     """
 
     problem: Problem
@@ -45,32 +60,33 @@ class MotionGuard(Value):
     def proven(
         self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
     ) -> bool:
-        """Say whether a motion that begins at a time is proven.
+        """Return whether a motion is proven.
 
         Args:
             motion: Of the group's joints.
-            world: What is known of the world.
+            world: The world as last reported.
             begin: When the motion begins, on the executor's clock [s].
-            requirements: Whether the problem's own constraints must hold too, besides limits and clearances.
+            requirements: Whether the path constraints of the problem must hold, in addition to limits and
+                clearances.
         """
-        asked = self._specification(motion, requirements=requirements, clock=world.clock(begin))
-        return self._judge(world.scene).decide(motion, asked).verified
+        required = self._specification(motion, requirements=requirements, clock=world.clock(begin))
+        return self._judge(world.scene).decide(motion, required).verified
 
     def prepare(self, world: WorldSnapshot) -> None:
-        """Make the judge of a world, so that the first motion in it is judged as fast as the others."""
+        """Make the judge of a world, so that the first proof takes no longer than the others."""
         self._judge(world.scene)
 
     def certificate(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> Certificate:
-        """Measure by how much a motion is proven, or is not; arguments as of `proven`.
+        """Measure every check of a motion; arguments as for `proven`.
 
         Raises:
-            ShapeError: If nothing is known of an object's motion any more when it begins.
+            ShapeError: If the motion of an object is no longer predicted when it begins.
         """
         reduced = self._reduced(motion, world.at(begin))
         return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
-    def why_not(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> str:
-        """Say which check fails, or of what nothing is known any more; arguments as of `proven`."""
+    def failed_check(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> str:
+        """Describe the check that fails, or the prediction that has ended; arguments as for `proven`."""
         if stale := world.stale(begin):
             return stale
         checks = self.certificate(motion, world, begin).checks
@@ -78,7 +94,7 @@ class MotionGuard(Value):
 
     @cached_property
     def options(self) -> VerifyOptions:
-        """The judge's own, and how far the robot can be off taken off every distance."""
+        """Options of the judge, with the tracking deviation as a distance error."""
         return VerifyOptions(
             distance_error=VerifyOptions.distance_error + self.deviation, first_intervals=FIRST_INTERVALS
         )
@@ -102,7 +118,7 @@ class MotionGuard(Value):
         return reduce_model(scene, problem.group, scene.robot.followed(positions))
 
     def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
-        """State what must hold; the motion begins where it begins, which is for the executor to check."""
+        """Return the requirements; the executor checks that the motion begins in the state of the robot."""
         problem, begins = self.problem, state_of(motion, 0.0)
         return Specification(
             goals=(),
@@ -117,24 +133,24 @@ class MotionGuard(Value):
 
 
 def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
-    """Return a problem from where a robot stands, in a scene.
+    """Return a problem that starts at rest in a configuration, in a scene.
 
     Args:
-        problem: What is asked.
+        problem: The problem.
         positions: Of all joints, shape (number of joints,) [rad | m].
-        scene: What is around the robot.
+        scene: The scene.
     """
     return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
 
 
 def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: Scene) -> Problem:
-    """Return a problem as if the robot stood in a scene where it has to be at a time.
+    """Return a problem that starts at rest in the commanded configuration of a time, in a scene.
 
     Args:
-        problem: What is asked.
-        committed: What the robot has to do.
+        problem: The problem.
+        committed: The motion of the robot.
         time: On the executor's clock [s].
-        scene: What is around the robot.
+        scene: The scene.
     """
     positions = np.array(problem.start_positions)
     positions[scene.robot.index(committed.joint_names)] = committed(time)[0]
@@ -144,12 +160,11 @@ def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: S
 def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
     """Return the guard of a problem whose robot an executor drives, within its tolerance.
 
-    Joints that it drives and the group does not move stand where the executor has them, whatever the problem
-    says.
+    Driven joints outside the group stay where the executor has them, not at the start of the problem.
 
     Args:
-        problem: What is required.
-        executor: What drives the robot.
+        problem: The requirements.
+        executor: The driver of the robot.
 
     Raises:
         JointNotFound: If it does not drive a joint of the group.
@@ -158,68 +173,54 @@ def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
     for name in names:
         if name not in driven:
             raise JointNotFound("joint that is driven", name, driven)
-    stands, robot = np.array(problem.start_positions), problem.scene.robot
-    stands[robot.index(driven)] = executor.state().commanded
-    here = start_from(problem, robot.followed(stands), problem.scene)
+    positions, robot = np.array(problem.start_positions), problem.scene.robot
+    positions[robot.index(driven)] = executor.state().commanded
+    here = start_from(problem, robot.followed(positions), problem.scene)
     return guard_within(here, driven, executor.tolerance)
 
 
 def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floats) -> MotionGuard:
     """Return the guard of a problem whose robot follows within a tolerance.
 
-    Joints outside the group count as well: a finger that is off by a millimetre moves its tip by as much.
+    Joints outside the group count, too: a finger joint that is off by a millimetre moves the fingertip as
+    far.
 
     Args:
-        problem: What is required; joints outside the group stay at its start.
-        joint_names: Joints that are driven.
-        tolerance: How far each of them can be off where it has to be, shape (n,) [rad | m].
+        problem: The requirements; joints outside the group stay at its start.
+        joint_names: Driven joints.
+        tolerance: Largest tracking error of each of them, shape (n,) [rad | m].
     """
     whole = whole_robot(problem.scene, joint_names, problem.start_positions)
     return MotionGuard(problem, largest_deviation(whole, tolerance))
 
 
-OF_DISTANCES = {
-    Status.START_IN_COLLISION,
-    Status.CLEARANCE_IMPOSSIBLE,
-    Status.GOAL_IN_COLLISION,
-    Status.NO_WAYPOINT,
-    Status.STUCK,
-    Status.PROVEN_INFEASIBLE,
-    Status.BLOCKED_IN_TIME,
-    Status.INEVITABLE,
-    Status.FIXED_LINK_MET,
-    Status.GOAL_OCCUPIED,
-}
-"""Reasons for which there may be no plan because larger distances are required."""
-SMALLEST_SHARE = 1e-4
-"""Room that is smaller is not named as a reason [m]."""
+def with_tracking_margin(scene: Scene, deviation: float) -> Scene:
+    """Return a scene whose clearances are increased by a tracking deviation.
 
-
-def with_tracking_margin(scene: Scene, off: float) -> Scene:
-    """Return a scene whose clearances are larger by how far a robot can be off where it has to be.
+    A plan in this scene can be proven for a robot that is off its commanded positions.
 
     Args:
-        scene: What is around the robot.
-        off: How far any point of it can be off [m].
+        scene: The scene.
+        deviation: Largest distance of any point of the robot from its commanded position [m].
     """
     stated = scene.clearances
     wider = replace(
         stated,
-        everywhere=stated.everywhere + off,
-        pairs={pair: value + off for pair, value in stated.pairs.items()},
-        links={link: value + off for link, value in stated.links.items()},
-        kinds={kind: value + off for kind, value in stated.kinds.items()},
+        everywhere=stated.everywhere + deviation,
+        pairs={pair: value + deviation for pair, value in stated.pairs.items()},
+        links={link: value + deviation for link, value in stated.links.items()},
+        kinds={kind: value + deviation for kind, value in stated.kinds.items()},
     )
     return replace(scene, clearances=wider)
 
 
-def with_margin_share(result: Result, off: float) -> str:
-    """Return why there is no plan, and how much of the required distances the robot's tolerance takes.
+def reason_with_margin(result: Result, deviation: float) -> str:
+    """Return the reason of a failed plan, and the tracking margin if it may be the cause.
 
     Args:
-        result: Of a problem in a scene that `with_room` made.
-        off: How far any point of the robot can be off [m].
+        result: Of a problem in a scene by `with_tracking_margin`.
+        deviation: Largest distance of any point of the robot from its commanded position [m].
     """
-    if result.status not in OF_DISTANCES or off < SMALLEST_SHARE:
+    if result.status not in DISTANCE_STATUSES or deviation < SMALLEST_MARGIN:
         return result.reason
-    return f"{result.reason}; {1e3 * off:.4g} mm of each required distance is room for the driver's tolerance"
+    return f"{result.reason}; required distances include {1e3 * deviation:.4g} mm for the tracking tolerance"

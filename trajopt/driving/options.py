@@ -8,16 +8,16 @@ from trajopt.values.errors import ClockError, ProblemError
 from trajopt.values.errors.arguments import checked
 
 CLOCK_TOLERANCE = 0.01
-"""Clocks of a robot's computers that are kept in step differ by less [s]: NTP in one network does it."""
+"""Largest difference of synchronised clocks of a robot's computers [s]: NTP in one network keeps it."""
 
 
 def on_clock(stamp: float | None, now: float, tolerance: float) -> float:
-    """Return a stamp that is not ahead of the executor's clock [s].
+    """Return a time stamp that is not ahead of the executor's clock [s].
 
     Args:
-        stamp: When something was measured or commanded [s]; now when None.
+        stamp: Time of a measurement or command [s]; now when None.
         now: The time on the executor's clock [s].
-        tolerance: A stamp that is ahead by at most so much counts as now [s].
+        tolerance: A stamp ahead by no more than this counts as now [s].
 
     Raises:
         ClockError: If it is farther ahead.
@@ -28,8 +28,8 @@ def on_clock(stamp: float | None, now: float, tolerance: float) -> float:
     ahead = number("stamp", stamp) - now
     if ahead > tolerance:
         raise ClockError(
-            f"stamp is {stamp:.3f} s, {ahead:.3f} s ahead of the executor's clock, which shows {now:.3f} s; "
-            f"{tolerance:g} s are allowed (clock_tolerance): "
+            f"stamp {stamp:.3f} s is {ahead:.3f} s ahead of the executor's clock, which shows {now:.3f} s; "
+            f"clock_tolerance is {tolerance:g} s; "
             "correct the clock of the sender, or stamp by executor.now()"
         )
     return min(stamp, now)
@@ -41,16 +41,17 @@ class SupervisorOptions:
     """Options of a supervisor.
 
     Attributes:
-        cycle: Time from one cycle to the next [s].
-        ahead: So far ahead of now the robot is committed to its motion before it would brake [s]. A plan that
-            takes no longer than that changes the motion without a stop; the longer, the later a stop begins.
-        budget: What each plan may take.
-        on_the_way: Whether it plans while the robot moves, or only once it stands.
-        retry: After a plan that failed the next is tried so much later [s].
-        patience: Where something that moves breaks the rest of the motion, the same path is driven slower, or
-            with a stop, if that ends at most so much later [s]; else it is planned anew. With 0 it always is.
-        clock_tolerance: A stamp ahead of the executor's clock by at most so much counts as now [s]; one that
-            is farther ahead is refused.
+        cycle: Time between cycles [s].
+        ahead: Time ahead of now until which the robot is committed to its motion before it would brake [s]. A
+            plan that takes no longer changes the motion without a stop; the longer, the later a stop begins.
+        budget: Limits of each plan.
+        on_the_way: Whether to plan while the robot moves, or only when it is at rest.
+        retry: Time from a failed plan to the next [s].
+        patience: If a dynamic obstacle blocks the rest of the motion, the path is driven slower or with a
+            stop, provided that this ends at most this much later [s]; otherwise the motion is replanned. With
+            0 it is always replanned.
+        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s]; others
+            are refused.
     """
 
     cycle: float = 0.02

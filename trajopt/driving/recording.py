@@ -28,9 +28,9 @@ class RecordedMotion(Value):
     """A motion on the clock of the recording.
 
     Attributes:
-        since: When the robot was told to make it [s].
+        since: When it was given to the robot [s].
         begin: When it begins [s].
-        trajectory: Of the group's joints; None where there is none from then on.
+        trajectory: Of the group's joints; None if there is none from then on.
     """
 
     since: float
@@ -41,29 +41,29 @@ class RecordedMotion(Value):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Sighting(Value):
-    """The world as it was told, and when.
+    """A reported world.
 
     Attributes:
-        since: When it was told [s].
-        seen: What was.
+        since: When it was reported [s].
+        world: The world.
     """
 
     since: float
-    seen: WorldSnapshot
+    world: WorldSnapshot
 
 
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RecordedMoment(Value):
-    """A moment of a run.
+    """The state of a run at a time.
 
     Attributes:
         time: On the clock of the recording [s].
-        positions: Where the group's joints were measured to be, shape (n,) [rad | m].
-        stop: What the robot does if nothing more comes, to its rest; None where it stands.
-        plan: What is left of the motion to the goal; None where there is none.
-        sighting: The world as it was known.
-        events: What had happened until then, in order.
+        positions: Measured positions of the group's joints, shape (n,) [rad | m].
+        stop: The committed motion, to rest; None if the robot is at rest.
+        plan: The rest of the motion to the goal; None if there is none.
+        sighting: The world as last reported.
+        events: Events until then, in order.
     """
 
     time: float
@@ -77,18 +77,18 @@ class RecordedMoment(Value):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(Value):
-    """What happened in a run.
+    """The recording of a run.
 
     Attributes:
-        group: The group that moved.
-        start: Positions of all of the robot's joints at the begin, shape (number of joints,) [rad | m].
+        group: The driven group.
+        start: Positions of all joints of the robot at the beginning, shape (number of joints,) [rad | m].
         joint_names: The n joints of the group.
-        times: When it was looked, increasing, shape (k,) [s].
-        positions: Where the joints were measured to be, shape (k, n) [rad | m].
-        committed: What was spliced in, in order; each ends at rest.
-        intended: What the robot meant to do, in order.
-        sightings: What was known of the world, in order; the first from the begin on.
-        events: What happened, in order.
+        times: Times of the samples, increasing, shape (k,) [s].
+        positions: Measured positions of the joints, shape (k, n) [rad | m].
+        committed: Motions that were committed, in order; each ends at rest.
+        intended: Motions to the goals, in order.
+        sightings: Reported worlds, in order; the first from the beginning.
+        events: Events, in order.
     """
 
     group: str
@@ -102,11 +102,11 @@ class Recording(Value):
     events: Sequence[Event]
 
     def __post_init__(self) -> None:
-        """Check that it fits together.
+        """Check the fields.
 
         Raises:
-            ShapeError: If the numbers do not fit, or times do not increase.
-            ProblemError: If nothing was known of the world, or lists are out of order.
+            ShapeError: If shapes do not match, or times do not increase.
+            ProblemError: If there is no world, or lists are out of order.
         """
         times = floats("times", self.times, (None,))
         object.__setattr__(self, "times", times)
@@ -114,7 +114,7 @@ class Recording(Value):
         shape = (len(times), len(self.joint_names))
         object.__setattr__(self, "positions", floats("positions", self.positions, shape))
         if not len(times) or (np.diff(times) <= 0.0).any():
-            raise ShapeError("times", "must increase, and be one at least")
+            raise ShapeError("times", "must be at least one, and increase")
         kinds = {
             "committed": RecordedMotion,
             "intended": RecordedMotion,
@@ -125,36 +125,36 @@ class Recording(Value):
             object.__setattr__(self, name, several(name, getattr(self, name), kind))
         for name in ("committed", "intended", "sightings"):
             if (np.diff([each.since for each in getattr(self, name)]) < 0.0).any():
-                raise ProblemError(f"{name} must be in the order of time")
+                raise ProblemError(f"{name} must be sorted by time")
         if not self.sightings:
-            raise ProblemError("sightings must be one at least")
+            raise ProblemError("sightings must have at least one element")
 
     @property
     def robot(self) -> Robot:
         """The robot."""
-        return self.sightings[0].seen.scene.robot
+        return self.sightings[0].world.scene.robot
 
     @property
     def begin(self) -> float:
-        """When it begins [s]."""
+        """Time of the first sample [s]."""
         return float(self.times[0])
 
     @property
     def duration(self) -> float:
-        """From the begin to the last look [s]."""
+        """Time from the first sample to the last [s]."""
         return float(self.times[-1] - self.times[0])
 
     @checked
     def reduced(self, sighting: Sighting) -> ReducedModel:
-        """Return the robot among what was seen; of all else than the group, as it stood at the begin."""
-        return reduce_model(sighting.seen.scene, self.group, self.start)
+        """Return robot and scene of a sighting, joints outside the group as at the beginning."""
+        return reduce_model(sighting.world.scene, self.group, self.start)
 
     @checked
     def at(self, time: float) -> RecordedMoment:
-        """Return a moment; between two looks the robot is drawn through.
+        """Return the state at a time, interpolated between samples.
 
         Args:
-            time: On the clock of the recording; clipped to what was recorded [s].
+            time: On the clock of the recording; clipped to its duration [s].
         """
         now = min(max(time, self.begin), float(self.times[-1]))
         sighted = bisect_right(self.sightings, now, key=lambda each: each.since)
@@ -168,7 +168,6 @@ class Recording(Value):
         )
 
     def _positions_at(self, now: float) -> Floats:
-        """Return where the joints were measured to be, straight between two looks."""
         after = min(max(int(np.searchsorted(self.times, now)), 1), len(self.times) - 1)
         if not after:
             return self.positions[0]
@@ -177,7 +176,7 @@ class Recording(Value):
         return (1.0 - share) * self.positions[after - 1] + share * self.positions[after]
 
     def _stop(self, now: float) -> Trajectory | None:
-        """Return what the robot was committed to."""
+        """Return the committed motion."""
         last = bisect_right(self.committed, now, key=lambda each: each.since)
         first = last
         while first and (first == last or self.committed[first].begin > now):
@@ -189,7 +188,7 @@ class Recording(Value):
         return motion.ahead(now, self.joint_names)
 
     def _plan(self, now: float) -> Trajectory | None:
-        """Return what was left of the motion to the goal."""
+        """Return the rest of the motion to the goal."""
         last = bisect_right(self.intended, now, key=lambda each: each.since)
         each = self.intended[last - 1] if last else None
         if each is None or each.trajectory is None or now >= each.begin + each.trajectory.duration:
@@ -198,49 +197,46 @@ class Recording(Value):
 
 
 LATEST = 64
-"""The last moment is made of so many entries of each kind: more than a robot is ever committed to at once."""
+"""Entries of each kind from which the last state is made: more than are ever committed at a time."""
 
 
 @runtime_checkable
 class Watched(Protocol):
-    """Whoever drives a robot: a `Supervisor` or a `Servo`."""
+    """A driver of a robot that can be recorded: `Supervisor` or `Servo`."""
 
     @property
     def executor(self) -> Executor:
-        """What drives the robot."""
+        """The executor."""
         ...
 
     @property
     def problem(self) -> Problem:
-        """What is asked of it."""
+        """The requirements."""
         ...
 
     @property
     def events(self) -> Sequence[Event]:
-        """What happened, in order."""
+        """Events so far, in order."""
         ...
 
     @property
-    def seen(self) -> WorldSnapshot:
-        """The world as it was last told."""
+    def world(self) -> WorldSnapshot:
+        """The world as last reported."""
         ...
 
     @property
     def committed(self) -> CommittedMotion:
-        """What the robot will do whatever comes."""
+        """The committed motion."""
         ...
 
     @property
     def intended(self) -> IntendedMotion | None:
-        """The motion to the goal that it is on."""
+        """The motion to the goal; None if there is none."""
         ...
 
 
 class Logbook:
-    """What happened so far; `look` is called after each cycle of who is watched.
-
-    It may be read in other threads.
-    """
+    """Records a run; call `look` after each cycle. It may be read in other threads."""
 
     def __init__(self) -> None:
         """Begin empty."""
@@ -257,16 +253,16 @@ class Logbook:
 
     @checked
     def look(self, watched: Watched) -> None:
-        """Write down what is new.
+        """Record the present state.
 
         Raises:
-            ProblemError: If it is another one than before.
+            ProblemError: If it is another driver than before.
         """
         with self._lock:
             if self._watched is None:
                 self._begin(watched)
             elif watched is not self._watched:
-                raise ProblemError("a logbook is of one robot: begin another one")
+                raise ProblemError("a logbook records one driver; make another logbook")
             self._look(watched)
 
     def _look(self, watched: Watched) -> None:
@@ -274,35 +270,35 @@ class Logbook:
         if not self._times or now > self._times[-1]:
             self._times.append(now)
             self._positions.append(executor.state().positions[self._columns])
-        if not self._sightings or watched.seen is not self._sightings[-1].seen:
-            self._sightings.append(Sighting(since=now if self._sightings else -np.inf, seen=watched.seen))
+        if not self._sightings or watched.world is not self._sightings[-1].world:
+            self._sightings.append(Sighting(since=now if self._sightings else -np.inf, world=watched.world))
         self._note_motions(watched, now)
 
     @property
-    def looks(self) -> int:
-        """How many times were written down."""
+    def samples(self) -> int:
+        """Number of samples."""
         return len(self._times)
 
     @property
     def duration(self) -> float:
-        """From the first look to the last [s]; 0 before."""
+        """Time from the first sample to the last [s]; 0 without samples."""
         return self._times[-1] - self._times[0] if self._times else 0.0
 
     @property
     def recording(self) -> Recording:
-        """Everything so far.
+        """The recording so far.
 
         Raises:
-            ProblemError: If nothing was looked at.
+            ProblemError: If there is no sample.
         """
         return self._recording(0)
 
     @property
     def moment(self) -> RecordedMoment:
-        """The last moment that was looked at.
+        """The state at the last sample.
 
         Raises:
-            ProblemError: If none was.
+            ProblemError: If there is none.
         """
         return self._recording(LATEST).at(np.inf)
 
@@ -314,7 +310,7 @@ class Logbook:
         self._start = robot.followed(start)
 
     def _note_motions(self, watched: Watched, now: float) -> None:
-        """Write down what was spliced in since the last look, and a new way to the goal."""
+        """Record motions that were committed since the last sample, and a new motion to the goal."""
         names, pieces = watched.problem.reduced.joint_names, watched.committed.pieces
         for begin, motion in pieces:
             if not any(motion is known for known in self._kept):
@@ -329,11 +325,11 @@ class Logbook:
             self._intended.append(RecordedMotion(since=now, begin=begin, trajectory=motion))
 
     def _recording(self, latest: int) -> Recording:
-        """Return the last entries of each kind, all where it is 0; of what was seen and happened, all."""
+        """Return the last entries of each kind (all if 0), and all worlds and events."""
         with self._lock:
             watched = self._watched
             if watched is None:
-                raise ProblemError("nothing was looked at yet")
+                raise ProblemError("the logbook has no sample; call look after each cycle")
             return Recording(
                 group=watched.problem.group,
                 start=self._start,

@@ -8,11 +8,10 @@
      "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
     }
 
-What is there are the fields of `trajopt.driving.Recording`, of its motions, events and scenes, and of the
-scenes' objects, by their names and in their units; `trajopt.values.documents.values` says how values
-become JSON. Only the robot
-is not in it: whoever reads a recording has it, or loads it from its source, which is null, or what
-`trajopt plan` writes.
+The fields are those of `trajopt.driving.Recording`, of its motions, events and scenes, and of the objects of
+the scenes, with their names and units; `trajopt.values.documents.values` describes the JSON of values. The
+robot is not included: a reader has it, or loads it from its source, which is null or as `trajopt plan` writes
+it.
 """
 
 from collections.abc import Mapping
@@ -44,7 +43,7 @@ WORLD = tuple(name for name in (item.name for item in fields(Scene)) if name != 
 
 @cache
 def recording_kinds() -> Kinds:
-    """Return the classes of what a file may hold, by name; files before 0.2 have two other names."""
+    """Return the classes of values in a file, by name; files before version 0.2 have two other names."""
     own = {kind.__name__: kind for kind in (RecordedMotion, Event, EventKind)}
     return {**model_kinds(), **own, "TimedMotion": RecordedMotion, "Kind": EventKind}
 
@@ -55,8 +54,8 @@ class RecordingFile(Value):
 
     Attributes:
         robot_name: The name of the robot.
-        source: What loads it, as `write_recording` was told; None if it was told nothing.
-        document: What is in the file.
+        source: How to load it, as given to `write_recording`; None if nothing was given.
+        document: Contents of the file.
     """
 
     robot_name: str
@@ -65,7 +64,7 @@ class RecordingFile(Value):
 
     @staticmethod
     def is_one(path: Path | str) -> bool:
-        """Say whether a file's JSON is that of a recording.
+        """Return whether a file is a recording in JSON.
 
         Raises:
             FileFormatError: If it cannot be read.
@@ -74,17 +73,17 @@ class RecordingFile(Value):
 
     @staticmethod
     def open(path: Path | str) -> "RecordingFile":
-        """Look at a file.
+        """Open a file.
 
         Raises:
-            FileFormatError: If it is no recording, or of another version.
+            FileFormatError: If it is not a recording, or has another version.
         """
         document = read_document(path)
         if document["format"].text("") != FORMAT:
-            raise document.error(f"is no recording: its format is not {FORMAT!r}")
+            raise document.error(f"is not a recording: its format is not {FORMAT!r}")
         document.only(("format", "version", "robot", "sightings", *PARTS))
         if document["version"].number() != VERSION:
-            raise document["version"].error(f"is {document['version'].number():g}; this reads {VERSION}")
+            raise document["version"].error(f"is {document['version'].number():g}, must be {VERSION}")
         robot = document["robot"].only(("name", "joints", "source"))
         source = robot["source"].value
         if source is not None and not isinstance(source, dict):
@@ -92,19 +91,19 @@ class RecordingFile(Value):
         return RecordingFile(robot["name"].text(), cast("dict[str, object] | None", source), document)
 
     def read(self, robot: Robot) -> Recording:
-        """Read it.
+        """Read the recording.
 
         Args:
-            robot: The robot that moved.
+            robot: The recorded robot.
 
         Raises:
-            FileFormatError: If it is another robot, or the file does not say what it must.
+            FileFormatError: If the robot is another one, or the file does not have the format.
         """
         document = self.document
         joints = tuple(each.text() for each in document["robot"]["joints"].elements())
         if joints != robot.joint_names:
             raise document["robot"].error(
-                f"is of {shown(self.robot_name)}, whose joints are not those of {shown(robot.name)}"
+                f"is {shown(self.robot_name)}, whose joints differ from those of {shown(robot.name)}"
             )
         reader = Reader(recording_kinds(), check_fields, check_value)
         parts = {name: reader.value(document[name]) for name in PARTS}
@@ -117,14 +116,14 @@ class RecordingFile(Value):
 
 @checked
 def read_recording(path: Path | str, robot: Robot) -> Recording:
-    """Read a recording from a file; the module says what it holds.
+    """Read a recording from a file in the format of this module.
 
     Args:
         path: The file.
-        robot: The robot that moved.
+        robot: The recorded robot.
 
     Raises:
-        FileFormatError: If the file does not say what it must, or it is another robot.
+        FileFormatError: If the robot is another one, or the file does not have the format.
     """
     return RecordingFile.open(path).read(robot)
 
@@ -133,12 +132,12 @@ def read_recording(path: Path | str, robot: Robot) -> Recording:
 def write_recording(
     path: Path | str, recording: Recording, source: Mapping[str, object] | None = None
 ) -> None:
-    """Write a recording; the module says how.
+    """Write a recording in the format of this module.
 
     Args:
         path: The file, JSON.
-        recording: What happened.
-        source: Plain data by which whoever reads it finds the robot; the commands write theirs.
+        recording: The recording.
+        source: Plain data by which a reader finds the robot; the commands write theirs.
 
     Raises:
         FileFormatError: If it cannot be written.
@@ -149,21 +148,21 @@ def write_recording(
     sightings = [
         {
             "since": writer.document(each.since, "since"),
-            "stamp": each.seen.stamp,
-            "scene": {name: writer.document(getattr(each.seen.scene, name), name) for name in WORLD},
+            "stamp": each.world.stamp,
+            "scene": {name: writer.document(getattr(each.world.scene, name), name) for name in WORLD},
         }
         for each in recording.sightings
     ]
     parts = {name: writer.document(getattr(recording, name), name) for name in PARTS}
-    told = {"format": FORMAT, "version": VERSION, "robot": about, "sightings": sightings, **parts}
-    write_json(path, told, indent=None)
+    document = {"format": FORMAT, "version": VERSION, "robot": about, "sightings": sightings, **parts}
+    write_json(path, document, indent=None)
 
 
 def _sighting(reader: Reader, node: Node, robot: Robot) -> Sighting:
     node.only(("since", "stamp", "scene"))
     parts = {name: reader.value(node["scene"].only(WORLD)[name]) for name in WORLD}
     try:
-        seen = WorldSnapshot(Scene(robot=robot, **parts), node["stamp"].number())
-        return Sighting(since=reader.value(node["since"]), seen=seen)
+        world = WorldSnapshot(Scene(robot=robot, **parts), node["stamp"].number())
+        return Sighting(since=reader.value(node["since"]), world=world)
     except (TrajoptError, TypeError) as error:
         raise node.error(str(error)) from error

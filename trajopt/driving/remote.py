@@ -1,9 +1,9 @@
-"""An executor in another process: whoever plans may die, and takes nothing with it.
+"""An executor in another process, so that a planner that dies does not affect the robot.
 
-The process of the robot calls `attend` again and again, beside driving the robot. The one that plans makes a
-`RemoteExecutor` of its end of the connection (`multiprocessing.Pipe`), and uses it as any other. A request is
-its number, the name of a method and its arguments; an answer is that number, what the method returns, and why
-it could not be done. Each is one message of the connection.
+The process of the robot calls `attend` repeatedly while it drives the robot. The planning process makes a
+`RemoteExecutor` of its end of the connection (`multiprocessing.Pipe`). A request contains its number, the
+name of a method and the arguments; an answer contains that number, the result and an error message. Each is
+one message of the connection.
 """
 
 from multiprocessing.connection import Connection
@@ -17,19 +17,19 @@ from trajopt.values.errors import ExecutionError
 from trajopt.values.trajectory import Trajectory
 
 DELAY = 5e-3
-"""What a message between two processes takes at most [s]: a motion that comes later is refused."""
+"""Longest time of a message between two processes [s]: a motion that arrives later is refused."""
 
 
 def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: float = 0.0) -> bool:
-    """Answer all requests that are there; what goes wrong with one is told to who asked.
+    """Answer all pending requests; an error of one is part of its answer.
 
     Args:
-        executor: What is asked.
-        connection: To the process that asks.
-        wait: Time in which a request may come [s].
+        executor: Executes the requests.
+        connection: To the planning process.
+        wait: Time to wait for a request [s].
 
     Returns:
-        Whether there is still somebody at the other end.
+        Whether the other end of the connection is still open.
     """
     try:
         while connection.poll(wait):
@@ -42,14 +42,14 @@ def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: floa
 
 
 def _answer(executor: Executor, name: str, arguments: tuple[Any, ...]) -> tuple[object, str]:
-    """Return what a method returns, or why it cannot be done: the robot's process goes on either way."""
+    """Return the result of a request and an error message; the process of the robot goes on in any case."""
     try:
-        return _answered(executor, name, arguments), ""
+        return _result(executor, name, arguments), ""
     except Exception as error:
         return None, str(error) or type(error).__name__
 
 
-def _answered(executor: Executor, name: str, arguments: tuple[Any, ...]) -> object:
+def _result(executor: Executor, name: str, arguments: tuple[Any, ...]) -> object:
     match name:
         case "names":
             return executor.joint_names, executor.period, executor.latency, executor.tolerance
@@ -68,31 +68,31 @@ def _answered(executor: Executor, name: str, arguments: tuple[Any, ...]) -> obje
         case "clear_fault":
             return executor.clear_fault()
         case _:
-            raise ExecutionError(f"no request is called {name!r}")
+            raise ExecutionError(f"request {name!r} does not exist")
 
 
 class RemoteExecutor:
-    """An executor that another process has.
+    """An executor in another process.
 
     Attributes:
-        joint_names: Joints that it drives.
-        period: Time from one command to the next [s].
-        latency: A motion given now can begin so much later, with the time that messages take [s].
-        tolerance: How far each joint may be from where it has to be, shape (n,) [rad | m].
+        joint_names: Driven joints.
+        period: Time between commands [s].
+        latency: Least time from giving a motion to its beginning, with the time of messages [s].
+        tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
     """
 
     def __init__(self, connection: "Connection[Any, Any]", *, delay: float = DELAY) -> None:
-        """Ask what is driven.
+        """Read the properties of the executor.
 
         Args:
-            connection: To the process that attends.
-            delay: What messages take at most [s].
+            connection: To the process that calls `attend`.
+            delay: Longest time of a message [s].
 
         Raises:
-            ExecutionError: If it cannot be done, or nobody answers any more; so do all methods.
+            ExecutionError: By this and all methods, if the request fails or the other process has ended.
         """
         self._connection, self._number = connection, 0
-        self.joint_names, self.period, latency, self.tolerance = self._asked("names")
+        self.joint_names, self.period, latency, self.tolerance = self._request("names")
         self.joint_names: tuple[str, ...]
         self.period: float
         self.tolerance: Floats
@@ -100,14 +100,14 @@ class RemoteExecutor:
 
     def now(self) -> float:
         """Return the time on the robot's clock [s]."""
-        return self._asked("now")
+        return self._request("now")
 
     def state(self) -> RobotState:
         """Return the last measured state."""
-        return RobotState(*self._asked("state"))
+        return RobotState(*self._request("state"))
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; say why not."""
+        """Drive a motion from a time on; return the reason of a refusal."""
         rows = (
             trajectory.joint_names,
             *(
@@ -117,29 +117,29 @@ class RemoteExecutor:
                 )
             ),
         )  # fmt: skip
-        return self._asked("splice", rows, at)
+        return self._request("splice", rows, at)
 
     def stop(self) -> None:
-        """Bring the robot to rest at once, in the driver's own way."""
-        self._asked("stop")
+        """Bring the robot to rest as fast as the driver can."""
+        self._request("stop")
 
     def fault(self) -> str:
-        """Say why the robot does not follow."""
-        return self._asked("fault")
+        """Return the reason why the robot does not follow."""
+        return self._request("fault")
 
     def clear_fault(self) -> None:
-        """Go on where the robot stands now."""
-        self._asked("clear_fault")
+        """Clear a fault at the present position of the robot."""
+        self._request("clear_fault")
 
-    def _asked(self, name: str, *arguments: object) -> Any:
+    def _request(self, name: str, *arguments: object) -> Any:
         self._number += 1
         try:
             self._connection.send((self._number, name, arguments))
             number, answer, failed = self._connection.recv()
-            while number != self._number:  # of a request that was interrupted before it was answered
+            while number != self._number:  # the answer to an interrupted request
                 number, answer, failed = self._connection.recv()
         except (EOFError, OSError) as error:
-            raise ExecutionError("the process of the robot does not answer any more") from error
+            raise ExecutionError("the process of the robot no longer answers") from error
         if failed:
-            raise ExecutionError(f"the process of the robot could not do {name}: {failed}")
+            raise ExecutionError(f"{name} failed in the process of the robot: {failed}")
         return answer

@@ -9,9 +9,9 @@ from trajopt.driving.active_motion import ActiveMotion
 from trajopt.driving.commit_loop import Commitment
 from trajopt.driving.events import EventKind
 from trajopt.driving.intended_motion import GuardedGoal, IntendedMotion
-from trajopt.driving.motion_guard import start_from, with_margin_share
+from trajopt.driving.motion_guard import reason_with_margin, start_from
 from trajopt.driving.options import SupervisorOptions
-from trajopt.driving.world_snapshot import WorldSnapshot, grow_uncertain
+from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.geometry import Query
 from trajopt.planning import Budget, on_the_way
 from trajopt.planning.moving.among import Among
@@ -29,102 +29,29 @@ from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Judge
 
-
-def replanned(running: ActiveMotion, goal: GuardedGoal, at: float, *, hurry: bool) -> Result:
-    """Plan to a goal from where the robot will be at a time.
-
-    Where things are known worse and worse, and nothing is proven to the goal for that, what is clear as
-    well as they were known when they were seen will do: it is gone along as far as that is proven.
-
-    Args:
-        running: The motion that the robot is on.
-        goal: The goal.
-        at: On the executor's clock [s].
-        hurry: Whether only what is over sooner is of use.
-    """
-    world = running.commitment.world
-    result = _among(running, goal, at, world, hurry)
-    known = world.as_well_known(at)
-    if result.verified or known is None or not grow_uncertain(world):
-        return result
-    other = _among(running, goal, at, known, hurry)
-    return other if other.verified else result
-
-
-def _among(running: ActiveMotion, goal: GuardedGoal, at: float, world: WorldSnapshot, hurry: bool) -> Result:
-    """Plan in a world, beginning with what is left of the motion.
-
-    What is left of one that goes slower than it could, or waits, would be that slow again.
-    """
-    commitment, intended, budget = running.commitment, running.intended, running.options.budget
-    slow = hurry or intended is None or intended.held_back or intended.scaling.speed != 1.0
-    if intended is None or slow or not intended.begin <= at < intended.end:
-        return plan(commitment.from_then(goal.problem, at, world), budget=budget)
-    there = commitment.still_at(goal.problem, at, commitment.around(at, world))
-    return replan(there, intended.trajectory, at - intended.begin, budget=budget)
-
-
-def retime_on_path(
-    intended: IntendedMotion, here: Problem, world: WorldSnapshot, begin: float, patience: float
-) -> TimedOnPath | None:
-    """Return what is left of a motion, timed anew on its path and proven to its end; None if no timing is.
-
-    Args:
-        intended: The motion.
-        here: Its problem, from where the robot will be when the rest begins.
-        world: What is known of the world.
-        begin: When the rest begins, on the executor's clock [s].
-        patience: It is over no later than so much after the motion as it was [s].
-    """
-    among = Among.of(here, Query(here.reduced))
-    if among is None:
-        return None
-    rest = intended.left(begin)
-    until = min(rest.duration + patience, among.latest)
-    motions = among.timing.timings(rest, until)
-    return next((each for each in motions if intended.goal.guard.proven(each.trajectory, world, begin)), None)
-
-
-def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: Budget) -> Trajectory | None:
-    """Return the way from where a robot rests to where a stop led it off a path on which all held.
-
-    Nothing that is required on the way may hold on it, but limits and clearances; it is proven.
-
-    Args:
-        commitment: What the robot will do.
-        problem: What is asked of it.
-        at: When it begins, on the executor's clock [s].
-        budget: What the plan may take.
-
-    Returns:
-        The way; None where there is none, or no stop led off a path.
-    """
-    if commitment.left is None:
-        return None
-    driven = commitment.executor.joint_names
-    places = {name: float(commitment.left[driven.index(name)]) for name in commitment.joint_names}
-    there = replace(problem, goal=joint_positions(places), constraints=(), waypoints=())
-    result = plan(commitment.from_then(there, at, commitment.world), budget=budget)
-    if not result.verified:
-        return None
-    motion = result.require().trajectory
-    proven = commitment.guard.proven(motion, commitment.world, at, requirements=False)
-    return motion if proven else None
-
-
 TOOL_STEP = 5e-3
-"""Time between two looks at where the tool is [s]: at 1 m/s half a centimetre."""
+"""Time between samples of the tool's position [s]: half a centimetre at 1 m/s."""
+DEEPEST = 0.01
+"""Deepest penetration that counts as light contact [m]; deeper contact needs a person."""
+YIELD = 1e-3
+"""Additional penetration while the robot leaves a contact [m]: bodies in contact yield this much."""
+LEAVING_TIME = 60.0
+"""Longest time for which the contact is allowed [s]; separation is checked."""
+DISTANCE_ROUNDING = 1e-6
+"""Smaller differences of distances count as none [m]."""
+SEPARATION_STEP = 5e-3
+"""Time between checks that the bodies in contact separate [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Transition(Value):
-    """How one motion goes over into the next.
+    """The change from a motion to the one to the next goal.
 
     Attributes:
         intended: The next motion.
-        kind: What is noted when it begins: the goal before is reached, or passed.
-        words: The particulars.
-        at_rest: How it does from where the robot rests, of one that passes; else None.
+        kind: Event at its beginning: the goal before is reached, or passed.
+        words: Particulars of the event.
+        at_rest: The transition from rest that takes its place if passing fails; None for one from rest.
     """
 
     intended: IntendedMotion
@@ -133,84 +60,153 @@ class Transition(Value):
     at_rest: "Transition | None" = None
 
 
-def from_rest(
-    commitment: Commitment, options: SupervisorOptions, before: IntendedMotion, following: GuardedGoal
-) -> tuple[Transition | None, str]:
-    """Plan from where a motion that is being driven ends to the next goal.
+def replan_from(active: ActiveMotion, goal: GuardedGoal, at: float, *, only_sooner: bool) -> Result:
+    """Plan to a goal from the state of the robot at a time.
+
+    If position errors grow with time and prevent a proof up to the goal, a plan is made for the errors of the
+    last report; it is followed as far as it is proven.
 
     Args:
-        commitment: What the robot will do.
-        options: Of the supervisor.
-        before: The motion.
-        following: The goal after it.
+        active: The motion that the robot is on.
+        goal: The goal.
+        at: On the executor's clock [s].
+        only_sooner: Whether only a motion that ends sooner is of use.
+    """
+    world = active.commitment.world
+    result = _plan_in(world, active, goal, at, only_sooner)
+    frozen = world.without_growing_errors(at)
+    if result.verified or frozen is None or not world.errors_grow:
+        return result
+    other = _plan_in(frozen, active, goal, at, only_sooner)
+    return other if other.verified else result
+
+
+def _plan_in(
+    world: WorldSnapshot, active: ActiveMotion, goal: GuardedGoal, at: float, only_sooner: bool
+) -> Result:
+    """Plan in a world, from the rest of the active motion unless that is slower than possible."""
+    commitment, intended, budget = active.commitment, active.intended, active.options.budget
+    slow = only_sooner or intended is None or intended.held_back or intended.scaling.speed != 1.0
+    if intended is None or slow or not intended.begin <= at < intended.end:
+        return plan(commitment.continued(goal.problem, at, world), budget=budget)
+    there = commitment.resting(goal.problem, at, commitment.planning_scene(at, world))
+    return replan(there, intended.trajectory, at - intended.begin, budget=budget)
+
+
+def retime_on_path(
+    intended: IntendedMotion, here: Problem, world: WorldSnapshot, begin: float, patience: float
+) -> TimedOnPath | None:
+    """Return the rest of a motion with another timing on its path, proven to its end; None if there is none.
+
+    Args:
+        intended: The motion.
+        here: Its problem, from the state of the robot when the rest begins.
+        world: The world as last reported.
+        begin: When the rest begins, on the executor's clock [s].
+        patience: It ends no later than this after the present motion [s].
+    """
+    among = Among.of(here, Query(here.reduced))
+    if among is None:
+        return None
+    rest = intended.after(begin)
+    until = min(rest.duration + patience, among.latest)
+    motions = among.timing.timings(rest, until)
+    return next((each for each in motions if intended.goal.guard.proven(each.trajectory, world, begin)), None)
+
+
+def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: Budget) -> Trajectory | None:
+    """Return a motion back to the place where a stop led off a path that satisfied all constraints.
+
+    The motion is proven for limits and clearances; path constraints may not hold on it.
+
+    Args:
+        commitment: The motion to which the robot is bound.
+        problem: The requirements.
+        at: When it begins, on the executor's clock [s].
+        budget: Limits of the plan.
 
     Returns:
-        How to go on; or None, and why not.
+        The motion; None if there is none, or no stop led off a path.
+    """
+    if commitment.left_path_at is None:
+        return None
+    driven = commitment.executor.joint_names
+    positions = {name: float(commitment.left_path_at[driven.index(name)]) for name in commitment.joint_names}
+    there = replace(problem, goal=joint_positions(positions), constraints=(), waypoints=())
+    result = plan(commitment.continued(there, at, commitment.world), budget=budget)
+    if not result.verified:
+        return None
+    motion = result.require().trajectory
+    proven = commitment.guard.proven(motion, commitment.world, at, requirements=False)
+    return motion if proven else None
+
+
+def from_rest(
+    commitment: Commitment, options: SupervisorOptions, before: IntendedMotion, goal: GuardedGoal
+) -> tuple[Transition | None, str]:
+    """Plan from the end of a motion that is being driven to the next goal.
+
+    Args:
+        commitment: The motion to which the robot is bound.
+        options: Of the supervisor.
+        before: The motion.
+        goal: The next goal.
+
+    Returns:
+        The transition; or None and the reason.
     """
     begin = before.end + 2.0 * JOLT
     if stale := commitment.world.stale(begin):
         return None, stale
-    problem, motion = following.problem, before.trajectory
-    there = commitment.still_at(problem, begin, commitment.around(begin, commitment.world))
+    problem, motion = goal.problem, before.trajectory
+    there = commitment.resting(problem, begin, commitment.planning_scene(begin, commitment.world))
     positions, robot = np.array(there.start_positions), there.scene.robot
     positions[robot.index(problem.reduced.joint_names)] = motion(motion.duration)
     there = start_from(there, robot.followed(positions), there.scene)
     result = plan(there, budget=options.budget)
     if not result.verified:
-        return None, with_margin_share(result, following.guard.deviation)
-    return Transition(IntendedMotion.of(following, result.require().trajectory, begin), EventKind.REACHED), ""
+        return None, reason_with_margin(result, goal.guard.deviation)
+    return Transition(IntendedMotion.of(goal, result.require().trajectory, begin), EventKind.REACHED), ""
 
 
 def passing(
     commitment: Commitment, options: SupervisorOptions, before: IntendedMotion, at_rest: Transition
-) -> tuple[Transition, str]:
-    """Plan to the next goal from where a motion has come near enough to its own, as fast as it is there.
+) -> Transition:
+    """Plan to the next goal from where a motion enters the blend radius of its own, without a stop.
 
     Args:
-        commitment: What the robot will do.
+        commitment: The motion to which the robot is bound.
         options: Of the supervisor.
         before: The motion.
-        at_rest: How to go on from its end.
+        at_rest: The transition from its end.
 
     Returns:
-        What is over sooner, and nothing.
+        The transition that ends sooner.
     """
-    following, near, away = at_rest.intended.goal, *_comes_near(before)
+    goal, near, distance = at_rest.intended.goal, *_enters_blend(before)
     if not commitment.soonest < near < before.end or commitment.world.stale(near):
-        return at_rest, ""
-    here = commitment.still_at(following.problem, near, commitment.around(near, commitment.world))
+        return at_rest
+    here = commitment.resting(goal.problem, near, commitment.planning_scene(near, commitment.world))
     result = plan(on_the_way(here, before.trajectory, near - before.begin), budget=options.budget)
     if not result.verified or commitment.soonest > near:
-        return at_rest, ""
-    intended = IntendedMotion.of(following, result.require().trajectory, near)
+        return at_rest
+    intended = IntendedMotion.of(goal, result.require().trajectory, near)
     if intended.end >= at_rest.intended.end:
-        return at_rest, ""
-    words = f"at {1e3 * away:.1f} mm, of {1e3 * before.goal.blend_radius:.1f} mm"
-    return Transition(intended, EventKind.PASSED, words, at_rest), ""
+        return at_rest
+    words = f"at {1e3 * distance:.1f} mm, of {1e3 * before.goal.blend_radius:.1f} mm"
+    return Transition(intended, EventKind.PASSED, words, at_rest)
 
 
-def _comes_near(intended: IntendedMotion) -> tuple[float, float]:
-    """Return when the tool is near enough to where a motion takes it, for good [s], and how near then [m]."""
+def _enters_blend(intended: IntendedMotion) -> tuple[float, float]:
+    """Return when the tool enters the blend radius for good [s], and its distance from the goal then [m]."""
     motion, scene = intended.trajectory, intended.goal.problem.scene
     tool, reduced = tool_of(scene, intended.goal.problem.group), intended.goal.problem.reduced
     times = np.append(np.arange(0.0, motion.duration, TOOL_STEP), motion.duration)
     points = [scene.placement_of(tool, reduced.all_positions(each)).translation for each in motion(times)]
-    away = np.linalg.norm(np.array(points) - points[-1], axis=1)
-    far = np.flatnonzero(away > intended.goal.blend_radius)
-    first = int(far[-1]) + 1 if len(far) else 0
-    return intended.begin + float(times[first]), float(away[first])
-
-
-DEEPEST = 0.01
-"""Contact deeper than this is no light contact: somebody has to look [m]."""
-YIELD = 1e-3
-"""How much deeper than it is a contact may get while the robot leaves it: what touches yields so much [m]."""
-LEAVING = 60.0
-"""Contact is accepted so long at most [s]; that it ends is looked at."""
-DISTANCE_ROUNDING = 1e-6
-"""Differences of distances below this are none [m]."""
-SEPARATION_STEP = 5e-3
-"""Time between two looks at whether things separate [s]."""
+    distances = np.linalg.norm(np.array(points) - points[-1], axis=1)
+    outside = np.flatnonzero(distances > intended.goal.blend_radius)
+    first = int(outside[-1]) + 1 if len(outside) else 0
+    return intended.begin + float(times[first]), float(distances[first])
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +214,8 @@ class Recovery(Value):
     """A motion out of contact.
 
     Attributes:
-        trajectory: The motion; None where there is none.
-        words: What touches and how the robot leaves it, or why there is no motion.
+        trajectory: The motion; None if there is none.
+        words: The contacts that the robot leaves, or why there is no motion.
     """
 
     trajectory: Trajectory | None
@@ -229,20 +225,20 @@ class Recovery(Value):
 def recovery(
     problem: Problem, scene: Scene, positions: Floats, goal: GoalLike, *, scaling: float
 ) -> Recovery:
-    """Plan from where a robot stands, maybe in light contact, to a goal.
+    """Plan from a configuration that may be in light contact to a goal, slowly.
 
-    What touches may touch until it is apart, and no deeper than by what it yields; from then on everything
-    keeps apart as it must. Whatever separates separates all the time.
+    Pairs in contact may touch until they are apart, no deeper than they yield; from then on all clearances
+    hold. Their distances never decrease.
 
     Args:
-        problem: The group, and the limits; its goal and constraints do not count.
-        scene: What is around the robot.
+        problem: The group and the limits; its goal and constraints do not count.
+        scene: The scene.
         positions: Of all joints, shape (number of joints,) [rad | m].
-        goal: Where to go.
+        goal: The goal.
         scaling: Factor on the limits of velocity and acceleration.
 
     Raises:
-        ProblemError: If the scaling is no factor in (0, 1].
+        ProblemError: If the scaling is not in (0, 1].
     """
     here = start_from(problem, positions, scene)
     slow = replace(
@@ -256,22 +252,23 @@ def recovery(
         )
     eased = scene
     for pair in touching:
-        name = f"leaving {pair.second}"
         depth = max(-pair.distance, 0.0) + YIELD
-        eased = eased.allow_contact(name, pair.first, pair.second, depth=depth, first=LEAVING)
+        eased = eased.allow_contact(
+            f"leaving {pair.second}", pair.first, pair.second, depth=depth, first=LEAVING_TIME
+        )
     result = plan(replace(slow, scene=eased))
     if not result.verified:
         return Recovery(None, result.reason)
     motion = result.require().trajectory
     words = ", ".join(f"{pair.first} leaves {pair.second}" for pair in touching)
-    pressed = _pressed(here, motion)
-    if pressed:
-        return Recovery(None, f"the motion found presses on: {pressed}")
+    approaching = _approaching(here, motion)
+    if approaching:
+        return Recovery(None, f"the planned motion increases a contact: {approaching}")
     return Recovery(motion, words or "nothing touches")
 
 
-def _pressed(here: Problem, motion: Trajectory) -> str:
-    """Say which pair, too near at the start, does not separate all the time; empty if all do."""
+def _approaching(here: Problem, motion: Trajectory) -> str:
+    """Describe a pair in contact at the start that does not separate all the time; empty if all do."""
     judge, before = Judge(here.reduced), dict[tuple[str, str], float]()
     for number, configuration in enumerate(motion(np.arange(0.0, motion.duration, SEPARATION_STEP))):
         near = {(pair.first, pair.second): pair for pair in judge.examine(configuration).collisions}

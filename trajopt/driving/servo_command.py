@@ -1,4 +1,4 @@
-"""Servo commands: what a robot is to do this very moment, and how what a hand gives is shaped."""
+"""Servo commands: velocities and poses for one moment, and the options that shape them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,13 +25,13 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
 
 REDUCED_SPEED = 0.25
-"""Largest speed of a tool while a person guides it by hand, by ISO 10218-1 [m/s]."""
+"""Largest speed of a tool under manual control by ISO 10218-1 [m/s]."""
 FASTEST, SLOWEST = 0.002, 0.01
-"""Time from one tick to the next, at most 500 and at least 100 a second [s]."""
+"""Least and largest time between ticks: 500 to 100 per second [s]."""
 
 
 class Axis(Enum):
-    """Axes along which, and about which, a tool moves."""
+    """Axes of translation and rotation of a tool."""
 
     X = 0
     Y = 1
@@ -47,9 +47,9 @@ class Twist(Value):
     """Velocity of the tool.
 
     Attributes:
-        linear: Of the tool's origin, shape (3,) [m/s].
-        angular: Shape (3,) [rad/s].
-        frame: Frame whose axes both are given in.
+        linear: Velocity of the tool's origin, shape (3,) [m/s].
+        angular: Angular velocity, shape (3,) [rad/s].
+        frame: Frame whose axes both refer to.
     """
 
     linear: Floats = field(default_factory=lambda: np.zeros(3))
@@ -66,10 +66,10 @@ class Twist(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Pose(Value):
-    """A placement in the world that the tool is drawn to.
+    """A placement to which the tool moves.
 
     Attributes:
-        placement: Of the tool.
+        placement: Of the tool, in the world.
     """
 
     placement: PlacementLike
@@ -86,7 +86,7 @@ class JointVelocities(Value):
     """Velocities of joints.
 
     Attributes:
-        velocities: Joint of the group -> its velocity [rad/s | m/s]; those not named stand still.
+        velocities: Joint of the group -> velocity [rad/s | m/s]; 0 for the others.
     """
 
     velocities: Mapping[str, float]
@@ -98,30 +98,29 @@ class JointVelocities(Value):
 
 
 Command = Twist | Pose | JointVelocities
-"""What the robot is to do."""
+"""A command of a servo."""
 
 
 @checked
 @dataclass(frozen=True, kw_only=True)
 class ServoOptions:
-    """Numbers of a servo.
+    """Options of a servo.
 
     Attributes:
-        period: Time from one tick to the next, 2 to 10 ms [s].
-        timeout: A command older than this counts no more, and the robot stops [s].
-        clearance: It keeps so much farther from everything than is required: room for the stop, which is
-            not straight, and for its proof [m].
-        linear: Largest speed at which the tool is drawn to a pose [m/s].
-        angular: Largest rate at which it turns towards one [rad/s].
-        dead_zone: What a command has beyond this counts, in each of its numbers: a stick is never quite in
-            the middle. In the command's units.
-        scaling: Factor on commands, after the dead zone: of a stick from -1 to 1, the speed at its end.
-        turning: Another factor on what a twist turns, besides that: a stick that is at its end at 0.25 m/s
-            may turn faster than at 0.25 rad/s.
-        smoothing: Time constant of a low-pass filter on commands; none when 0 [s].
-        locked: Axes, of the command's frame, on which a tool's commands do not count.
-        clock_tolerance: A stamp ahead of the executor's clock by at most so much counts as now [s]; one that
-            is farther ahead is refused.
+        period: Time between ticks, 2 to 10 ms [s].
+        timeout: The robot stops if its last command is older than this [s].
+        clearance: Distance that is kept in addition to the required clearances, for the stop, which is not
+            straight, and for its proof [m].
+        linear: Largest speed of a tool on its way to a pose [m/s].
+        angular: Largest angular speed of a tool on its way to a pose [rad/s].
+        dead_zone: Subtracted from the size of each number of a command, as the centre of a stick is inexact;
+            in the units of the command.
+        scaling: Factor on commands, after the dead zone: for a stick from -1 to 1, the speed at its end.
+        turning: Additional factor on the angular part of twists.
+        smoothing: Time constant of a low-pass filter on commands; no filter if 0 [s].
+        locked: Axes, of the command's frame, on which commands of the tool have no effect.
+        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s]; others
+            are refused.
     """
 
     period: float = 0.004
@@ -143,12 +142,12 @@ class ServoOptions:
             ProblemError: If one is out of its range.
         """
         if not FASTEST <= number("period", self.period) <= SLOWEST:
-            raise ProblemError(f"period is from {FASTEST:g} to {SLOWEST:g} s, is {self.period:g} s")
+            raise ProblemError(f"period must be from {FASTEST:g} to {SLOWEST:g} s, is {self.period:g} s")
         above_zero(self, "timeout", "linear", "angular", "scaling", "turning")
         at_least(self, 0.0, "clearance", "dead_zone", "smoothing", "clock_tolerance")
         object.__setattr__(self, "locked", several("locked", self.locked, Axis))
 
     @property
-    def taken(self) -> float:
-        """The share of the way to a command that the filter goes in a tick."""
+    def filter_gain(self) -> float:
+        """Gain of the low-pass filter in a tick, in (0, 1]."""
         return 1.0 - exp(-self.period / self.smoothing) if self.smoothing else 1.0

@@ -1,16 +1,15 @@
-"""The program of a servo's tick: which velocities follow a command best, of those that can still be stopped.
+"""The program of a servo's tick: the velocities that follow a command best, of those that can be stopped.
 
-A tick changes the acceleration of each joint evenly, from the one that it has to another, a. What is solved
-for is the velocity w that the joint settles at from there: w = v + a t / 2, where v is the velocity at the
-tick's end and t is how long the jerk limit lets the acceleration take to be gone, and at least a tick. As w
-grows with a, limits of a are limits of w; and while w stays within the velocity limit, v does too, for no
-acceleration can bring v farther than w before it is gone.
+In a tick the acceleration of each joint changes linearly from its present value to a new one, a. The unknown
+is the velocity w at which the joint settles afterwards: w = v + a t / 2, where v is the velocity at the end
+of the tick, and t, at least a tick, is the time in which the jerk limit lets the acceleration vanish. As w
+increases with a, limits of a are limits of w. While w stays within the velocity limit, so does v, as no
+acceleration brings v beyond w before it vanishes.
 
-How fast something may come nearer to where it has to stay away from, follows from how much room there is:
-after the delay, braking evenly takes the time b in which the joints can lose the speed that they have, so the
-room may shrink by its (delay + b)-th part a second. On a straight way half of b would do; but on the way the
-joints turn, and what comes nearer there is not what comes nearer now. Nothing is said of what gets away: it
-leaves at full speed.
+The speed at which an obstacle may be approached follows from the distance that is left: uniform braking after
+the delay takes the time b in which the joints lose their present speed, so the distance may shrink by its
+share 1 / (delay + b) per second. On a straight line b / 2 would do; as joints turn, the velocity of the
+nearest points changes on the way. Speeds away from obstacles are not limited.
 """
 
 from dataclasses import dataclass
@@ -30,10 +29,10 @@ from trajopt.values.arrays import Floats, Loss, Rows, Value
 
 
 class BodySpeeds:
-    """How fast pairs of bodies can come nearer, in a configuration and for velocities within bounds."""
+    """Approach speeds of pairs of bodies, in a configuration and for velocities within bounds."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Lay out the bodies.
+        """Prepare the bodies.
 
         Args:
             reduced: Robot and scene.
@@ -47,15 +46,15 @@ class BodySpeeds:
                 self._carried[int(model.joints[carrier].idx_v), joint] = 1.0
 
     def nearer(self, placed: JointPlacements, lower: Floats, upper: Floats) -> Floats:
-        """Bound how fast the bodies of each pair can come nearer, shape (p,) [m/s].
+        """Bound the approach speed of each pair, shape (p,) [m/s].
 
-        At the middle of the bounds no point of a body is faster than its centre, and its turning times its
-        radius, make it; the rest is bounded by levers, which hold everywhere.
+        At the middle of the bounds no point of a body is faster than its centre plus its angular speed times
+        its radius; the rest is bounded by levers, which hold in all configurations.
 
         Args:
-            placed: Where the joints are, in one configuration.
+            placed: Placements of the joints, in one configuration.
             lower: Least velocities of the joints, shape (n,) [rad/s | m/s].
-            upper: Largest, likewise.
+            upper: Largest velocities, shape (n,).
         """
         rates = self._mimic @ ((lower + upper) / 2.0)
         twist = (placed.jacobian[0] * rates) @ self._carried
@@ -72,22 +71,21 @@ class BodySpeeds:
 
 
 PENALTY = 1e4
-"""Of coming nearer than is allowed: far more than following a command can ever be worth, whose cost is 1 when
-nothing of it is done."""
-STILLNESS = 1e-6
-"""Weight of the joints' velocities, each by its limit: it decides where the command leaves a choice, and
-costs a millionth of what is commanded."""
+"""Penalty of approaching too fast: far more than the cost of a command, which is 1 if it is not followed."""
+DAMPING = 1e-6
+"""Weight of the joint velocities, each relative to its limit: it decides between equivalent velocities, at a
+millionth of the cost of the command."""
 ACCURACY = 1e-10
-"""Of the program's value: as small a part of the weight above as the square of a hundredth of a limit."""
+"""Accuracy of the program's value: the weight above times the square of a hundredth of a limit."""
 INSET = 1e-5
-"""Joints turn back so far inside their position limits: rounding does not carry them out [rad | m]."""
+"""Distance from the position limits at which joints turn back, for rounding [rad | m]."""
 STEP = 1e-4
-"""Time over which the velocity of what moves by itself is taken as a difference [s]."""
+"""Time step of the difference that gives the velocity of dynamic obstacles [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class VelocityTask(Value):
-    """What a command asks of the joints' velocities w: matrix @ w near to the target.
+    """The task of a command: matrix @ w close to the target, where w are the joint velocities.
 
     Attributes:
         matrix: Shape (k, n).
@@ -100,7 +98,7 @@ class VelocityTask(Value):
 
 @dataclass(frozen=True, eq=False)
 class ApproachLimits(Value):
-    """What must not come nearer than room allows: jacobian @ w >= lower.
+    """Limits on approach speeds: jacobian @ w >= lower, where w are the joint velocities.
 
     Attributes:
         jacobian: Shape (m, n).
@@ -111,35 +109,34 @@ class ApproachLimits(Value):
     lower: Floats
 
     def that_can_break(self, lower: Floats, upper: Floats) -> "ApproachLimits":
-        """Return the rows that velocities between bounds, shape (n,) each, can break."""
+        """Return the rows that velocities between bounds, shape (n,) each, can violate."""
         least = np.minimum(self.jacobian * lower, self.jacobian * upper).sum(axis=1)
         rows = least < self.lower
         return ApproachLimits(self.jacobian[rows], self.lower[rows])
 
 
 class Braking:
-    """What joints can do in a tick, and how soon they can stop."""
+    """Velocities of joints after a tick, and the time in which they stop."""
 
     def __init__(self, limits: JointLimits, period: float) -> None:
-        """Take the limits.
+        """Prepare the limits.
 
         Args:
             limits: With the jerk of each joint limited.
-            period: Of a tick [s].
+            period: Time between ticks [s].
         """
         self.limits, self.period = limits, period
-        # While a brake is put on and let go of, joints go as far as if they braked all at once so much later.
-        # Two lags one after the other do not overshoot where the outer is four times as long as the inner,
-        # which is a tick.
+        # Building up and releasing the braking acceleration has the effect of a delay. A loop with two lags
+        # does not overshoot if the outer lag is four times the inner one, which is a tick.
         self.delay = limits.acceleration / limits.jerk / 2.0 + 4.0 * period
 
     def time(self, velocities: Floats) -> float:
-        """Return how long it takes until the joints stand, with the delay [s]."""
+        """Return the time until the joints are at rest, with the delay [s]."""
         slowest = float((np.abs(velocities) / self.limits.acceleration).max())
         return slowest + float(self.delay.max())
 
     def bounds(self, state: Floats) -> tuple[Floats, Floats]:
-        """Return between what velocities the joints can settle, and still brake before their limits.
+        """Return the bounds of velocities from which joints can brake before their limits.
 
         Args:
             state: Positions, velocities and accelerations, shape (3, n).
@@ -167,36 +164,36 @@ class Braking:
         longer = jerk * (np.sqrt(half**2 + 2.0 * size / jerk) - half)
         return np.sign(change) * np.minimum(size / self.period, longer)
 
-    def _brakeable(self, room: Floats) -> Floats:
-        """Return how fast joints may be with so much room: room = w t + w^2 / 2a, t the delay."""
+    def _brakeable(self, distance: Floats) -> Floats:
+        """Return the largest velocities w at a distance w t + w^2 / 2a from a limit, where t is the delay."""
         most = self.limits.acceleration
         delayed = most * self.delay
-        room = np.maximum(room - INSET, 0.0)
-        return np.sqrt(delayed**2 + 2.0 * most * room) - delayed
+        distance = np.maximum(distance - INSET, 0.0)
+        return np.sqrt(delayed**2 + 2.0 * most * distance) - delayed
 
 
 class Surroundings:
-    """What a robot keeps apart from, and how fast it may come nearer."""
+    """Distances of a robot from its surroundings, and the allowed approach speeds."""
 
-    def __init__(self, reduced: ReducedModel, braking: Braking, kept: float) -> None:
-        """Prepare to measure.
+    def __init__(self, reduced: ReducedModel, braking: Braking, clearance: float) -> None:
+        """Prepare the queries.
 
         Args:
-            reduced: Robot and scene; the scene's clock shows 0 when `approach` is told time 0.
+            reduced: Robot and scene, whose clock shows the `time` of `approach`.
             braking: Of the group's joints.
-            kept: How much farther than required all keep apart [m].
+            clearance: Distance to keep in addition to the required clearances [m].
         """
         timed = timed_model(reduced)
-        among = reduced if timed is None else timed.reduced
-        self.query = Query(among)
+        whole = reduced if timed is None else timed.reduced
+        self.query = Query(whole)
         self._timed, self._braking = timed, braking
         self._changing = None if timed is None else ChangingPairs.of(timed)
-        self._kept = np.asarray(among.pairs.required) + kept
+        self._clearance = np.asarray(whole.pairs.required) + clearance
         self._joints = len(reduced.joint_names)
-        self._speeds = BodySpeeds(among)
+        self._speeds = BodySpeeds(whole)
 
     def positions(self, positions: Floats, time: float) -> Floats:
-        """Return the positions of the query's joints, for those of the group (n,) at a time [s]."""
+        """Return the positions of the query's joints for those of the group, shape (n,), at a time [s]."""
         if self._timed is None:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
@@ -204,64 +201,62 @@ class Surroundings:
     def approach(
         self, state: Floats, time: float, bounds: tuple[Floats, Floats] | None = None
     ) -> ApproachLimits:
-        """Measure what is near, and return how fast it may come nearer.
-
-        Only what can be too fast is measured: all else has room for any velocities within the bounds.
+        """Return the allowed approach speeds of all pairs that may be too fast.
 
         Args:
             state: Positions, velocities and accelerations of the group's joints, shape (3, n).
             time: On the scene's clock [s].
-            bounds: Between what velocities joints can settle, shape (n,) each [rad/s | m/s]; when None, any
-                that their limits allow while they are stopped.
+            bounds: Velocities at which joints can settle, shape (n,) each [rad/s | m/s]; if None, all that
+                their limits allow while they brake.
         """
         braking, joints = self._braking, self._joints
         limits = braking.limits
-        places, late = self.positions(state[0], time), braking.time(state[1])
-        rates = np.zeros(len(places))
+        positions, stop_time = self.positions(state[0], time), braking.time(state[1])
+        rates = np.zeros(len(positions))
         if self._timed is not None:
             after = self._timed.driven.at(np.array((time, time + STEP)))
             rates[joints:] = (after[1] - after[0]) / STEP
         lower, upper = rates.copy(), rates.copy()
         if bounds is None:
-            upper[:joints] = np.minimum(np.abs(state[1]) + limits.acceleration * late, limits.velocity)
+            upper[:joints] = np.minimum(np.abs(state[1]) + limits.acceleration * stop_time, limits.velocity)
             lower[:joints] = -upper[:joints]
         else:
             lower[:joints], upper[:joints] = bounds
-        nearest = self._speeds.nearer(self.query.kinematics(places[None]), lower, upper)
-        reach, grows = self._kept + late * nearest, np.zeros(len(self._kept))
+        fastest = self._speeds.nearer(self.query.kinematics(positions[None]), lower, upper)
+        reach, growth = self._clearance + stop_time * fastest, np.zeros(len(self._clearance))
         if self._changing is not None:
             _, velocity, acceleration = self._changing.errors.T
-            error, grows = self._changing.error_at(time, slice(None)), velocity + acceleration * time
-            there = (self._changing.appears <= time + late) & (time <= self._changing.expires)
-            reach = np.where(there, reach + error + grows * late, -np.inf)
+            error, growth = self._changing.error_at(time, slice(None)), velocity + acceleration * time
+            present = (self._changing.appears <= time + stop_time) & (time <= self._changing.expires)
+            reach = np.where(present, reach + error + growth * stop_time, -np.inf)
         else:
-            error = grows
-        near = self.query.close_pairs(places[None], reach)
-        room = np.maximum(near.distance - (self._kept + error)[near.pair], 0.0)
+            error = growth
+        near = self.query.close_pairs(positions[None], reach)
+        distance = np.maximum(near.distance - (self._clearance + error)[near.pair], 0.0)
         jacobian = np.ascontiguousarray(near.jacobian[:, :joints])
-        brake = np.abs(jacobian) @ limits.acceleration
-        nearer = np.minimum(room / late, np.sqrt(2.0 * brake * room))
-        by_itself = near.jacobian[:, joints:] @ rates[joints:] - grows[near.pair]
-        found = ApproachLimits(jacobian, -nearer - by_itself)
+        deceleration = np.abs(jacobian) @ limits.acceleration
+        allowed = np.minimum(distance / stop_time, np.sqrt(2.0 * deceleration * distance))
+        obstacle = near.jacobian[:, joints:] @ rates[joints:] - growth[near.pair]
+        found = ApproachLimits(jacobian, -allowed - obstacle)
         return found if bounds is None else found.that_can_break(*bounds)
 
 
 def settle(
     task: VelocityTask, approach: ApproachLimits, lower: Floats, upper: Floats, limits: JointLimits
 ) -> Floats | None:
-    """Return the velocities between bounds that follow a task best, or None where there is no answer.
+    """Return the velocities between bounds that follow a task best; None if the program has no solution.
 
     Args:
-        task: What is commanded.
-        approach: What must not come nearer; where it cannot be held, it is broken by as little as can be.
-        lower: Shape (n,) [rad/s | m/s].
-        upper: Likewise.
+        task: The command.
+        approach: Limits on approach speeds; if they cannot hold, they are violated as little as possible.
+        lower: Least velocities, shape (n,) [rad/s | m/s].
+        upper: Largest velocities, shape (n,).
         limits: Of the joints.
     """
     middle, joints = (lower + upper) / 2.0, len(lower)
     matrix = np.concatenate((task.matrix, np.diag(1.0 / limits.velocity)))
     value = matrix @ middle - np.concatenate((task.target, np.zeros(joints)))
-    weight = np.concatenate((np.ones(len(task.target)), np.full(joints, STILLNESS)))
+    weight = np.concatenate((np.ones(len(task.target)), np.full(joints, DAMPING)))
     costs = CostRows("command", _rows(value, matrix), weight, Loss.SQUARED)
     kept = ConstraintRows(
         "clearance",

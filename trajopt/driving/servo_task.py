@@ -1,4 +1,4 @@
-"""Servo task: what a command asks of the joints' velocities, and how near to a singularity it may lead."""
+"""Servo task: the joint velocities of a command, and the approach of a tool to singularities."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,12 +15,11 @@ from trajopt.values.errors import JointNotFound
 from trajopt.values.placement import Placement, as_rotation_vector
 
 SLOWEST = 1e-2
-"""Commands slower than this count as much as if they were as fast, so that noise is not followed at all cost
-[m/s]."""
+"""Slower commands have the weight of this speed, so that noise is not followed at any cost [m/s]."""
 
 ENDING = 0.5
-"""A reach ends where more than this part of the slope of a singular value is along its own singular vector:
-nearly all of it where an arm is stretched, nearly nothing where axes of a wrist line up."""
+"""A singularity is at the end of the reach if more than this share of the slope of the singular value is
+along its singular vector: nearly all of it for a stretched arm, nearly none for aligned axes of a wrist."""
 _ACROSS: Floats = np.array(
     (
         (0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0),
@@ -35,15 +34,15 @@ _ACROSS: Floats = np.array(
 class Tool(Value):
     """The tool of a group in a configuration.
 
-    Its Jacobian is that of `terms.frame_jacobian`, for one configuration and the group's own joints, and the
-    slopes of its singular values follow without the derivative of the whole.
+    Its Jacobian equals the one of `terms.frame_jacobian`, for one configuration and the group's joints. The
+    slopes of its singular values are computed without the derivative of the whole Jacobian.
 
     Attributes:
-        reduced: The robot and its surroundings.
-        placed: Where its joints are.
-        linear: Velocity of the tool by each joint that carries it, from the base on, shape (k, 3).
-        angular: How it turns by each, shape (k, 3).
-        mimic: How fast each is at unit speed of the group's n joints, shape (k, n).
+        reduced: Robot and scene.
+        placed: Placements of the joints.
+        linear: Linear velocity of the tool by each joint that carries it, from the base on, shape (k, 3).
+        angular: Angular velocity by each, shape (k, 3).
+        mimic: Speed of each at unit speed of the group's n joints, shape (k, n).
     """
 
     reduced: ReducedModel
@@ -54,7 +53,7 @@ class Tool(Value):
 
     @staticmethod
     def at(query: Query, positions: Floats, frame: str, joints: int) -> "Tool":
-        """Look at a tool frame for positions of the query's joints, of which the first are the group's."""
+        """Return a tool at positions of the query's joints, the group's joints first."""
         reduced, placed = query.reduced, query.kinematics(positions[None])
         joint, held = reduced.attachment(frame)
         chain = reduced.derived_of_robot(_chains)[joint]
@@ -65,35 +64,36 @@ class Tool(Value):
         return Tool(reduced, placed, linear, angular, reduced.mimic_matrix[chain, :joints])
 
     def placement(self, frame: str) -> Placement:
-        """Return where a frame is in the world."""
+        """Return the placement of a frame in the world."""
         joint, held = self.reduced.attachment(frame)
         return Placement(self.placed.rotation[0, joint], self.placed.translation[0, joint]) * held
 
     @cached_property
     def jacobian(self) -> Floats:
-        """Velocity and turning by the group's joints, a radian counting as `LENGTH`, shape (6, n)."""
+        """Linear velocity, and angular velocity times `LENGTH`, by the group's joints, shape (6, n)."""
         return np.concatenate((self.linear, LENGTH * self.angular), axis=1).T @ self.mimic
 
     def task(self, twist: Floats) -> VelocityTask:
-        """Return the task of a twist in the world, (velocity, rate of turning), shape (6,)."""
-        asked = _as_lengths(twist)
-        scale = max(float(np.linalg.norm(asked)), SLOWEST)
-        return VelocityTask(self.jacobian / scale, asked / scale)
+        """Return the task of a twist (linear, angular) in the world, shape (6,)."""
+        lengths = _as_lengths(twist)
+        scale = max(float(np.linalg.norm(lengths)), SLOWEST)
+        return VelocityTask(self.jacobian / scale, lengths / scale)
 
     def approach(self, twist: Floats, braking: Braking, velocities: Floats) -> ApproachLimits:
-        """Return how fast the tool may come nearer to singularities on a twist.
+        """Return how fast the tool may approach singularities on a twist.
 
-        What the twist has along the k-th left singular vector, c, asks for joint velocities of c / s along
-        the right one, where s is the singular value. So s is kept from getting smaller than what asks a joint
-        for its velocity limit, and never asked to grow. Where the reach ends, that counts which the twist has
-        along this vector now. Elsewhere, as where axes of a wrist line up, the vector turns with the joints,
-        and the whole twist counts.
+        The component c of the twist along the k-th left singular vector requires joint velocities c / s along
+        the right one, where s is the singular value (see Nakamura and Hanafusa, "Inverse kinematic solutions
+        with singularity robustness for robot manipulator control", 1986). So s may not fall below the value
+        at which a joint reaches its velocity limit; it need not grow. At the end of the reach c is the
+        present component. At other singularities, such as aligned axes of a wrist, the vector turns with the
+        joints, and c is the size of the whole twist.
         """
         left, values, right, slopes = self.singular_values()
-        asked = _as_lengths(twist)
+        lengths = _as_lengths(twist)
         along = np.abs((slopes * right).sum(axis=1))
         ends = along > ENDING * np.sqrt((slopes**2).sum(axis=1))
-        size = np.where(ends, np.abs(left.T @ asked), np.sqrt(asked @ asked))
+        size = np.where(ends, np.abs(left.T @ lengths), np.sqrt(lengths @ lengths))
         smallest = size * (np.abs(right) / braking.limits.velocity).max(axis=1)
         room = np.maximum(values - smallest, 0.0)
         return ApproachLimits(slopes, -room / braking.time(velocities))
@@ -101,8 +101,9 @@ class Tool(Value):
     def singular_values(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return the singular values of the Jacobian, the largest first, and their slopes.
 
-        With singular vectors u and v, the slope by joint i is u . dJ/dq_i v, and what joint a turns of what
-        joint b does is w_a x l_b and w_a x w_b, where a is the nearer to the base.
+        With singular vectors u and v, the slope by joint i is u . dJ/dq_i v (Stewart, "Perturbation theory
+        for the singular value decomposition", 1990). Joint a turns the columns of joint b, which is farther
+        from the base, by w_a x l_b and w_a x w_b.
 
         Returns:
             Left singular vectors as columns (6, m), values (m,), right singular vectors as rows (m, n), and
@@ -120,7 +121,7 @@ class Tool(Value):
 
 
 def _as_lengths(twist: Floats) -> Floats:
-    """Return a twist, shape (6,), with a radian counting as `LENGTH`."""
+    """Return a twist, shape (6,), whose angular part is multiplied by `LENGTH`."""
     return np.concatenate((twist[:3], LENGTH * twist[3:]))
 
 
@@ -134,7 +135,7 @@ def _turned(matrices: Floats) -> Floats:
 
 
 def _chains(reduced: ReducedModel) -> tuple[Ints, ...]:
-    """Return the places of the joints that carry each joint, and of itself, from the base on."""
+    """Return the indices of the joints that carry each joint, and of itself, from the base on."""
     model = reduced.model
     return tuple(
         np.array([int(model.joints[number].idx_v) for number in list(each)[1:]], dtype=np.int64)
@@ -143,10 +144,10 @@ def _chains(reduced: ReducedModel) -> tuple[Ints, ...]:
 
 
 def values_of(command: Command, reduced: ReducedModel, options: ServoOptions) -> Floats:
-    """Return what counts of a command's numbers: (6,) of a twist, (n,) of joints, none of a pose.
+    """Return the shaped numbers of a command: (6,) of a twist, (n,) of joints, (0,) of a pose.
 
     Raises:
-        JointNotFound: If a joint is not the group's.
+        JointNotFound: If a joint does not belong to the group.
     """
     if isinstance(command, Twist):
         shaped = _shaped(np.concatenate((command.linear, command.angular)), options)
@@ -157,27 +158,28 @@ def values_of(command: Command, reduced: ReducedModel, options: ServoOptions) ->
     for name in command.velocities:
         if name not in reduced.joint_names:
             raise JointNotFound("joint of the group", name, reduced.joint_names)
-    asked = [command.velocities.get(name, 0.0) for name in reduced.joint_names]
-    return _shaped(np.array(asked, dtype=np.float64), options)
+    velocities = [command.velocities.get(name, 0.0) for name in reduced.joint_names]
+    return _shaped(np.array(velocities, dtype=np.float64), options)
 
 
 def joint_task(velocities: Floats, braking: Braking) -> VelocityTask:
-    """Return the task of joint velocities, each counting by its limit."""
+    """Return the task of joint velocities, each weighted by its limit."""
     most = braking.limits.velocity
     return VelocityTask(np.diag(1.0 / most), velocities / most)
 
 
 def twist_to(target: Placement, here: Placement, options: ServoOptions, delay: float) -> Floats:
-    """Return the twist that draws a tool to a placement.
+    """Return the twist that moves a tool to a placement.
 
-    It goes down with the distance, at a quarter of the rate at which the joints follow: two lags one after
-    the other do not overshoot then.
+    It is proportional to the distance, with the rate k = 1 / (4 T), where T is the delay of the joints: the
+    characteristic polynomial T s^2 + s + k of the loop then has a double real root, so the tool does not
+    overshoot.
 
     Args:
-        target: Where the tool is to be.
-        here: Where it is.
-        options: Its largest speeds, and axes that are locked.
-        delay: How long joints take to follow [s].
+        target: Placement to reach.
+        here: Present placement.
+        options: Largest speeds, and locked axes.
+        delay: Time in which the joints follow [s].
     """
     away = target.translation - here.translation
     turn = here.rotation @ as_rotation_vector(here.rotation.T @ target.rotation)
@@ -190,18 +192,18 @@ def twist_to(target: Placement, here: Placement, options: ServoOptions, delay: f
 
 
 def in_world(twist: Floats, frame: Placement) -> Floats:
-    """Return a twist, shape (6,), that is given in the axes of a frame in those of the world."""
+    """Return a twist in the axes of the world, given in the axes of a frame, shape (6,)."""
     return np.concatenate((frame.rotation @ twist[:3], frame.rotation @ twist[3:]))
 
 
 def _shaped(values: Floats, options: ServoOptions) -> Floats:
-    """Return what counts of the numbers of a command: beyond the dead zone, scaled."""
+    """Apply dead zone and scaling."""
     beyond = np.maximum(np.abs(values) - options.dead_zone, 0.0)
     return options.scaling * np.sign(values) * beyond
 
 
 def _unlocked(twist: Floats, options: ServoOptions) -> Floats:
-    """Return a twist, shape (6,), without what is along and about locked axes."""
+    """Return a twist, shape (6,), without its components on locked axes."""
     twist = twist.copy()
     twist[[axis.value for axis in options.locked]] = 0.0
     return twist

@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
-from trajopt.driving.executor import RobotState
+from trajopt.driving.executor import STOPPED, RobotState
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.scene import Scene
 from trajopt.scene.whole_robot import driven_joints, whole_robot
@@ -222,7 +222,7 @@ class SimulatedExecutor:
         self._catch_up()
         if self._braked is None:  # else it brakes already, or stands
             self._braked = self.committed(self._steps * self.period)[:2]
-        self._fault = self._fault or "it was stopped at once"
+        self._fault = self._fault or STOPPED
 
     def fault(self) -> str:
         """Say why the robot does not follow."""

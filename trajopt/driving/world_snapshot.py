@@ -1,4 +1,4 @@
-"""World snapshot: a scene as last reported, and how well positions are known later."""
+"""World snapshot: the scene as last reported, and the errors of its predictions."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +11,7 @@ from trajopt.values.errors import ProblemError, shown
 
 @dataclass(frozen=True, eq=False)
 class WorldSnapshot(Value):
-    """The world as it was seen last.
+    """The world as it was last reported.
 
     Attributes:
         scene: Its clock shows 0 at the time of the stamp.
@@ -21,40 +21,44 @@ class WorldSnapshot(Value):
     scene: Scene
     stamp: float
 
-    def followed_by(self, scene: Scene, stamp: float) -> "WorldSnapshot":
-        """Return the world as it is seen next.
+    def updated(self, scene: Scene, stamp: float) -> "WorldSnapshot":
+        """Return the next snapshot.
 
         Args:
             scene: Its clock shows 0 at the time of the stamp.
             stamp: On the executor's clock [s].
 
         Raises:
-            ProblemError: If it is a scene of another robot.
+            ProblemError: If the scene belongs to another robot.
         """
-        own, other = self.scene.robot, scene.robot
-        # Whoever watches may do so in another process: its robot is a copy.
-        if other is not own and (other.name != own.name or other.model != own.model):
-            unlike = " with other joints" if other.name == own.name else ""
+        driven, other = self.scene.robot, scene.robot
+        # A scene from another process contains a copy of the robot.
+        if other is not driven and (other.name != driven.name or other.model != driven.model):
+            unlike = " with other joints" if other.name == driven.name else ""
             raise ProblemError(
-                f"the scene is of the robot {shown(other.name)}{unlike}; driven is {shown(own.name)}: "
-                "tell of the world by a scene made from the problem's"
+                f"the scene contains the robot {shown(other.name)}{unlike}, but {shown(driven.name)} is "
+                "driven; derive the scene from the one of the problem"
             )
         return WorldSnapshot(scene, stamp)
 
     def stale(self, time: float) -> str:
-        """Say whose motion is not known any more at a time on the executor's clock [s]; empty if all are."""
+        """Name a dynamic obstacle whose motion is no longer predicted at a time; empty if there is none.
+
+        Args:
+            time: On the executor's clock [s].
+        """
         objects = self.scene.objects
         for name in self._changing:
             motion, since = objects[name].timing.motion, time - self.stamp
             if motion is not None and motion.until < min(since, objects[name].timing.expires):
-                return f"where {name} is, was known until {self.stamp + motion.until:.3f} s"
+                return f"the motion of {name} is predicted until {self.stamp + motion.until:.3f} s only"
         return ""
 
-    def as_well_known(self, time: float) -> "WorldSnapshot | None":
-        """Return the world as if all were still known as well as when it was seen; None if that is no more.
+    def without_growing_errors(self, time: float) -> "WorldSnapshot | None":
+        """Return the world at a time with the position errors of the stamp; None if a prediction has ended.
 
         Args:
-            time: What moves has gone on along its track until then, on the executor's clock [s].
+            time: Dynamic obstacles have moved along their tracks until then, on the executor's clock [s].
         """
         if not self._changing:
             return self
@@ -62,49 +66,48 @@ class WorldSnapshot(Value):
             return None
         scene, objects = self.at(time), self.scene.objects
         for name in scene.changing:
-            timing, seen = scene.objects[name].timing, objects[name].timing.motion
-            if timing.motion is not None and seen is not None:
-                known = Prediction(timing.motion.track, (seen.error[0], 0.0, 0.0))
+            timing, reported = scene.objects[name].timing, objects[name].timing.motion
+            if timing.motion is not None and reported is not None:
+                known = Prediction(timing.motion.track, (reported.error[0], 0.0, 0.0))
                 scene = scene.with_motion(name, known, appears=timing.appears, expires=timing.expires)
         return WorldSnapshot(scene, time)
+
+    @property
+    def errors_grow(self) -> bool:
+        """Whether the error of any predicted position grows with time."""
+        timings = (self.scene.objects[name].timing for name in self._changing)
+        return any(timing.motion is not None and any(timing.motion.error[1:]) for timing in timings)
+
+    def growing_errors(self, time: float) -> str:
+        """Describe why a robot cannot go on at a time: position errors that have grown, the largest first.
+
+        Args:
+            time: On the executor's clock [s].
+        """
+        since, objects = time - self.stamp, self.scene.objects
+        errors = {
+            name: motion.error_at(since)
+            for name in self._changing
+            if (motion := objects[name].timing.motion) is not None and any(motion.error[1:])
+        }
+        if not errors:
+            return "the next piece of the motion is not proven yet"
+        worst = sorted(errors, key=lambda name: -errors[name])
+        listed = ", ".join(f"{name} to within {1e3 * errors[name]:.0f} mm" for name in worst)
+        return f"positions reported {since:.2f} s before are too uncertain to go on: {listed}"
 
     def at(self, time: float) -> Scene:
         """Return the scene for a motion that begins at a time on the executor's clock [s].
 
         Raises:
-            ShapeError: If nothing is known of an object's motion any more then.
+            ShapeError: If the motion of an object is no longer predicted then.
         """
         return self.scene.at(self.clock(time)) if self._changing else self.scene
 
     def clock(self, time: float) -> float:
-        """Return what the scene's clock shows at a time on the executor's clock, not before 0 [s]."""
+        """Return the time of the scene's clock at a time of the executor's clock, not before 0 [s]."""
         return max(time - self.stamp, 0.0) if self._changing else 0.0
 
     @cached_property
     def _changing(self) -> tuple[str, ...]:
         return self.scene.changing
-
-
-def grow_uncertain(world: WorldSnapshot) -> bool:
-    """Say whether the place of something is known worse and worse."""
-    timings = (world.scene.objects[name].timing for name in world.scene.changing)
-    return any(timing.motion is not None and any(timing.motion.error[1:]) for timing in timings)
-
-
-def position_errors(world: WorldSnapshot, time: float) -> str:
-    """Say how well it is known where things are at a time on the executor's clock [s], the worst first.
-
-    Args:
-        world: What is known of the world.
-        time: When the robot would go on [s].
-    """
-    since, objects = time - world.stamp, world.scene.objects
-    errors = {
-        name: motion.error_at(since)
-        for name in world.scene.changing
-        if (motion := objects[name].timing.motion) is not None and any(motion.error[1:])
-    }
-    worst = sorted(errors, key=lambda name: -errors[name])
-    said = [f"{name} to within {1e3 * errors[name]:.0f} mm" for name in worst]
-    seen = f"what was seen {since:.2f} s before is known too badly to go on"
-    return f"{seen}: {', '.join(said)}" if said else "what comes next is not proven yet"

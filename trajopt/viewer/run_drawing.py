@@ -42,7 +42,7 @@ class RunDrawing:
             first: What was known of the world at the begin.
         """
         self.server, self._group, self._start = server, group, start
-        self.reduced = reduce_model(first.seen.scene, group, start)
+        self.reduced = reduce_model(first.world.scene, group, start)
         self.nearest: Nearest | None = None
         self._query = Query(self.reduced)
         here = self._query.kinematics(self.reduced.start_positions[None])
@@ -74,9 +74,9 @@ class RunDrawing:
 
     def _known(self, sighting: Sighting) -> "Around":
         """Return what was around the robot; drawn when it is shown first."""
-        scene, stamp = sighting.seen.scene, sighting.seen.stamp
+        scene, stamp = sighting.world.scene, sighting.world.stamp
         for known, around in self._around:
-            if known.seen.scene is scene and known.seen.stamp == stamp:
+            if known.world.scene is scene and known.world.stamp == stamp:
                 return around
         reduced = reduce_model(scene, self._group, self._start)
         around = Around(self.server, reduced, stamp, f"/seen_{len(self._around)}")

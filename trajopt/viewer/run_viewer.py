@@ -67,7 +67,7 @@ def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") ->
         MissingExtra: If viser is not installed.
         ProblemError: If nothing can be served on this host or port.
     """
-    first = Sighting(since=-np.inf, seen=WorldSnapshot(problem.scene, 0.0))
+    first = Sighting(since=-np.inf, world=WorldSnapshot(problem.scene, 0.0))
     drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)
     return RunViewer(drawing, Logbook(), None)
 
@@ -131,7 +131,7 @@ class RunViewer(Served):
         source = self._source
         if isinstance(source, Recording):
             return source
-        looks = source.looks
+        looks = source.samples
         if self._kept is None or self._kept[0] != looks:
             self._kept = looks, source.recording
         return self._kept[1]
@@ -173,7 +173,7 @@ class RunViewer(Served):
         """Show what is new as long as the page is live (body of the thread)."""
         source = self._source
         while isinstance(source, Logbook) and not self._closed.wait(FRAME_TIME):
-            looks = source.looks
+            looks = source.samples
             if looks == self._shown:
                 continue
             self._shown = looks
@@ -186,7 +186,7 @@ class RunViewer(Served):
         """Show everything but the slider at a time since the begin [s]."""
         source = self._source
         if isinstance(source, Logbook):
-            if not source.looks:
+            if not source.samples:
                 return
             live = self._live.value and t >= source.duration
             self._moment = source.moment if live else self.recording.at(self.recording.begin + t)

@@ -63,7 +63,7 @@ def servo_page(
         ProblemError: If nothing can be served on this host or port.
         FrameNotFound: If there is no such tool.
     """
-    first = Sighting(since=-np.inf, seen=WorldSnapshot(problem.scene, 0.0))
+    first = Sighting(since=-np.inf, world=WorldSnapshot(problem.scene, 0.0))
     tool = frame or tool_frame(problem.reduced)
     problem.reduced.attachment(tool)
     drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)
@@ -163,14 +163,14 @@ class ServoPage(Served):
                 self._gizmo_to_the_tool()
 
     def _gizmo_to_the_tool(self) -> None:
-        reduced, looked = self._drawing.reduced, self._logbook.looks
+        reduced, looked = self._drawing.reduced, self._logbook.samples
         at = self._logbook.moment.positions if looked else reduced.start_positions
         self.move_gizmo(reduced.scene.placement_of(self._tool, reduced.all_positions(at)))
 
     def _follow(self) -> None:
         """Show what is new (body of the thread)."""
         while not self._closed.wait(FRAME_TIME):
-            looks = self._logbook.looks
+            looks = self._logbook.samples
             if looks == self._shown:
                 continue
             self._shown, moment = looks, self._logbook.moment

@@ -98,7 +98,7 @@ def test_a_fault_is_told_and_nothing_moves_until_it_is_cleared(timed: World, clo
     clock.now += 1.0
     outcome = arm.get_last_outcome()
     assert outcome.error_code.val == MoveItErrorCodes.CONTROL_FAILED
-    assert "it was stopped at once" in outcome.error_code.message
+    assert "the driver stopped the robot" in outcome.error_code.message
     assert arm.go("straight") is False
     assert "clear_fault" in arm.get_last_outcome().error_code.message
     timed.executor.clear_fault()

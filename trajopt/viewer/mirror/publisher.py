@@ -111,18 +111,18 @@ class Publisher:
         )
 
     def _moment(self) -> RecordedMoment | None:
-        return self._logbook.moment if self._logbook.looks else None
+        return self._logbook.moment if self._logbook.samples else None
 
     def _scene(self) -> Scene:
         moment = self._moment()
         if moment is None:
             return self._problem.scene.still_at(0.0)
-        seen = moment.sighting.seen
-        return seen.scene.still_at(moment.time - seen.stamp)
+        world = moment.sighting.world
+        return world.scene.still_at(moment.time - world.stamp)
 
     def _revised(self, moment: RecordedMoment) -> int:
         """Return the number of what is around the robot: another one where it is another."""
-        scene = moment.sighting.seen.scene
+        scene = moment.sighting.world.scene
         now = (moment.sighting, moment.time if scene.changing else 0.0)
         with self._lock:
             if now[0] is not self._told[0] or now[1] != self._told[1]:
