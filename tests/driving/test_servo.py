@@ -295,6 +295,36 @@ def test_what_appears_in_the_way_is_stopped_for() -> None:
     assert EventKind.UNPROVEN_STOP not in kinds(servo)
 
 
+class LateOnce(IdealExecutor):
+    """An executor whose clock advances during the next splices, so that they are refused as late."""
+
+    delays: tuple[float, ...] = ()
+
+    def splice(self, trajectory: to.Trajectory, at: float) -> str:
+        if self.delays:
+            self.advance(self.delays[0])
+            self.delays = self.delays[1:]
+        return super().splice(trajectory, at)
+
+
+def test_stop_after_a_refused_one_is_the_one_that_is_driven() -> None:
+    problem = asked("panda")
+    arm = LateOnce(problem.reduced.joint_names, problem.reduced.start_positions)
+    servo = Servo(arm, problem, ServoOptions(period=PERIOD))
+    lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.5)
+    where = tool(arm, servo).translation + np.array((0.0, 0.09, 0.0))
+    servo.see(problem.scene.add("crate", to.Box(0.1, 0.1, 0.1), to.placement(where)))
+    servo.release("test")
+    arm.delays = (0.006,)
+    servo.tick()
+    assert kinds(servo)[-3:-1] == [EventKind.REJECTED, EventKind.STOPPING]
+    stated = float(servo.events[-2].words.split("at rest in ")[1].removesuffix(" ms")) / 1e3
+    begin = servo.events[-2].time + arm.latency + 2.0 * 0.006  # later by twice the time of the first search
+    assert servo.committed.end - begin == pytest.approx(stated, abs=2e-3)
+    arm.advance(0.5)
+    assert not arm.state().velocities.any() and not arm.fault()
+
+
 def test_it_gives_way_to_what_comes_on_a_known_track() -> None:
     problem = asked("panda")
     ball = to.Track.constant_velocity(to.placement((0.9, 0.0, 0.45)), (-0.1, 0.0, 0.0), end=5.5)
