@@ -19,13 +19,13 @@ COMMANDS = (
 )  # fmt: skip
 """All commands; each is the function of its name in a file of its name, or commands of its own there."""
 OTHERS_WORDS = ("moveit",)
-"""Commands of whose arguments those after the first belong to somebody else."""
+"""Commands that pass the arguments after the first on."""
 
 
 def app_for(words: Sequence[str]) -> typer.Typer:
-    """Return the command line for some arguments: with the command that they name, or else with all.
+    """Return the command line with the named command only, or with all commands.
 
-    So `trajopt plan` does not wait for what only other commands need.
+    So `trajopt plan` does not load the requirements of other commands.
     """
     app = typer.Typer(
         name="trajopt",
@@ -47,7 +47,7 @@ def app_for(words: Sequence[str]) -> typer.Typer:
 
 
 def _whole() -> None:
-    """Do nothing of its own: with one command alone, its name is still the first word."""
+    """Do nothing: with a single command, typer would drop its name from the command line."""
 
 
 def main() -> None:

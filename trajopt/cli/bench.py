@@ -61,7 +61,7 @@ def bench(
     time_budget: TimeBudgetOption = None,
     experience: ExperienceOption = None,
 ) -> None:
-    """Plan every problem below a folder. Exit status 0 if all that can be asked are solved, else 1.
+    """Plan every problem below a folder. Exit status 0 if all problems with valid ends are solved, else 1.
 
     The time budget is for each problem, in CPU time.
     """
@@ -133,7 +133,7 @@ def stage_table(total: dict[str, object]) -> str:
 
 
 def winners(total: dict[str, object]) -> str:
-    """Say how many motions came from each kind of seed."""
+    """Count the motions by kind of seed."""
     won = cast("dict[str, int]", total["won_by"])
     return ", ".join(f"{count} {name}" for name, count in won.items()) or "none"
 

@@ -1,4 +1,4 @@
-"""`trajopt campaign`: plans by the thousand and the million, resumed where they were interrupted."""
+"""`trajopt campaign`: thousands to millions of plans, resumable after an interruption."""
 
 import json
 import signal
@@ -41,12 +41,12 @@ from trajopt.lab.campaign import (
 from trajopt.values.errors import ProblemError
 
 INTERRUPTED = 130
-"""Exit status of a command that Ctrl-C ended, as shells have it."""
+"""Exit status after Ctrl-C, as in shells."""
 DEFAULT_STEPS = (0.0, 0.0, 1)
 
 
 class EngineName(Enum):
-    """What plans."""
+    """Kinds of engines."""
 
     LOCAL = "local"
     RAY = "ray"
@@ -178,9 +178,9 @@ def run(
     workers: WorkersOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Plan every problem of a source and keep a row of each.
+    """Plan every problem of a source and store a row for each.
 
-    Exit status 0 when all have one, 130 interrupted, 2 bad input.
+    Exit status 0 if all have one, 130 interrupted, 2 bad input.
     """
     loaded = (
         None
@@ -207,13 +207,13 @@ def resume(
     workers: WorkersOption = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Plan what has no row yet. Exit status 0 when all have one, 130 interrupted, 2 bad input."""
+    """Plan the problems without a row. Exit status 0 if all have one, 130 interrupted, 2 bad input."""
     planned(CampaignFolder.open(folder), engine_of(engine, address, workers), as_json=as_json)
 
 
 @campaign.command()
 def status(folder: FolderArgument, as_json: JsonOption = False) -> None:
-    """Say how far a campaign is. Exit status 0 when every problem has its row, else 1."""
+    """Show the progress of a campaign. Exit status 0 if every problem has a row, else 1."""
     raise typer.Exit(0 if tell_status(CampaignFolder.open(folder), as_json=as_json) else 1)
 
 
@@ -227,7 +227,7 @@ for name, results in (
 
 
 def planned(folder: CampaignFolder, engine: Engine, *, as_json: bool) -> NoReturn:
-    """Plan what has no row yet, with a bar, and end the command."""
+    """Plan the problems without a row, with a progress bar, and end the command."""
     before = len(folder.done())
     said = Progress(before, folder.total)
     try:
@@ -249,7 +249,7 @@ def planned(folder: CampaignFolder, engine: Engine, *, as_json: bool) -> NoRetur
 
 
 def tell_status(folder: CampaignFolder, *, as_json: bool) -> bool:
-    """Say how far a campaign is, and how planning ended how often; return whether it is done."""
+    """Print the progress of a campaign and its counts of statuses; return whether it is complete."""
     statuses, shards = folder.statuses(), len(folder.shards)
     done = statuses.total()
     if as_json:
@@ -263,7 +263,7 @@ def tell_status(folder: CampaignFolder, *, as_json: bool) -> bool:
 
 
 def in_words(state: Progress) -> str:
-    """Say how fast a campaign goes."""
+    """Print the rate of a campaign."""
     left = "" if state.left is None else f", {state.left:.0f} s left"
     return f"{state.rate:.1f} rows a second{left}"
 
@@ -285,7 +285,7 @@ def engine_of(name: EngineName, address: str, workers: int) -> Engine:
 
 @contextmanager
 def terminated_as_interrupted() -> Generator[None]:
-    """Have a request to end, as of a batch system, end the command as Ctrl-C does: workers first."""
+    """Make SIGTERM, as from a batch system, end the command like Ctrl-C: workers first."""
 
     def interrupt(*_: object) -> NoReturn:
         raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""`trajopt campaign report|extract|dataset|remember`: what came of a campaign."""
+"""`trajopt campaign report|extract|dataset|remember`: results of a campaign."""
 
 import json
 from pathlib import Path
@@ -55,7 +55,7 @@ def report(
 
 
 def extract_rows(folder: FolderArgument, rows: RowsArgument, out: BundlesOption = Path()) -> None:
-    """Write rows as bundles, planned anew. Exit status 0 as the rows say, 1 otherwise, 2 bad input."""
+    """Plan rows again and write bundles. Exit status 0 if the results match, 1 if not, 2 bad input."""
     opened = CampaignFolder.open(folder)
     found = [extract(opened, row, out / f"{row}.trajopt") for row in rows]
     words = {True: "as in the row", False: "NOT as in the row", None: "the problem alone"}
@@ -72,7 +72,7 @@ def write_dataset(folder: FolderArgument, out: TableOption, points: PointsOption
 
 
 def remember_rows(folder: FolderArgument, experience: KeptOption) -> None:
-    """Keep the verified motions as experience, from which plan and bench begin. Exit status 0 or 2."""
+    """Store the verified motions as experience for plan and bench. Exit status 0 or 2."""
     opened = CampaignFolder.open(folder)
     with Warehouse(experience) as kept:
         remembered = kept.experience()

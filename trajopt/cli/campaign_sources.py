@@ -1,4 +1,4 @@
-"""The source of a campaign that the words of a command name."""
+"""The source of a campaign named on the command line."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,11 +25,11 @@ from trajopt.scene.scene import Scene
 from trajopt.values.errors import NameNotFound, ProblemError
 
 TABLE = ".parquet"
-"""What the name of a table of problems ends in."""
+"""Suffix of a table of problems."""
 
 
 class Generated(Enum):
-    """Names of sources that make problems of others, beside those of installed problems."""
+    """Names of sources that generate problems, in addition to installed problems."""
 
     RANDOM = "random"
     PERTURBED = "perturbed"
@@ -38,21 +38,21 @@ class Generated(Enum):
 
 @dataclass(frozen=True)
 class Words:
-    """What a command says of its source.
+    """The source as given on the command line.
 
     Attributes:
-        source: A folder, a table, or the name of what is generated or installed.
-        robot: The robot; None where none is named.
+        source: A folder, a table, or the name of a generated or installed source.
+        robot: The robot, or None.
         scene: MoveIt's scene.
         requests: MoveIt's requests.
         group: The group that moves.
-        count: How many are drawn.
-        seed: Of the drawings.
-        shift: Along each axis an object is moved by at most so much [m].
-        turn: About the vertical it is turned by at most so much [rad].
+        count: Number of drawn problems.
+        seed: Of the random generator.
+        shift: Largest shift of an object along each axis [m].
+        turn: Largest turn of an object about the vertical [rad].
         grid: Places of the base by axis [m, rad].
-        sets: Of a folder: which sets.
-        limit: Of a folder: problems of each set at most.
+        sets: Sets of a folder.
+        limit: Largest number of problems of each set of a folder.
     """
 
     source: str
@@ -72,9 +72,9 @@ class Words:
         """Return the source.
 
         Raises:
-            NameNotFound: If there is neither a folder nor anything else of that name.
-            ProblemError: If what it needs is not given.
-            FileFormatError: If a file does not say what it must.
+            NameNotFound: If there is neither a folder nor a source of that name.
+            ProblemError: If a needed option is missing.
+            FileFormatError: If a file is invalid.
         """
         if Path(self.source).is_dir():
             return from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)

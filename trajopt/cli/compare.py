@@ -79,10 +79,10 @@ def compare(
     markdown_file: MarkdownOption = None,
     pictures: PicturesOption = True,
 ) -> None:
-    """Plan the same problems with several methods, and show how they did side by side.
+    """Plan the same problems with several methods, and compare the results.
 
     Without options: every installed method on a small standard choice of problems. Exit status 0 when all
-    runs are done, whatever came out; 2 bad input.
+    runs are done, independent of their outcome; 2 bad input.
     """
     found = [run for path in results or () for run in read_runs(path)]
     methods = [method_named(name) for name in solver or method_names()]
@@ -102,10 +102,10 @@ def compare(
 
 
 def read_runs(path: Path) -> tuple[Outcome, ...]:
-    """Read what `--json` wrote.
+    """Read a file written by `--json`.
 
     Raises:
-        FileFormatError: If the file is missing, or holds no runs.
+        FileFormatError: If the file is missing, or contains no runs.
     """
     try:
         document = cast("dict[str, list[dict[str, object]]]", read_json(path))

@@ -1,4 +1,4 @@
-"""The start and the goal of a motion in words of the command line, in place of a request in YAML."""
+"""Start and goal of a motion from the command line, instead of a request in YAML."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ POSE = 6
 
 @dataclass(frozen=True)
 class Ends:
-    """Start and goal as they are written: a state, numbers of joints, or joint=position.
+    """Start and goal as written: a state, numbers of joints, or joint=position.
 
     Attributes:
         start: The start.

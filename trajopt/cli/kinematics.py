@@ -1,4 +1,4 @@
-"""Options of the commands that sample a robot: which group, which frame, where, how many."""
+"""Options of the commands that sample a robot: group, frame, count."""
 
 from pathlib import Path
 from typing import Annotated
@@ -45,10 +45,10 @@ def sampled_model(source: RobotSource, scene: Path | None, group: str, state: st
 
 
 def chosen_frame(reduced: ReducedModel, frame: str) -> str:
-    """Return the frame, or the link at which the group ends where none is named.
+    """Return the frame, by default the last link of the group.
 
     Raises:
-        ProblemError: If the group has no single end.
+        ProblemError: If the group has no single last link.
         FrameNotFound: If there is no such frame.
     """
     tip = frame or end_link(reduced.scene.robot, reduced.group)

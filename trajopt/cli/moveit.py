@@ -1,4 +1,4 @@
-"""`trajopt moveit`: run a MoveIt script as it stands, in a simulated world."""
+"""`trajopt moveit`: run an unmodified MoveIt script in a simulated world."""
 
 import logging
 import sys
@@ -39,9 +39,9 @@ def moveit(
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
 ) -> None:
-    """Run a MoveIt script as it stands, in a simulated world. Exit status: the script's, 2 bad input.
+    """Run an unmodified MoveIt script in a simulated world. Exit status: the script's, 2 bad input.
 
-    Options come before the script; what follows it are its own arguments.
+    Options come before the script; arguments after it are passed to it.
     """
     # The commander takes a while to import, which other commands need not wait for.
     from trajopt.ros.commander import World

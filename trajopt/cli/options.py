@@ -23,7 +23,7 @@ ROBOT_HELP = (
     "Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file, which is read with bounds on time, "
     "memory and the files that it may open."
 )
-"""What `--robot` is in the help of commands."""
+"""Help text of `--robot`."""
 RobotOption = Annotated[str, typer.Option("--robot", help=ROBOT_HELP)]
 SceneOption = Annotated[Path, typer.Option("--scene", help="MoveIt PlanningScene in YAML.")]
 RequestOption = Annotated[Path, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML.")]
@@ -80,26 +80,26 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON in place of
 
 @dataclass(frozen=True)
 class Ending:
-    """What is asked of the end of a motion, beside what a request says.
+    """Requirements on the end of a motion, in addition to the request.
 
     Attributes:
-        dwell: How long the robot stays clear at the goal [s].
-        finish_by: When it is to be there at the latest [s]; None for whenever.
+        dwell: Time for which the robot stays clear at the goal [s].
+        finish_by: Deadline [s]; None without one.
     """
 
     dwell: float = 0.0
     finish_by: float | None = None
 
     def of(self, problem: Problem) -> Problem:
-        """Return a problem whose motion ends so.
+        """Return a problem with these requirements.
 
         Raises:
-            ProblemError: If a time is negative, or the deadline is no later than the start.
+            ProblemError: If a time is negative, or the deadline is not after the start.
         """
         return replace(problem, dwell=self.dwell, finish_by=self.finish_by)
 
     def as_dict(self) -> dict[str, object]:
-        """Return what is asked, as plain data."""
+        """Return plain data."""
         asked = {"dwell": self.dwell or None, "finish_by": self.finish_by}
         return {name: value for name, value in asked.items() if value is not None}
 
@@ -114,8 +114,8 @@ class RobotSource:
         limits: MoveIt's `joint_limits.yaml`.
         package_dirs: Folders of packages.
         exact_meshes: Whether collision meshes stay triangles.
-        torque_scaling: Factor on the limits of torque.
-        limit_jerk: Whether joints that state no limit of their jerk get one.
+        torque_scaling: Factor on the torque limits.
+        limit_jerk: Whether joints without a jerk limit get one.
     """
 
     robot: str
@@ -127,7 +127,7 @@ class RobotSource:
     limit_jerk: bool = False
 
     def load(self) -> Robot:
-        """Load the robot; convex pieces of new meshes take a while, so a line says so."""
+        """Load the robot; print a line while the convex pieces of new meshes are computed."""
         with status_line(f"loading {self.robot}: covering its meshes, once"):
             return self._load()
 
@@ -157,7 +157,7 @@ class RobotSource:
 
     @staticmethod
     def from_dict(path: Path, document: dict[str, object]) -> "RobotSource":
-        """Read what `as_dict` wrote.
+        """Read the data of `as_dict`.
 
         Raises:
             FileFormatError: If it names no robot.
@@ -180,7 +180,7 @@ class RobotSource:
 
 
 def _torque_scaling(path: Path, written: object) -> float:
-    """Return the factor of a file; none for no limit, since JSON has no infinity."""
+    """Return the factor in a file; missing for infinity, which JSON does not have."""
     found = inf if written is None else number_of(written)
     if found is None:
         raise FileFormatError(str(path), f"torque_scaling must be a number or null, is {shown(written)}")
@@ -195,10 +195,10 @@ def budget_of(
     workers: int = 1,
     clock: Callable[[], float] = time.monotonic,
 ) -> Budget:
-    """Return the budget that the options state.
+    """Return the budget of the options.
 
     Raises:
-        ProblemError: If they contradict each other, or nothing ends the improving.
+        ProblemError: If they contradict each other, or improvement has no end.
     """
     if improve and time_budget is None and portfolio:
         raise ProblemError("--improve uses the whole time budget: give --time-budget, in seconds, too")
@@ -209,10 +209,10 @@ def budget_of(
 def read_files(
     robot: Robot, scene: Path, request: Path, motions: Path | None = None
 ) -> tuple[SceneFile, RequestFile]:
-    """Read a scene, the motions of its objects if there are any, and a request.
+    """Read a scene, optionally the motions of its objects, and a request.
 
     Raises:
-        FileFormatError: If a file is missing or does not say what it must.
+        FileFormatError: If a file is missing or invalid.
     """
     around = read_scene(scene, robot)
     if motions is not None:

@@ -121,7 +121,7 @@ def plan(
     workers: WorkersOption = 1,
     experience: ExperienceOption = None,
 ) -> None:
-    """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input.
+    """Plan a motion and judge it. Exit status 0 verified, 1 no plan, 2 bad input.
 
     Give a scene and a request of MoveIt, or --start and --goal: trajopt plan --robot panda --group panda_arm
     --start ready --goal "0.4 0.1 0.5 3.14 0 0".
@@ -200,7 +200,7 @@ def _problem(
 
 
 def _in_joint_space(problem: Problem, length: float) -> str:
-    """Print the length of a path: one unit where all joints of the group turn, or all slide."""
+    """Print the length of a path, with a unit if all joints of the group have the same."""
     units = {joint_unit(problem.scene.robot.model, joint) for joint in problem.reduced.joint_names}
     return f"{in_unit(length, units.pop()) if len(units) == 1 else f'{length:.3g}'} in joint space"
 
@@ -209,8 +209,8 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
     """Return the report of a result.
 
     Args:
-        result: What planning returned.
-        notes: Sentences about how files were read.
+        result: The planning result.
+        notes: Notes on the files.
     """
     lines = ["asked", *_indented(str(result.problem)), "", "answer", f"  {result.reason}"]
     trajectory, path = result.trajectory, result.path

@@ -30,16 +30,16 @@ OptionalRequest = Annotated[
 
 
 def is_bundle(path: Path) -> bool:
-    """Say whether a file is a bundle, by its name."""
+    """Return whether a file is a bundle, by its name."""
     return path.suffix.lower() == SUFFIX
 
 
 @cache
 def bundle_in(path: Path) -> Bundle:
-    """Return a bundle, its meshes unpacked to a folder that goes when the process does.
+    """Return a bundle, its meshes unpacked to a folder that is removed at the end of the process.
 
     Raises:
-        FileFormatError: If the file does not say what it must.
+        FileFormatError: If the file is invalid.
     """
     folder = mkdtemp(prefix="trajopt-")
     atexit.register(rmtree, folder, ignore_errors=True)
@@ -47,10 +47,10 @@ def bundle_in(path: Path) -> Bundle:
 
 
 def motion_in(path: Path) -> Trajectory:
-    """Return the motion in a file: a bundle, or whatever `read_trajectory` reads.
+    """Return the motion in a file: a bundle, or any format of `read_trajectory`.
 
     Raises:
-        FileFormatError: If the file does not say what it must.
+        FileFormatError: If the file is invalid.
         ModelError: If it is a bundle without a motion.
     """
     return bundle_in(path).require() if is_bundle(path) else read_trajectory(path)
@@ -63,13 +63,13 @@ def problem_of(
 
     Args:
         motion: The file.
-        source: The robot; None where the file, a bundle or a plan's, says all.
+        source: The robot; None if the file, a bundle or a plan's, contains everything.
         scene: The scene, with a robot.
         request: The request, with a robot.
-        motions: How objects move; with a plan's file instead of what it says.
+        motions: Motions of objects; for a plan's file instead of its own.
 
     Raises:
-        FileFormatError: If something is missing, or does not say what it must.
+        FileFormatError: If something is missing or invalid.
     """
     if is_bundle(motion):
         if source is not None or motions is not None:

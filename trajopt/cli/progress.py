@@ -1,4 +1,4 @@
-"""A progress line on standard error, where that is a terminal."""
+"""Progress lines on standard error, if that is a terminal."""
 
 import sys
 from collections.abc import Callable, Generator
@@ -19,7 +19,7 @@ class ProgressLine:
     """The line: the present stage, and the best motion so far.
 
     Attributes:
-        write: Writes it.
+        write: Prints the line.
     """
 
     write: Callable[[str], None]
@@ -33,13 +33,13 @@ class ProgressLine:
         self.write(self._best + text)
 
     def have(self, result: Result) -> None:
-        """Show from now on how long the best motion so far takes."""
+        """Show the duration of the best motion so far."""
         self._best = f"have a motion of {result.cost:.3f} s; "
 
 
 @contextmanager
 def status_line(text: str) -> Generator[Callable[[str], None]]:
-    """Show a spinner with a text, and yield what changes it; silent where standard error is no terminal."""
+    """Show a spinner with a text, and yield a function that changes it; silent without a terminal."""
     if not sys.stderr.isatty():
         yield lambda text: None
         return
@@ -51,21 +51,21 @@ def status_line(text: str) -> Generator[Callable[[str], None]]:
 
 @contextmanager
 def progress_line() -> Generator[ProgressLine]:
-    """Show a spinner with the present stage; silent where standard error is no terminal."""
+    """Show a spinner with the present stage; silent without a terminal."""
     with status_line("starting") as write:
         yield ProgressLine(write)
 
 
 @contextmanager
 def progress_bar(text: str, total: int) -> Generator[Callable[[int], None]]:
-    """Show a bar of how many of a total are done; silent where standard error is no terminal."""
+    """Show a progress bar; silent without a terminal."""
     with quiet_bar() as bar:
         task = bar.add_task(text, total=total)
         yield lambda done: bar.update(task, completed=done)
 
 
 def quiet_bar() -> "Bar":
-    """Return a bar on standard error that leaves nothing behind, and is silent where that is no terminal."""
+    """Return a transient progress bar on standard error; silent without a terminal."""
     from rich.console import Console
     from rich.progress import Progress as Bar
 

@@ -1,4 +1,4 @@
-"""`trajopt reach`: what a frame reaches, from how many directions, and how well it moves there."""
+"""`trajopt reach`: reachable places of a frame, their directions and manipulability."""
 
 import json
 from pathlib import Path

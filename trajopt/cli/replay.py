@@ -1,4 +1,4 @@
-"""`trajopt replay`: a bundle's problem planned anew."""
+"""`trajopt replay`: plan a bundle's problem again."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ MethodOption = Annotated[
 
 
 def replay(bundle: BundleArgument, method: MethodOption = None, as_json: JsonOption = False) -> None:
-    """Plan a bundle's problem anew. Exit status 0 the same answer, 1 another, 2 bad input."""
+    """Plan a bundle's problem again. Exit status 0 the same answer, 1 another, 2 bad input."""
     kept = read_bundle(bundle)
     found = plan_again(kept, method=method)
     typer.echo(json.dumps(found.as_dict()) if as_json else f"{kept}\n\n{found}")

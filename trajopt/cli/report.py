@@ -1,4 +1,4 @@
-"""`trajopt report`: a bundle as one page to read and to print."""
+"""`trajopt report`: a bundle as one page, for the screen and for paper."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ def report(
     pictures: PicturesOption = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a report of a bundle: one page with the motion in 3-D, the proof, and what it costs."""
+    """Write a report of a bundle: one page with the 3-D motion, the proof, and prices."""
     written = write_report(bundle_in(bundle), out, moving=moving, pictures=pictures)
     size = written.stat().st_size
     said = f"wrote {written} ({size / 1e6:.1f} MB)"

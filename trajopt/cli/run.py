@@ -117,10 +117,10 @@ def run(
 
 
 def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
-    """Read the surprises, or draw one on the way of the plan.
+    """Read the surprises, or draw one on the path of the plan.
 
     Raises:
-        ProblemError: If the seed is no number, or there is no plan that could be disturbed.
+        ProblemError: If the seed is not a number, or there is no plan to disturb.
     """
     if not words:
         return NONE

@@ -45,7 +45,7 @@ def sample(
     package_dir: PackageOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write random configurations free of collision, with where they place a frame. Exit status 0 or 2."""
+    """Write random collision-free configurations with the placements of a frame. Exit status 0 or 2."""
     check_table_path(out)
     source = RobotSource(robot, srdf, limits, tuple(package_dir or ()))
     reduced = sampled_model(source, scene, group, state)

@@ -35,9 +35,9 @@ from trajopt.viewer.servo_page import ServoPage, servo_page
 
 GAMEPAD, BROWSER = "gamepad", "browser"
 DEAD_ZONE = 0.08
-"""Of a stick's way: pads of the last twenty years come to rest within it."""
+"""Dead zone of a stick, as a share of its range."""
 SMOOTHING = 0.05
-"""Of what a hand gives [s]: a hand does not shake on purpose ten times a second."""
+"""Time constant of the smoothing of hand input [s]: intended motions are slower than 10 Hz."""
 InputOption = Annotated[str, typer.Option("--input", help="gamepad, browser, or a file with a stream.")]
 GroupOption = Annotated[str, typer.Option("--group", help="Group; the robot's only one where left out.")]
 StartOption = Annotated[
@@ -76,7 +76,7 @@ def servo(
     seconds: SecondsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Lead the simulated robot by hand, clear of everything. Exit status 0 without a contact, 1 with one."""
+    """Lead the simulated robot by hand, clear of obstacles. Exit status 0 without a contact, 1 with one."""
     about = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
     problem = _problem(about, scene, motions, group, start)
     said = _input(source, problem, frame, axes, port, host)
@@ -128,7 +128,7 @@ def _problem(source: RobotSource, scene: Path, motions: Path | None, group: str,
 
 
 def _input(source: str, problem: Problem, frame: str, axes: str, port: int, host: str) -> ServoInput:
-    """Open what leads the robot.
+    """Open the input device.
 
     Raises:
         ProblemError: If there is no such input.
@@ -143,7 +143,7 @@ def _input(source: str, problem: Problem, frame: str, axes: str, port: int, host
 
 
 def _passing(arm: SimulatedExecutor, by_hand: bool) -> Callable[[float], None]:
-    """Return what lets time pass: for a hand as fast as the clock on the wall, at most."""
+    """Return the clock of the loop: for a hand at most as fast as wall time."""
     begun, at = time.monotonic(), arm.now()
 
     def wait(seconds: float) -> None:

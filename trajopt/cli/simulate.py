@@ -78,9 +78,9 @@ def simulate(
     highlight: HighlightOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Follow a motion with the simulated robot. Exit status 0, 1 if it collides or blows up, 2 bad input.
+    """Follow a motion with the simulated robot. Exit status 0, 1 on a collision or divergence, 2 bad input.
 
-    What moves, appears and expires does so as --motions says; what is carried weighs what it weighs.
+    Objects move, appear and expire by --motions; attached objects have their mass.
     """
     for path in picture or ():
         check_path(path)
@@ -110,10 +110,10 @@ def simulate(
 
 
 def _times(text: str) -> list[float] | None:
-    """Read the moments that a picture shows; None where none are stated.
+    """Read the times of a picture; None if not given.
 
     Raises:
-        ProblemError: If one is no number.
+        ProblemError: If one is not a number.
     """
     try:
         return [float(part) for part in text.split(",")] if text else None
@@ -126,7 +126,7 @@ def _share(line: ProgressLine, path: Path) -> Callable[[float], None]:
 
 
 def _tell(rollout: Rollout, out: Path | None, pictures: Sequence[Path], *, as_json: bool) -> None:
-    """Print and write what was found."""
+    """Print and write the outcome."""
     document = {**rollout.as_dict(), "summary": rollout.summary(), "files": [str(path) for path in pictures]}
     if out is not None:
         write_json(out, document)

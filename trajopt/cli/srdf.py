@@ -1,4 +1,4 @@
-"""`trajopt srdf`: the SRDF of a robot that has none, with the evidence for what it says."""
+"""`trajopt srdf`: propose an SRDF for a robot, with its evidence."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`trajopt suite`: plan every installed problem and show what holds, by how much and where."""
+"""`trajopt suite`: plan every installed problem and show each constraint's worst value and its place."""
 
 from functools import partial
 from pathlib import Path
@@ -31,7 +31,7 @@ def suite(
     problems: ProblemsOption = "",
     pictures: PicturesOption = True,
 ) -> None:
-    """Plan every installed problem, judge each motion anew. Exit status 0 if all end as expected, else 1."""
+    """Plan every installed problem, judge each motion again. Exit status 0 if all end as expected, else 1."""
     chosen = installed_definitions([name for name in problems.split(",") if name])
     asked = [item.instance(draw) for item in chosen for draw in range(1 + random * item.randomised)]
     outcomes: list[Outcome] = []

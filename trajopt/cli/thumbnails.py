@@ -15,7 +15,7 @@ PicturesOption = Annotated[
 
 
 class Thumbnails(Generic[Key]):
-    """Pictures by whatever tells results from each other; without OpenGL none, and a remark that says so."""
+    """Pictures by key; without OpenGL none, with a remark."""
 
     def __init__(self, *, enabled: bool) -> None:
         """Have none yet."""
@@ -24,7 +24,7 @@ class Thumbnails(Generic[Key]):
         self._enabled = enabled
 
     def draw(self, key: Key, result: Result) -> None:
-        """Add the picture of a result: of its motion, or of the start where it has none."""
+        """Add the picture of a result: of its motion, or of the start without one."""
         if not self._enabled:
             return
         motion = result.trajectory if result.verified else None

@@ -70,10 +70,10 @@ def view(
     seconds: SecondsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a plan, a recorded run or a robot elsewhere in the browser; with --robot alone, plan by hand.
+    """Show a plan, a recorded run or a remote robot in the browser; with --robot alone, plan by hand.
 
-    Without a file the page has the robot, arrows at its hand to drag, sliders for its joints, what is around
-    it, and buttons to plan and execute: trajopt view --robot panda.
+    Without a file the page has the robot, arrows at its hand for dragging, joint sliders, the
+    objects, and buttons to plan and execute: trajopt view --robot panda.
     """
     source = None if robot is None else RobotSource(robot, srdf, limits, tuple(package_dir or ()))
     viewer: Served
@@ -107,7 +107,7 @@ def view(
 def _live(
     source: RobotSource, scene: Path | None, group: str, state: str | None, port: int, host: str
 ) -> LiveView:
-    """Open the page to plan by hand; the robot stands as named, as the scene's file has it, or by itself."""
+    """Open the page for planning by hand; the start is as named, as in the scene's file, or the default."""
     robot = source.load()
     if scene is None:
         return live_view(Scene(robot), group=group, start=state, port=port, host=host)

@@ -1,4 +1,4 @@
-"""`trajopt warehouse`: what a warehouse's file keeps: listed, shown, added, removed, taken out and in."""
+"""`trajopt warehouse`: list, show, add, remove, export and import entries of a warehouse."""
 
 import json
 from collections.abc import Sequence
@@ -99,7 +99,7 @@ def ls(
     newest: NewestOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """List what is kept, the last first. Exit status 0, or 2 for bad input."""
+    """List the entries, the latest first. Exit status 0, or 2 for bad input."""
     with Warehouse(file, create=False) as kept:
         found = kept.find(
             kind=_kind(kind), robot=robot, goal=goal, scene=scene, text=text, tags=tuple(tag or ()),
@@ -200,7 +200,7 @@ def export(
 
 @warehouse.command(name="import")
 def take_in(file: FileArgument, sources: SourcesArgument, as_json: JsonOption = False) -> None:
-    """Take in all of other warehouses, and bundles. Exit status 0, or 2 for bad input."""
+    """Import other warehouses and bundles. Exit status 0, or 2 for bad input."""
     taken = list[Entry]()
     with Warehouse(file) as kept:
         for source in sources:
@@ -243,7 +243,7 @@ def _say(entries: Sequence[Entry], done: str, *, as_json: bool) -> None:
 
 
 def _words(value: object) -> str:
-    """Say what something is that was kept."""
+    """Describe an entry."""
     match value:
         case Bundle():
             return str(value)
@@ -259,7 +259,7 @@ def _kind(name: str | None) -> Kind | None:
     """Return the kind of a name.
 
     Raises:
-        ModelError: If there is none.
+        ModelError: If the name is not a kind.
     """
     if name is None:
         return None
@@ -269,10 +269,10 @@ def _kind(name: str | None) -> Kind | None:
 
 
 def _day(text: str, *, end: bool = False) -> datetime | None:
-    """Return the time that is meant; of a day alone where it begins, or ends.
+    """Return a time; for a date the beginning or end of the day.
 
     Raises:
-        ModelError: If it is none.
+        ModelError: If it is neither.
     """
     if not text:
         return None
@@ -286,12 +286,12 @@ def _day(text: str, *, end: bool = False) -> datetime | None:
 
 @dataclass(frozen=True)
 class Given:
-    """What was named on the command line.
+    """The value on the command line.
 
     Attributes:
         robot: The robot: installed, or a description's file.
         srdf: With a description: its SRDF.
-        packages: With a description: where `package://` meshes are.
+        packages: With a description: folders of `package://` meshes.
         scene: MoveIt's PlanningScene.
         request: MoveIt's MotionPlanRequest.
         state: MoveIt's RobotState.
@@ -308,11 +308,11 @@ class Given:
 
 
 def value_given(given: Given) -> Robot | Scene | Problem | State | Constraints:
-    """Return what is to be kept.
+    """Return the value to add.
 
     Raises:
         ModelError: If nothing is named, or too much.
-        FileFormatError: If a file does not say what it must.
+        FileFormatError: If a file is invalid.
     """
     if given.robot is None:
         raise ModelError("give what is to be kept: --bundle, or --robot with or without what is of it")

@@ -1,4 +1,4 @@
-"""A run that is watched: shown in the browser in real time, and recorded."""
+"""A watched run: shown in the browser in real time, recorded and published."""
 
 import sys
 import time
@@ -21,15 +21,15 @@ SecondsOption = Annotated[
 
 
 class Watching:
-    """Whoever looks after each cycle."""
+    """The observer of a run, called after each cycle."""
 
     def __init__(self, viewer: RunViewer | None, publisher: Publisher | None = None) -> None:
-        """Look, with a page or without, and tell mirrors or not."""
+        """Record the run, optionally with a page and a publisher."""
         self._viewer, self._publisher, self._logbook = viewer, publisher, Logbook()
         self._begun: tuple[float, float] | None = None
 
     def look(self, watched: Watched) -> None:
-        """Write down what is new; where somebody looks on, wait until it is time for it too."""
+        """Record the present moment; with a page, wait for real time."""
         looks = [each.look for each in (self._viewer, self._publisher) if each is not None]
         for look in looks if self._viewer is not None else [*looks, self._logbook.look]:
             look(watched)
@@ -41,17 +41,17 @@ class Watching:
 
     @property
     def recording(self) -> Recording:
-        """Everything so far."""
+        """The recording so far."""
         return self._logbook.recording if self._viewer is None else self._viewer.recording
 
     def linger(self, seconds: float | None) -> None:
-        """Keep the page open for so long, until Ctrl-C when None."""
+        """Keep the page open for some time [s], or until Ctrl-C if None."""
         if self._viewer is not None:
             self._viewer.wait(seconds)
 
 
 def say_where(url: str, *, as_json: bool, how: str = "open") -> None:
-    """Say where a page is; with JSON on standard output only to a person, on standard error."""
+    """Print the address of a page; with JSON on standard output, on standard error for a person."""
     if not as_json or sys.stderr.isatty():
         typer.echo(f"{how} {url} (Ctrl-C ends)", err=as_json)
 
@@ -60,7 +60,7 @@ def say_where(url: str, *, as_json: bool, how: str = "open") -> None:
 def watched(
     problem: Problem, *, view: bool, port: int, host: str, as_json: bool, publish: int | None = None
 ) -> Generator[Watching]:
-    """Open the page of a run if one is asked for, tell mirrors on a port if there is one."""
+    """Open the page of a run and a publisher, as requested."""
     with ExitStack() as opened:
         viewer = publisher = None
         if publish is not None:

@@ -1,11 +1,10 @@
 """Views of motions: in the browser, and as plots over time.
 
-`view` serves a page with the robot, its surroundings and a time slider (optional extra `view`), `watch_run`
-one of a run while it goes on, `view_run` one of its recording, `live_view` one to set goals in by hand,
-`mirror_view` one of a robot elsewhere, as a `Publisher` or a server tells of it;
-`plot_motion` writes an image, `plot_path_time` one of what is in the way when, `plot_reach` one of a reach
-map, `draw_explanation` one of what is in the way for good.
-Nothing else in trajopt depends on them.
+`view` serves a page with the robot, its surroundings and a time slider (extra `view`), `watch_run` a page of
+a running execution, `view_run` of its recording, `live_view` a page for planning by hand, `mirror_view` a
+page of a remote robot, published by a `Publisher` or a server; `plot_motion` writes an image,
+`plot_path_time` the blocked intervals of a path, `plot_reach` a reach map, `draw_explanation` the cause of a
+failure. No other room depends on this one, except the command line and `ros`.
 """
 
 from trajopt.viewer.explained import draw_explanation as draw_explanation

@@ -12,7 +12,7 @@ from trajopt.scene.timed import ChangingPairs, timed_model
 from trajopt.values.arrays import Bools, Floats
 
 REACHES = (0.03, 0.15, 0.6, np.inf)
-"""Distances within which the nearest pair is searched, one after the other [m]."""
+"""Increasing search distances for the nearest pair [m]."""
 
 
 class PairKind(Enum):
@@ -25,17 +25,17 @@ class PairKind(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """The pair with the smallest clearance beyond what is required of it, at one time.
+    """The pair with the smallest clearance beyond the required one, at one time.
 
-    Of what is known to within an error, the distance is that which is left however far it is off its track.
+    The error of a dynamic obstacle's track is subtracted from the distance.
 
     Attributes:
         owners: The two links or objects.
         distance: Signed: positive apart, negative in penetration [m].
-        required: Clearance that is required [m].
-        margin: Clearance that the optimiser keeps where it can, never less than is required [m].
+        required: Required clearance [m].
+        margin: Margin of the optimiser, at least the required clearance [m].
         points: Nearest points of the two, on their tracks, in the world, shape (2, 3) [m].
-        error: How far one of them may be off its track [m]; it is taken off the distance.
+        error: Error of the track [m], which is subtracted from the distance.
     """
 
     owners: tuple[str, str]
@@ -49,12 +49,12 @@ class Nearest:
 class ClearanceQuery:
     """Measures clearances along a motion; owns scratch memory, so one per thread.
 
-    A pair with intended contact at a time is left out at that time, and so is one that is not there then.
+    Pairs with intended contact, or with an object that does not exist at that time, are left out.
 
     Attributes:
-        timed: What changes with time; None where nothing does.
-        reduced: Robot and scene, with joints that time drives where something changes with time.
-        query: Measures them.
+        timed: The dynamic obstacles; None in a static scene.
+        reduced: Robot and scene, with joints driven by time among dynamic obstacles.
+        query: Evaluates them.
     """
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
@@ -70,7 +70,7 @@ class ClearanceQuery:
         return positions if self.timed is None else self.timed.positions(positions, times)
 
     def nearest(self, t: float, positions: Floats) -> Nearest | None:
-        """Return the pair with the least clearance beyond what is required, or None where nothing can meet.
+        """Return the pair with the least clearance beyond the required one, or None without pairs.
 
         Args:
             t: Time [s].
@@ -79,12 +79,12 @@ class ClearanceQuery:
         return next(iter(self.nearest_pairs(t, positions, 1)), None)
 
     def nearest_pairs(self, t: float, positions: Floats, count: int) -> tuple[Nearest, ...]:
-        """Return the pairs of things with the least clearance beyond what is required, the nearest first.
+        """Return the pairs with the least clearance beyond the required one, the nearest first.
 
         Args:
             t: Time [s].
             positions: The group's at that time, shape (n,) [rad | m].
-            count: How many at most.
+            count: Largest number of pairs.
         """
         pairs, moment = self.reduced.pairs, np.array([t])
         checked, error = ~self.meant(moment)[0], self.error(moment)[0]
@@ -114,10 +114,10 @@ class ClearanceQuery:
         Args:
             times: Shape (S,) [s].
             positions: The group's at those times, shape (S, n) [rad | m].
-            reach: Clearances beyond it are not measured [m].
+            reach: Larger clearances are not measured [m].
 
         Returns:
-            For each kind that has pairs, shape (S,) [m]; inf where nothing is within reach.
+            For each kind that has pairs, shape (S,) [m]; inf beyond `reach`.
         """
         kinds = self.kinds()
         errors = self.error(times)
@@ -135,7 +135,7 @@ class ClearanceQuery:
         return result
 
     def meant(self, times: Floats) -> Bools:
-        """Return whether contact of each pair is intended at each time, or one is not there, (S, pairs)."""
+        """Return whether each pair is excused at each time: by intended contact or absence, (S, pairs)."""
         pairs = self.reduced.pairs
         result = np.zeros((len(times), len(pairs.first)), dtype=bool)
         for pair, allowance in pairs.allowances:
@@ -146,7 +146,7 @@ class ClearanceQuery:
         return result
 
     def error(self, times: Floats) -> Floats:
-        """Return how far each pair may be off its track at each time, (S,) -> (S, pairs) [m]."""
+        """Return the track error of each pair at each time, (S,) -> (S, pairs) [m]."""
         if self._changing is None:
             return np.zeros((len(times), len(self.reduced.pairs.first)))
         return self._changing.error_at(times[:, None], slice(None))
@@ -165,5 +165,5 @@ class ClearanceQuery:
 
     @property
     def _robot_joints(self) -> int:
-        """How many joints are the robot's, the world included; time drives the others."""
+        """Number of the robot's joints, the world included; the others are driven by time."""
         return self.reduced.model.njoints - (0 if self.timed is None else len(self.timed.driven.names))

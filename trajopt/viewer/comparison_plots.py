@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PANELS = 6
-"""Problems that are drawn one by one."""
+"""Largest number of problems with a panel of their own."""
 HELD = 1e-6
 """Violations below this are drawn here: zero has no logarithm."""
 DASHES = ("-", "--", ":", "-.")
@@ -40,7 +40,7 @@ def comparison_figures(runs: Sequence[Outcome]) -> Mapping[str, str]:
         runs: The runs of all methods.
 
     Returns:
-        Caption -> PNG as a data URI; the paths only where there are some.
+        Caption -> PNG as a data URI; paths only if there are any.
     """
     styles = {
         solver: (hexadecimal(LINES[number % len(LINES)]), DASHES[number // len(LINES) % len(DASHES)])

@@ -1,4 +1,4 @@
-"""The scene in the page: one frame for each joint, so that a change sends few messages."""
+"""The scene in a page: one node for each joint, so that a change sends few messages; trails and ghosts."""
 
 from collections.abc import Collection
 from typing import TYPE_CHECKING
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 TRANSLUCENT = 0.35
 """Opacity of objects that are seen through."""
 HALO = 0.3
-"""Opacity of the halos around what may be off its track."""
+"""Opacity of the halos around uncertain objects."""
 FLOOR_EDGE = 4.0
 """Edge of the floor grid [m]."""
 WITNESS_SIZE = 0.006
@@ -46,15 +46,15 @@ class Drawing:
         robot: bool = True,
         objects: bool = True,
     ) -> None:
-        """Draw everything where it is at the start.
+        """Draw everything at the start.
 
         Args:
             server: Serves the page.
-            reduced: Robot and scene, with joints that time drives where something changes with time.
-            start: Where its joints are.
-            root: Name of the node that all hangs on, where a page has several; empty for that of the page.
+            reduced: Robot and scene, with joints driven by time among dynamic obstacles.
+            start: Positions of its joints.
+            root: Name of the root node, if a page has several; empty for that of the page.
             robot: Whether to draw the robot and the floor.
-            objects: Whether to draw what else is in the scene.
+            objects: Whether to draw the objects.
         """
         self._server = server
         self._reduced = reduced
@@ -107,7 +107,7 @@ class Drawing:
                 frame.position = where.translation
 
     def joint_placement(self, joint: str) -> Placement:
-        """Return where a joint of the model is drawn, in the world."""
+        """Return the drawn placement of a joint of the model in the world."""
         frame = self._joints[list(self._reduced.model.names).index(joint) - 1]
         w, x, y, z = frame.wxyz
         return placement(frame.position, quaternion=(x, y, z, w))
@@ -128,13 +128,13 @@ class Drawing:
                 handle.visible = visible
 
     def show_visual_shapes(self, visible: bool) -> None:
-        """Draw the robot's links as they look, or not; one without a look always by its shapes."""
+        """Draw links by their visual or collision shapes; without visuals always by the latter."""
         with self._server.atomic():
             for handle in self._visual:
                 handle.visible = visible
 
     def make_translucent(self, names: Collection[str]) -> None:
-        """Let these objects be seen through, and no others."""
+        """Make these objects translucent, and the others opaque."""
         with self._server.atomic():
             for name, handle in self._objects:
                 handle.opacity = TRANSLUCENT if name in names else None
@@ -151,7 +151,7 @@ class Drawing:
                     handle.vertices = halo.grown(distance).astype(np.float32)
 
     def draw_halos(self, timed: TimedModel) -> None:
-        """Prepare halos around what may be off its track; `show_changing` gives them their size."""
+        """Prepare halos around uncertain objects; `show_changing` sets their size."""
         colours = self._colours()
         for count, body in enumerate(self._reduced.bodies):
             if timed.is_uncertain(body.owner) and has_halo(body):
@@ -179,7 +179,7 @@ class Drawing:
             )
 
     def _draw_robot(self) -> None:
-        """Draw each link by its visual elements, or by its collision shapes where it has none."""
+        """Draw each link by its visual elements, or else by its collision shapes."""
         robot = self._reduced.scene.robot
         for number, link in enumerate(robot.links):
             joint, where = self._reduced.attachment(link)
@@ -209,7 +209,7 @@ class Drawing:
                 self._objects.append((body.owner, self._mesh(node, body.shape, body.placement, colour)))
 
     def _colours(self) -> dict[str, Rgb]:
-        """Return the colour of each object; names that are alike before a stroke, of one robot, share it."""
+        """Return the colour of each object; objects of one robot, with a common prefix, share it."""
         alike = list(dict.fromkeys(name.split("/")[0] for name in self._reduced.scene.objects))
         return {
             name: palette.SURFACES[alike.index(name.split("/")[0]) % len(palette.SURFACES)]
@@ -281,7 +281,7 @@ def _lowest(body: FixedBody) -> float:
 
 
 def in_world(reduced: ReducedModel, name: str, kinematics: JointPlacements) -> Placement:
-    """Return where a frame or object is in the world in the first of the configurations."""
+    """Return the placement of a frame or object in the world in the first configuration."""
     joint, where = reduced.attachment(name)
     return Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint]) * where
 
@@ -300,7 +300,7 @@ class Trail:
     """A line in the page, as thick on the screen from near as from afar."""
 
     def __init__(self, server: "ViserServer", node: str, colour: Rgb, thickness: float) -> None:
-        """Prepare it, so thick on the screen [px]; nothing is shown yet."""
+        """Prepare a line of this width on the screen [px]; nothing is shown yet."""
         self._line = server.scene.add_line_segments(
             node,
             np.zeros((POINTS - 1, 2, 3), dtype=np.float32),
@@ -322,7 +322,7 @@ OPACITY = 0.22
 
 
 class Ghost:
-    """The robot by its collision shapes, which are few and convex, in one colour."""
+    """The robot by its convex collision shapes, in one colour."""
 
     def __init__(
         self,
@@ -337,10 +337,10 @@ class Ghost:
 
         Args:
             server: Serves the page.
-            reduced: The robot, and what it carries.
+            reduced: The robot with its attached objects.
             name: Of its node.
-            colour: Of all of it.
-            opacity: Of all of it, from 0 to 1.
+            colour: Of all bodies.
+            opacity: Of all bodies, from 0 to 1.
         """
         self._server = server
         self._root = server.scene.add_frame(f"/{name}", show_axes=False, visible=False)
@@ -355,17 +355,17 @@ class Ghost:
         ]
 
     def paint(self, colour: Rgb) -> None:
-        """Give all of it another colour."""
+        """Change its colour."""
         with self._server.atomic():
             for body in self._bodies:
                 body.color = colour
 
     def remove(self) -> None:
-        """Take it off the page for good."""
+        """Remove it from the page."""
         self._root.remove()
 
     def stand(self, kinematics: JointPlacements | None) -> None:
-        """Place it as in the last of the configurations; hide it where there is none."""
+        """Place it in the last configuration; hide it without one."""
         with self._server.atomic():
             self._root.visible = kinematics is not None
             if kinematics is None:

@@ -1,4 +1,4 @@
-"""An explanation as a picture: the robot where it is not free, and what is in the way in red."""
+"""An explanation as a picture: the robot in the failing configuration, with the obstacle in red."""
 
 from dataclasses import dataclass
 from math import inf
@@ -25,16 +25,16 @@ LINES = 6
 GOAL_SIZE = 0.02
 """Radius of the ball at a goal [m]."""
 GHOSTS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
-"""Shares of a path at which it is shown translucent."""
+"""Shares of a path at which the robot is shown translucent."""
 
 
 MOMENT = 1e-3
-"""Between two configurations [s]: what changes with time is shown at one time."""
+"""Time between two configurations [s]: dynamic obstacles are shown at one time."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What is drawn: configurations in order, shape (k, n), and which of them is solid."""
+    """The drawn configurations in order, shape (k, n), and the index of the solid one."""
 
     configurations: Floats
     ghosts: tuple[float, ...]
@@ -45,24 +45,24 @@ class _Shown:
 def draw_explanation(
     explanation: Explanation, path: Path | str, *, width: int = 960, height: int = 640
 ) -> Path:
-    """Draw what stands in the way: the configuration that shows it, the pair in contact in red.
+    """Draw the cause of a failure: the configuration that shows it, with the pair in contact in red.
 
-    Translucent beside it: the nearest configuration that is free, or else the path that came nearest, or
-    the start. For a plan it is the motion. What changes with time is where it is in the middle of the time
-    during which it stands in the way. The text is above the picture.
+    Translucent: the nearest free configuration, or else the best path, or the start; for a plan its motion. A
+    dynamic obstacle is drawn in the middle of the interval during which it blocks. The text is above the
+    picture.
 
     Args:
-        explanation: What `Result.explain` returned.
-        path: The PNG to write.
+        explanation: From `Result.explain`.
+        path: The PNG file.
         width: Of the picture without the text [pixels].
-        height: Of the picture without the words [pixels].
+        height: Of the picture without the text [pixels].
 
     Returns:
         The path.
 
     Raises:
         FileFormatError: If the suffix is not that of a picture, or the folder does not exist.
-        RenderingUnavailable: If no OpenGL works here; says what to install.
+        RenderingUnavailable: If OpenGL does not work; the message names the packages to install.
     """
     from trajopt.simulation import Layout, render
 
@@ -85,10 +85,7 @@ def draw_explanation(
 
 
 def _with_goals(problem: Problem, clock: float) -> ReducedModel:
-    """Return the reduced model with a ball at every position in the world that the goals require.
-
-    The scene is that of a time of its clock [s].
-    """
+    """Return the reduced model at a time of the scene's clock [s], with a ball at every required position."""
     scene = problem.scene.at(clock) if problem.scene.changing else problem.scene
     for goal in problem.goals:
         if isinstance(goal, FramePlacement) and problem.scene.holder(goal.reference).link == WORLD:
@@ -100,7 +97,7 @@ def _with_goals(problem: Problem, clock: float) -> ReducedModel:
 
 
 def _clock(explanation: Explanation) -> float:
-    """Return when the first thing stands in the way, in the middle of the time if that ends [s]."""
+    """Return the time of the first obstacle, in the middle of its interval if that ends [s]."""
     for block in explanation.blocks:
         if block.begin is not None:
             end = block.begin if block.end is None or block.end == inf else block.end
@@ -119,7 +116,7 @@ def _shown(explanation: Explanation) -> _Shown:
 
 
 def _highlight(explanation: Explanation) -> set[str]:
-    """Return the links and objects of the worst contact, and of the next where both are at the same place."""
+    """Return the bodies of the worst contact, and of the next one at the same place."""
     touching = [block for block in explanation.blocks if block.kind is ObstructionKind.CONTACT]
     together = 2 if explanation.path is None else 1
     return {name for block in touching[:together] for name in block.subjects}

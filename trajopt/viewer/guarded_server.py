@@ -1,4 +1,4 @@
-"""A viser server whose page and WebSocket ask a guard first."""
+"""A viser server with a guard for its page and WebSocket."""
 
 import hmac
 import threading
@@ -24,8 +24,8 @@ LOCAL_NAMES = frozenset(("localhost", "127.0.0.1", "::1"))
 class PageGuard:
     """Checks each request for a page before it is answered, and each WebSocket before it opens.
 
-    A WebSocket of any web page reaches a port of this machine: browsers do not apply the same-origin policy
-    to it (RFC 6455, section 10.2). And a foreign page can give this machine's address its own name (DNS
+    Any web page can open a WebSocket to a port of this machine: browsers do not apply the same-origin policy
+    to it (RFC 6455, section 10.2). And a foreign page can map its own name to this machine's address (DNS
     rebinding).
 
     Attributes:
@@ -94,13 +94,13 @@ class GuardedServer(ViserServer):
 
 @contextmanager
 def _asking(guard: PageGuard) -> Generator[None]:
-    """Have a viser server that starts within this context ask a guard before it answers.
+    """Make a viser server that starts within this context consult a guard before each answer.
 
-    viser has no hook for this, so the name `websockets` of its module is bound, while it starts, to a
-    namespace whose `serve` asks the guard first.
+    viser has no hook for this, so while it starts, the name `websockets` of its module is bound to a
+    namespace whose `serve` consults the guard.
 
     Raises:
-        ProblemError: If viser started without asking: its page would be open to every web page.
+        ProblemError: If viser started without it: its page would be open to every web page.
     """
     infra: Any = import_module("viser.infra._infra")
     original: Any = infra.websockets

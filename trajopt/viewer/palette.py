@@ -48,7 +48,7 @@ TOOL_PATH: Rgb = (0xAA, 0x33, 0x77)
 """For the path of the tool."""
 
 STOP: Rgb = (0xE0, 0x8A, 0x00)
-"""For where a robot would come to rest if nothing more came."""
+"""Colour of the robot at its stop."""
 
 
 def hexadecimal(colour: Rgb) -> str:

@@ -15,11 +15,11 @@ FRAME_TIME = 1 / 30
 
 
 class Playback:
-    """Shows something at times from 0 to a duration: scrubbed by hand, or played.
+    """A time slider from 0 to a duration, scrubbed by hand or played.
 
     Attributes:
-        time: What is shown [s].
-        lock: Held while something is drawn.
+        time: The shown time [s].
+        lock: Held while drawing.
     """
 
     def __init__(
@@ -34,8 +34,8 @@ class Playback:
         Args:
             server: Serves the page.
             duration: The last time [s].
-            draw: Draws everything but the slider at a time [s].
-            taken: Called when somebody takes the slider, or plays.
+            draw: Draws everything except the slider at a time [s].
+            taken: Called when the user moves the slider, or plays.
         """
         self.time, self.lock = 0.0, threading.RLock()
         self._duration, self._draw = duration, draw
@@ -85,13 +85,13 @@ class Playback:
             self._draw(self.time)
 
     def lengthen(self, duration: float) -> None:
-        """Let there be more to show [s]."""
+        """Extend the duration [s]."""
         with self.lock:
             self._duration = duration
             self._slider.max = max(_last(duration, self._slider.step), self._slider.max)
 
     def replace(self, duration: float) -> None:
-        """Show something else, from its beginning to a duration [s]; of 0 there is nothing to show."""
+        """Restart with another duration [s]; 0 for nothing to show."""
         with self.lock:
             self.pause()
             self._duration = duration
@@ -108,7 +108,7 @@ class Playback:
             self._playing.set()
 
     def pause(self) -> None:
-        """Stop where it is."""
+        """Pause."""
         with self.lock:
             self._button.label = "Play"
             self._playing.clear()
@@ -138,5 +138,5 @@ class Playback:
 
 
 def _last(duration: float, step: float) -> float:
-    """Return where a slider ends that has to come to a duration [s]."""
+    """Return the end of a slider that must reach a duration [s]."""
     return round(float(np.ceil(duration / step)) * step, 3)

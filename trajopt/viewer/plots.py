@@ -49,17 +49,17 @@ def plot_motion(
     Args:
         reduced: The robot and its surroundings.
         trajectory: The motion of the group's joints.
-        path: The image to write; its suffix chooses the format (PNG where there is none).
-        limits: Limits of the motion; the robot's own when None.
-        constraints: What was required all the way; axis alignments are drawn.
+        path: The image; its suffix selects the format (PNG without one).
+        limits: Limits of the motion; the robot's own if None.
+        constraints: Path constraints; axis alignments are drawn.
         title: Heading of the image.
 
     Returns:
-        The path that was written.
+        The path of the image.
 
     Raises:
         ShapeError: If the trajectory moves other joints than the group's.
-        FileFormatError: If the suffix names no image format.
+        FileFormatError: If the suffix is not an image format.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -95,10 +95,10 @@ def plot_motion(
 
 
 def image_path(path: Path | str, known: Iterable[str]) -> Path:
-    """Return the image file to write, a PNG where the path has no suffix.
+    """Return the image path, with the suffix .png if it has none.
 
     Raises:
-        FileFormatError: If the suffix is none of the formats known.
+        FileFormatError: If the suffix is not a known format.
     """
     target = Path(path) if Path(path).suffix else Path(path).with_suffix(".png")
     if target.suffix[1:].lower() not in known:
@@ -205,32 +205,31 @@ def _bounds(axes: "Axes", bound: float, label: str) -> None:
 
 MOTION = "#222222"
 SHADE = 0.55
-"""Opacity of what is blocked: the grid is seen through it."""
+"""Opacity of blocked regions, below that of the grid."""
 
 
 @checked
 def plot_path_time(
     plan: Plan | Result, path: Path | str, *, until: float | None = None, title: str = ""
 ) -> Path:
-    """Draw when each part of a plan's path is blocked, by what, and how the motion passes between.
+    """Draw when each part of a plan's path is blocked, by which obstacle, and how the motion passes.
 
-    Where the line is level the robot waits, where it is steep it hurries; a region that is touched would be
-    a collision. What is drawn is sampled (`trajopt.planning.forbidden_times`); what is proven is in the
-    certificate.
+    The robot waits on level parts of the line and hurries on steep ones; a line through a region would be a
+    collision. The regions are sampled (`trajopt.planning.forbidden_times`); the proof is in the certificate.
 
     Args:
         plan: The plan, or a result that has one.
-        path: The image to write; its suffix chooses the format (PNG where there is none).
-        until: Until when time is shown [s]; when None, half as long again as the motion takes.
+        path: The image; its suffix selects the format (PNG without one).
+        until: End of the time axis [s]; 1.5 times the duration of the motion if None.
         title: Heading of the image.
 
     Returns:
-        The path that was written.
+        The path of the image.
 
     Raises:
         PlanningFailed: If the result has no plan.
         ShapeError: If the time is not positive.
-        FileFormatError: If the suffix names no image format.
+        FileFormatError: If the suffix is not an image format.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -256,7 +255,7 @@ def plot_path_time(
 
 
 def _draw_regions(axes: "Axes", shown: PathTime) -> None:
-    """Fill the cells that something blocks, each thing in its colour; the links of a robot are one thing."""
+    """Fill the blocked cells, each obstacle in its colour; the links of a robot count as one."""
     things = dict.fromkeys(name.split("/")[0] for name in shown.objects)
     picture = np.zeros((*shown.blocked.shape, 4))
     for count, thing in enumerate(things):
@@ -273,26 +272,26 @@ def _draw_regions(axes: "Axes", shown: PathTime) -> None:
 AXES = ("x", "y", "z")
 UPRIGHT = 2
 CUTS = ((1, 0, 2), (0, 1, 2), (2, 0, 1))
-"""Axis that each cut is across, then the axes to the right and upward in it."""
+"""Axis normal to each cut, then the axes to the right and upward in it."""
 
 
 @checked
 def plot_reach(reach: ReachMap, path: Path | str) -> Path:
     """Draw three cuts through the middle of a reach map, twice.
 
-    The upper row shows the share of directions that a cell was met from, the lower one the largest
-    manipulability in it; cells that were not met are white. The upright cuts go through the origin (a cross)
-    where it is inside, the level one through the layer with most directions met.
+    The upper row shows the share of directions from which a cell was reached, the lower one the largest
+    manipulability in it; unreached cells are white. The upright cuts go through the origin (a cross)
+    if it is inside, the level one through the layer with most directions.
 
     Args:
         reach: The map.
-        path: The image to write; its suffix chooses the format (PNG where there is none).
+        path: The image; its suffix selects the format (PNG without one).
 
     Returns:
-        The path that was written.
+        The path of the image.
 
     Raises:
-        FileFormatError: If the suffix names no image format.
+        FileFormatError: If the suffix is not an image format.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

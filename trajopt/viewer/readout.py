@@ -1,4 +1,4 @@
-"""The page's readout: the clearance, the joints and what happened, as HTML."""
+"""The page's readout: clearance, joints and events, as HTML."""
 
 from collections.abc import Sequence
 from html import escape
@@ -39,7 +39,7 @@ def clearance_html(nearest: Nearest | None) -> str:
 
 
 def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ...]) -> str:
-    """Return a table of the joints: name, where in its range, value in degrees or millimetres."""
+    """Return a table of the joints: name, place in its range, value in degrees or millimetres."""
     rows: list[str] = []
     for joint, name in enumerate(limits.joint_names):
         value, unit = (
@@ -57,11 +57,11 @@ def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ..
 
 
 def events_html(events: Sequence[Event], shown: int) -> str:
-    """Return the last events, the latest at the top.
+    """Return the last events, the latest first.
 
     Args:
         events: In the order of time.
-        shown: How many of them.
+        shown: Number of shown events.
     """
     rows = [
         f'<tr><td style="text-align:right;padding-right:0.8em;vertical-align:top">{event.time:.2f} s</td>'
@@ -79,7 +79,7 @@ def decimal(value: float) -> str:
 
 
 def _range_bar(limits: JointLimits, joint: int, position: float) -> str:
-    """Return a bar with a mark where the position is between its limits; nothing without limits."""
+    """Return a bar with a mark at the position between its limits; empty without limits."""
     lower, upper = float(limits.lower[joint]), float(limits.upper[joint])
     if not (np.isfinite(lower) and np.isfinite(upper) and upper > lower):
         return ""

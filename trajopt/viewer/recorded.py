@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 ASPECT = 1.8
 """Width over height that the motion is framed for: of a page as wide as a screen, half as high."""
 RATE = 25.0
-"""Pictures per second: what the eye takes for one motion."""
+"""Frames per second."""
 FEWEST, MOST = 60, 600
-"""Pictures of a motion: a short one can still be looked at step by step, a long one fills no page."""
+"""Smallest and largest number of frames of a motion."""
 HOST = "127.0.0.1"
-"""Viser draws on a server alone: on this one, which nobody but this machine sees, while it is drawn."""
+"""Viser draws only on a server: on this address of this machine, while the page is made."""
 AFTER = 0.002
-"""How much longer the clock runs than the motion [s], so that its end can be shown."""
+"""Time of the clock after the motion [s], so that its end can be shown."""
 EMPTY = 1
 """WebGL calls of a frame without a robot: the background."""
 FRAMES = 3
@@ -78,12 +78,12 @@ BRIDGE = (
 
 @dataclass(frozen=True, eq=False)
 class GhostAt(Value):
-    """Where the robot is drawn once more, translucent.
+    """A translucent copy of the robot.
 
     Attributes:
-        name: What it is called among the nodes of the scene.
+        name: Name of its node in the scene.
         positions: Of the group's joints, shape (n,) [rad | m].
-        colour: Of all of it.
+        colour: Of all bodies.
     """
 
     name: str
@@ -92,16 +92,15 @@ class GhostAt(Value):
 
 
 def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Sequence[GhostAt] = ()) -> str:
-    """Return a page, in HTML, of a motion, or of the start alone.
+    """Return a self-contained HTML page of a motion, or of the start alone.
 
-    It takes nothing from outside itself. A page that holds it in a frame receives the time that is shown,
-    `{time}` [s], and, once, that the scene is drawn, `{drawn: true}`, as messages; it may set the time with
-    `{show}`.
+    A page that contains it in a frame receives the shown time, `{time}` [s], and, once, that the scene is
+    drawn, `{drawn: true}`, as messages; it may set the time with `{show}`.
 
     Args:
         reduced: Robot and scene.
         trajectory: The motion of the group's joints; None for the start alone.
-        beside: Where the robot is drawn once more.
+        beside: Translucent copies of the robot.
 
     Raises:
         MissingExtra: If viser is not installed.
@@ -116,7 +115,7 @@ def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Seque
 
 
 class _Recording:
-    """What is drawn, picture by picture."""
+    """The scene, drawn frame by frame."""
 
     def __init__(
         self,
@@ -149,7 +148,7 @@ class _Recording:
         return serializer.as_html()
 
     def _look(self, reduced: ReducedModel) -> None:
-        """Look from where least is hidden, and through what still is in the way."""
+        """Choose the least obstructed view, and make remaining obstacles translucent."""
         from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
         from trajopt.simulation.picture_model import tool_paths
         from trajopt.simulation.sampled_motion import SampledMotion, motion_of

@@ -1,4 +1,4 @@
-"""The page of a run: while it goes on, or of its recording, with a slider over time."""
+"""The page of a run, live or recorded, with a time slider."""
 
 import threading
 from typing import TYPE_CHECKING
@@ -22,26 +22,26 @@ if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer
 
 EVENTS = 8
-"""So many events are listed, the latest ones."""
+"""Number of listed events, the latest ones."""
 ASPECT = 1.0
-"""Width over height of what the controls leave free."""
+"""Width over height of the area beside the controls."""
 
 
 @checked
 def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
-    """Serve a page that shows a recorded run; returns at once.
+    """Serve a page that shows a recorded run; returns immediately.
 
     Args:
-        recording: What happened.
+        recording: The recording.
         port: Port to serve on; the next free one if it is taken.
-        host: Address to serve on; "0.0.0.0" lets other machines look too.
+        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Returns:
         The viewer: open its `url` in a browser; `wait()` keeps a script alive.
 
     Raises:
         MissingExtra: If viser is not installed.
-        ProblemError: If nothing can be served on this host or port.
+        ProblemError: If the port cannot be opened on this host.
     """
     first = recording.sightings[0]
     drawing = RunDrawing(open_server(host, port), recording.group, recording.start, first)
@@ -54,18 +54,18 @@ def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1")
 
 @checked
 def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
-    """Serve a page that shows a run while it goes on; returns at once.
+    """Serve a page that shows a run live; returns immediately.
 
-    `viewer.look` is told after each cycle who drives the robot: `run(problem, watch=viewer.look)`.
+    `viewer.look` receives the supervisor after each cycle: `run(problem, watch=viewer.look)`.
 
     Args:
-        problem: What is asked of the robot.
+        problem: The problem of the run.
         port: Port to serve on; the next free one if it is taken.
-        host: Address to serve on; "0.0.0.0" lets other machines look too.
+        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Raises:
         MissingExtra: If viser is not installed.
-        ProblemError: If nothing can be served on this host or port.
+        ProblemError: If the port cannot be opened on this host.
     """
     first = Sighting(since=-np.inf, world=WorldSnapshot(problem.scene, 0.0))
     drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)
@@ -108,25 +108,25 @@ class RunViewer(Served):
 
     @property
     def time(self) -> float:
-        """Time that is shown, since the begin [s]."""
+        """Shown time since the start [s]."""
         return self._playback.time
 
     @property
     def moment(self) -> RecordedMoment | None:
-        """The moment that is shown; None before the first look."""
+        """The shown moment; None before the first."""
         return self._moment
 
     @property
     def nearest(self) -> Nearest | None:
-        """The pair with the smallest clearance at the time that is shown."""
+        """The pair with the smallest clearance at the shown time."""
         return self._drawing.nearest
 
     @property
     def recording(self) -> Recording:
-        """Everything so far.
+        """The recording so far.
 
         Raises:
-            ProblemError: If nothing was looked at.
+            ProblemError: If there is no moment yet.
         """
         source = self._source
         if isinstance(source, Recording):
@@ -138,10 +138,10 @@ class RunViewer(Served):
 
     @checked
     def look(self, watched: Watched) -> None:
-        """Write down what is new; it is drawn soon after, in another thread.
+        """Record the present moment; another thread draws it soon after.
 
         Raises:
-            ProblemError: If it is another one than before, or what is shown is a recording.
+            ProblemError: If it is another supervisor than before, or the page shows a recording.
         """
         if isinstance(self._source, Recording):
             raise ProblemError("this page shows a recording: watch_run shows what goes on")
@@ -149,7 +149,7 @@ class RunViewer(Served):
 
     @checked
     def show(self, t: float) -> None:
-        """Show a time since the begin [s], clipped to what there is."""
+        """Show a time since the start [s], clipped to the recorded range."""
         self._leave_live()
         self._playback.show(t)
 
@@ -159,7 +159,7 @@ class RunViewer(Served):
         self._playback.play()
 
     def pause(self) -> None:
-        """Stop where it is."""
+        """Pause."""
         self._playback.pause()
 
     def _end(self) -> None:
@@ -170,7 +170,7 @@ class RunViewer(Served):
         self._live.value = False
 
     def _follow(self) -> None:
-        """Show what is new as long as the page is live (body of the thread)."""
+        """Show new moments while the page is live (body of the thread)."""
         source = self._source
         while isinstance(source, Logbook) and not self._closed.wait(FRAME_TIME):
             looks = source.samples
@@ -183,7 +183,7 @@ class RunViewer(Served):
                     self._playback.show(source.duration)
 
     def _draw(self, t: float) -> None:
-        """Show everything but the slider at a time since the begin [s]."""
+        """Show everything except the slider at a time since the start [s]."""
         source = self._source
         if isinstance(source, Logbook):
             if not source.samples:
@@ -205,14 +205,14 @@ def look_from_the_best_side(
     back: float = 1.0,
     aside: float = 0.0,
 ) -> None:
-    """Look at a motion, or at the robot as it stands, from where least is hidden.
+    """Choose the least obstructed view of a motion, or of the robot at rest.
 
     Args:
         server: Serves the page.
         reduced: The robot in its scene.
-        motion: The motion; None for the robot as it stands.
-        back: From how much farther away than where all just fits in.
-        aside: By how much of the picture's height what is looked at is to the left of its middle.
+        motion: The motion; None for the robot at rest.
+        back: Factor on the distance at which everything just fits.
+        aside: Shift of the subject to the left, as a share of the picture's height.
     """
     from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
     from trajopt.simulation.sampled_motion import motion_of

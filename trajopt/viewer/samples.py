@@ -14,7 +14,7 @@ from trajopt.values.trajectory import Trajectory
 from trajopt.viewer.clearance import ClearanceQuery, PairKind
 
 SAMPLES = 600
-"""Evenly spaced times at which joints are drawn; the trajectory's own points come on top."""
+"""Number of evenly spaced times, in addition to the trajectory's own points."""
 CLEARANCE_SAMPLES = 201
 """Times at which clearances are measured."""
 REACH = 0.3
@@ -49,9 +49,9 @@ class MotionSamples:
         unlimited: Names of the joints without position limits.
         clearance_times: Times at which clearances were measured, shape (C,) [s].
         clearances: Smallest clearance of each kind of pair, shape (C,) [m]; inf beyond `REACH`.
-        required: The clearances required of some pair, each once, zero left out [m].
-        margins: The clearances that the optimiser keeps where it can, each once [m].
-        windows: Begin [s], end [s] and name of the times with intended contact.
+        required: The required clearances, each once, without zero [m].
+        margins: The margins of the optimiser, each once [m].
+        windows: Start [s], end [s] and name of the intervals with intended contact.
         tightest: Time [s], clearance [m] and names of the tightest pair; None beyond `REACH`.
         tilts: One for each axis alignment.
     """
@@ -83,7 +83,7 @@ def sample_motion(
         reduced: The robot and its surroundings.
         trajectory: The motion of the group's joints.
         limits: Limits of the group's joints.
-        constraints: What was required all the way.
+        constraints: Path constraints.
     """
     duration = trajectory.duration
     times = np.union1d(np.linspace(0.0, duration, SAMPLES), trajectory.times)

@@ -21,7 +21,7 @@ LAST_PORT = 65535
 
 
 def open_server(host: str, port: int) -> "GuardedServer":
-    """Serve an empty page, which only the address with its secret opens.
+    """Serve an empty page, which opens only by the address with its secret.
 
     Args:
         host: Address to serve on.
@@ -29,7 +29,7 @@ def open_server(host: str, port: int) -> "GuardedServer":
 
     Raises:
         MissingExtra: If viser is not installed.
-        ProblemError: If nothing can be served on this host or port.
+        ProblemError: If the port cannot be opened on this host.
     """
     try:
         import viser  # noqa: F401  # pyright: ignore[reportUnusedImport]
@@ -45,7 +45,7 @@ def open_server(host: str, port: int) -> "GuardedServer":
 
 
 def close_server(server: "ViserServer") -> None:
-    """Serve it no more."""
+    """Stop serving it."""
     with _unannounced():
         server.stop()
 
@@ -70,14 +70,14 @@ def _check_address(host: str, port: int) -> None:
 
 
 class Served(ABC):
-    """What all pages are: they have an address, can be waited for, and end.
+    """Base of all pages: they have an address, can be waited for, and closed.
 
     Attributes:
-        url: Address of the page. It holds a secret: whoever has it can use the page.
+        url: Address of the page. It contains a secret that grants access.
     """
 
     def __init__(self, server: "GuardedServer") -> None:
-        """Close the page when the program ends, if nobody does before."""
+        """Register the page for closing at the end of the program."""
         self.url = server.address
         self._server, self._closed, self._closing = server, threading.Event(), threading.Lock()
         atexit.register(self.close)  # runs before viser's own, which would announce it
@@ -110,5 +110,5 @@ class Served(ABC):
         close_server(self._server)
 
     def __repr__(self) -> str:
-        """Say where the page is."""
+        """Return the address."""
         return f"{type(self).__name__}({shown(self.url)})"

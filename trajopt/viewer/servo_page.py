@@ -1,8 +1,8 @@
 """The browser as an input of a servo: sliders for tool and joints, a gizmo, a speed, a dead man's button.
 
-The robot follows while the button is held, and stops when it is let go, or when the page, its machine or the
-line to it is gone. Sliders say from -1 to 1, as sticks do: `ServoOptions.scaling` and `turning` make m/s and
-rad/s of that. The gizmo is the placement that the tool is drawn to.
+The robot follows while the button is held, and stops when it is released, or when the page or its connection
+is lost. Sliders range from -1 to 1, as sticks do: `ServoOptions.scaling` and `turning` convert to m/s and
+rad/s. The gizmo is the target placement of the tool.
 """
 
 import threading
@@ -29,16 +29,16 @@ from trajopt.viewer.server import Served, open_server
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")
 SIGNALS = 20.0
-"""So often a second the page says that the button is held."""
+"""Signals per second of a held button."""
 HELD = 0.2
-"""So long after the last time it said so it counts as held: three signals may be lost [s]."""
+"""Time-out of the last signal [s]: three signals may be lost."""
 GIZMO = 0.25
 """Size of the gizmo [m]."""
 LET_GO = "the button was let go"
 
 
 class Lead(Enum):
-    """What the robot is led by."""
+    """Kind of command that leads the robot."""
 
     TOOL = "tool"
     JOINTS = "joints"
@@ -49,18 +49,18 @@ class Lead(Enum):
 def servo_page(
     problem: Problem, *, frame: str = "", axes: str = WORLD, port: int = 8080, host: str = "127.0.0.1"
 ) -> "ServoPage":
-    """Serve a page that leads a robot, and shows it; returns at once.
+    """Serve a page that leads a robot, and shows it; returns immediately.
 
     Args:
-        problem: What the servo is told, too.
-        frame: The tool's frame; when empty the group's own.
-        axes: Frame whose axes the tool's sliders mean: "world", or the tool's own.
+        problem: The problem of the servo.
+        frame: The tool's frame; the group's own if empty.
+        axes: Frame of the tool sliders' axes: "world", or the tool's own.
         port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines lead the robot too.
 
     Raises:
         MissingExtra: If viser is not installed.
-        ProblemError: If nothing can be served on this host or port.
+        ProblemError: If the port cannot be opened on this host.
         FrameNotFound: If there is no such tool.
     """
     first = Sighting(since=-np.inf, world=WorldSnapshot(problem.scene, 0.0))
@@ -113,7 +113,7 @@ class ServoPage(Served):
 
     @checked
     def read(self, since: float) -> Order | None:
-        """Return what the controls say now."""
+        """Return the present command of the controls."""
         speed = self._speeds.value
         new = None if speed == self._speed else speed
         self._speed = speed
@@ -151,7 +151,7 @@ class ServoPage(Served):
                 return Pose(placed(self._gizmo.position, quaternion=(x, y, z, w)))
 
     def _show_controls(self) -> None:
-        """Show the controls of what the robot is led by, and no others."""
+        """Show only the controls of the selected kind of command."""
         lead = Lead(self._lead.value)
         with self._server.atomic():
             for each in self._twist:
@@ -168,7 +168,7 @@ class ServoPage(Served):
         self.move_gizmo(reduced.scene.placement_of(self._tool, reduced.all_positions(at)))
 
     def _follow(self) -> None:
-        """Show what is new (body of the thread)."""
+        """Show new moments (body of the thread)."""
         while not self._closed.wait(FRAME_TIME):
             looks = self._logbook.samples
             if looks == self._shown:

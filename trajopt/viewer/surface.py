@@ -15,11 +15,11 @@ from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
 SECTORS = 32
-"""Straight edges that stand for a circle."""
+"""Number of edges of a drawn circle."""
 PLANE_EDGE = 4.0
-"""Edge of the square that stands for a half-space [m]."""
+"""Edge of the square that represents a half-space [m]."""
 PLANE_DEPTH = 0.002
-"""How far below its surface that square lies, clear of the floor grid [m]."""
+"""Depth of that square below the surface, clear of the floor grid [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +57,7 @@ def surface(shape: Shape) -> Surface:
 
 
 def _profile(shape: Sphere | Capsule | Cylinder | Cone) -> list[tuple[float, float]]:
-    """Return (r, z) from the lower pole to the upper.
-
-    Points are doubled where an edge is sharp, so that each side has its own shading.
-    """
+    """Return (r, z) from the lower pole to the upper; points at sharp edges are doubled for their shading."""
     r = shape.radius
     if isinstance(shape, Sphere):
         return _arc(r, 0.0, -90.0, 90.0)

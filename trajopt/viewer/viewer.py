@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer
 
 ASPECT = 1.0
-"""Width over height that the motion is framed for: that of what the controls leave free in the middle."""
+"""Width over height of the area beside the controls, for which the motion is framed."""
 
 
 @overload
@@ -38,13 +38,13 @@ def view(
     port: int = 8080,
     host: str = "127.0.0.1",
 ) -> "Viewer":
-    """Serve a page that shows a plan, or any trajectory of a reduced model; returns at once.
+    """Serve a page that shows a plan, or any trajectory of a reduced model; returns immediately.
 
     Args:
         motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
-        trajectory: The motion of the group's joints; the plan's own when None.
+        trajectory: The motion of the group's joints; the plan's own if None.
         port: Port to serve on; the next free one if it is taken.
-        host: Address to serve on; "0.0.0.0" lets other machines look too.
+        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Returns:
         The viewer: open its `url` in a browser; `wait()` keeps a script alive.
@@ -52,7 +52,7 @@ def view(
     Raises:
         MissingExtra: If viser is not installed.
         PlanningFailed: If the result has no plan.
-        ProblemError: If nothing can be served on this host or port.
+        ProblemError: If the port cannot be opened on this host.
         ShapeError: If the trajectory moves other joints than the group's.
     """
     reduced, trajectory = model_and_trajectory("view", motion, trajectory, ReducedModel)
@@ -89,22 +89,22 @@ class Viewer(Served):
 
     @property
     def time(self) -> float:
-        """Time that is shown [s]."""
+        """Shown time [s]."""
         return self._playback.time
 
     @property
     def positions(self) -> Floats:
-        """Positions of the group's joints that are shown, shape (n,) [rad | m]."""
+        """Shown positions of the group's joints, shape (n,) [rad | m]."""
         return self._trajectory(self.time)
 
     @property
     def nearest(self) -> Nearest | None:
-        """The pair with the smallest clearance at the time that is shown."""
+        """The pair with the smallest clearance at the shown time."""
         return self._nearest
 
     @checked
     def joint_placement(self, joint: str) -> Placement:
-        """Return where a joint is drawn, in the world."""
+        """Return the drawn placement of a joint in the world."""
         return self._drawing.joint_placement(joint)
 
     @checked
@@ -117,18 +117,18 @@ class Viewer(Served):
         self._playback.play()
 
     def pause(self) -> None:
-        """Stop where the motion is."""
+        """Pause the motion."""
         self._playback.pause()
 
     def __repr__(self) -> str:
-        """Say where the page is."""
+        """Return the address."""
         return f"Viewer({shown(self.url)}, {self._trajectory})"
 
     def _end(self) -> None:
         self._playback.close()
 
     def _look(self, reduced: ReducedModel, trajectory: Trajectory) -> None:
-        """Draw the tools' paths, look from where least is hidden, and through what still is in the way."""
+        """Draw the tools' paths, choose the view, and make obstructing objects translucent."""
         from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
         from trajopt.simulation.picture_model import tool_paths
         from trajopt.simulation.sampled_motion import motion_of

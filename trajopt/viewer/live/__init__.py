@@ -1,7 +1,7 @@
-"""The live page: a goal set by hand, objects put up by hand, a motion planned, looked at and executed.
+"""The live page: set a goal by hand, add objects, plan, scrub and execute.
 
-What is asked for (`Workbench`, `Goal`), what plans (`Planner`) and what drives the simulated robot (`Driver`)
-know nothing of the page, so that they are tested without a browser.
+The state (`Workbench`, `Goal`), the planner (`Planner`) and the driver of the simulated robot (`Driver`) do
+not depend on the page, so they are tested without a browser.
 """
 
 from trajopt.viewer.live.page import LiveView as LiveView

@@ -1,8 +1,7 @@
-"""Desk: one thread that does what a page is asked for, one thing after the other.
+"""Desk: one thread that handles the requests of a page in sequence; and buttons.
 
-Whoever drags something asks more often than can be done. Of what has the same name only the last is done, and
-nothing waits for what was asked before it. As all that changes what a page shows is done here, it needs no
-lock.
+Dragging produces more requests than can be handled. Of requests with the same name only the last is handled.
+All changes of the page happen in this thread, so no lock is needed.
 """
 
 import logging
@@ -22,10 +21,10 @@ class Desk:
     """Does things in a thread of its own."""
 
     def __init__(self, complain: Callable[[str], None]) -> None:
-        """Begin.
+        """Start the thread.
 
         Args:
-            complain: Told, in that thread, why something could not be done.
+            complain: Receives, in that thread, the reason why a request failed.
         """
         self._complain = complain
         self._waiting: dict[str, Callable[[], None]] = {}
@@ -35,18 +34,18 @@ class Desk:
         self._thread.start()
 
     def do(self, name: str, work: Callable[[], None]) -> None:
-        """Have something done soon, in place of what has the same name and still waits."""
+        """Queue a request; it replaces a waiting one with the same name."""
         with self._news:
             self._waiting[name] = work
             self._news.notify_all()
 
     def settle(self, seconds: float) -> bool:
-        """Wait until all is done, or the seconds are over; say whether it is."""
+        """Wait until all requests are handled; return False after a time-out [s]."""
         with self._news:
             return self._news.wait_for(lambda: not self._waiting and not self._working, seconds)
 
     def close(self) -> None:
-        """End the thread; what waits is not done any more."""
+        """End the thread; waiting requests are dropped."""
         with self._news:
             self._closed = True
             self._news.notify_all()
@@ -54,7 +53,7 @@ class Desk:
             self._thread.join()
 
     def _work(self) -> None:
-        """Do what waits, the oldest first (body of the thread)."""
+        """Handle requests, the oldest first (body of the thread)."""
         while True:
             with self._news:
                 self._working = False
@@ -80,8 +79,8 @@ class Lever:
     """A button.
 
     Attributes:
-        name: What is written on it.
-        refusal: Why it cannot be pressed now; empty if it can.
+        name: Its label.
+        refusal: The reason why it is disabled; empty if enabled.
     """
 
     def __init__(
@@ -97,9 +96,9 @@ class Lever:
 
         Args:
             server: Serves the page.
-            name: What is written on it.
-            hint: What it does, shown when the mouse is over it.
-            pressed: Called when somebody presses it, with the page where that was.
+            name: Its label.
+            hint: Its effect, shown under the mouse.
+            pressed: Called on a press, with the page of the press.
             colour: Its colour.
         """
         self.name, self.refusal, self._hint = name, "", hint
@@ -111,12 +110,12 @@ class Lever:
                 pressed(event.client)
 
     def allow(self, refusal: str = "") -> None:
-        """Let it be pressed, or not: then the reason stands in its hint."""
+        """Enable or disable it; the reason is shown in its hint."""
         self.refusal = refusal
         self._button.disabled = bool(refusal)
         self._button.hint = f"{self._hint} Not now: {refusal}." if refusal else self._hint
 
     def offer(self, there: bool) -> None:
-        """Have it on the page only where it is of use: what cannot be pressed for long is not shown."""
+        """Show it only while it is useful."""
         self._button.visible = there
         self.refusal = "" if there else "it is not offered"

@@ -19,26 +19,26 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 CYCLE = 0.02
-"""Time from one look of the supervisor to the next, as its options have it [s]."""
+"""Period of the supervisor, as in its options [s]."""
 STOPPING = 5.0
-"""A robot that was told to stop stands after so long, or it never will [s]."""
+"""Longest expected time of a stop [s]."""
 
 
 class Driving:
-    """A run to a goal, from when it is made on.
+    """A run to a goal, started on construction.
 
     Attributes:
-        positions: Where the group's joints are, shape (n,) [rad | m].
-        events: What happened, in order.
-        outcome: How it ended, in words; empty until then.
+        positions: Positions of the group's joints, shape (n,) [rad | m].
+        events: Events in order.
+        outcome: Its outcome, in words; empty until then.
     """
 
     def __init__(self, problem: Problem, listener: Callable[["Driving"], None]) -> None:
-        """Begin.
+        """Start.
 
         Args:
-            problem: Where the robot is, and where it goes.
-            listener: Called after each cycle, in the thread that drives.
+            problem: Start and goal of the robot.
+            listener: Called after each cycle, in the driving thread.
         """
         self._problem, self._listener = problem, listener
         self._stop, self._scene = threading.Event(), threading.Lock()
@@ -55,12 +55,12 @@ class Driving:
         return not self.outcome
 
     def see(self, scene: Scene) -> None:
-        """Let the world be another one from now on: the robot is in it, and the supervisor told of it."""
+        """Replace the world, for the simulated robot and the supervisor."""
         with self._scene:
             self._changed = scene
 
     def stop(self) -> None:
-        """Bring the robot to rest where that is proven."""
+        """Bring the robot to rest by a proven stop."""
         self._stop.set()
 
     def close(self) -> None:
@@ -69,7 +69,7 @@ class Driving:
         self._thread.join()
 
     def _work(self) -> None:
-        """Drive until there is nothing more to do (body of the thread)."""
+        """Drive until the run is over (body of the thread)."""
         try:
             outcome = self._drive()
         except TrajoptError as error:
@@ -124,14 +124,14 @@ class Driving:
 HELD = "the robot is being driven"
 UNPLANNED = "there is no motion yet"
 EVENTS = 4
-"""So many events are listed, the latest ones."""
+"""Number of listed events, the latest ones."""
 
 
 class DrivePanel:
     """Buttons to execute and to stop.
 
     Attributes:
-        driving: The run that goes on, or was last.
+        driving: The current or last run.
     """
 
     def __init__(
@@ -147,10 +147,10 @@ class DrivePanel:
 
         Args:
             server: Serves the page.
-            desk: Does what is asked for.
-            bench: What is driven.
+            desk: Handles requests.
+            bench: The state of the page.
             stand: Draws the robot at a posture of the group.
-            changed: Has the page show that a run has begun, or is over.
+            changed: Called when a run starts or ends.
         """
         self._desk, self._bench, self._stand, self._changed = desk, bench, stand, changed
         self.driving: Driving | None = None
@@ -167,12 +167,12 @@ class DrivePanel:
         return self.driving is not None and self.driving.busy
 
     def show(self, *, planned: bool) -> None:
-        """Show what can be pressed, given whether there is a motion."""
+        """Enable the buttons, depending on whether there is a motion."""
         self._execute.allow(HELD if self.busy else "" if planned else UNPLANNED)
         self._stop.offer(self.busy)
 
     def see(self) -> None:
-        """Let the robot see what is around it now."""
+        """Pass the present scene to the running robot."""
         if self.driving is not None and self.driving.busy:
             self.driving.see(self._bench.scene)
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Gizmo:
-    """Arrows and rings, seen through whatever is before them.
+    """Arrows and rings for dragging, drawn in front of everything.
 
     Attributes:
         length: Of the arrows [m].
@@ -26,7 +26,7 @@ class Gizmo:
             server: Serves the page.
             node: Its name.
             length: Of the arrows [m].
-            dragged: Told, again and again, where it is dragged to in the world.
+            dragged: Receives its placement in the world while it is dragged.
         """
         self.length, self._dragging = length, False
         self._handle: TransformControlsHandle = server.scene.add_transform_controls(
@@ -44,12 +44,12 @@ class Gizmo:
 
     @property
     def placement(self) -> Placement:
-        """Where it is in the world."""
+        """Its placement in the world."""
         w, x, y, z = self._handle.wxyz
         return placement(self._handle.position, quaternion=(x, y, z, w))
 
     def show(self, where: Placement | None) -> None:
-        """Show it somewhere in the world, or hide it; whoever drags it has it where it is."""
+        """Show it at a placement in the world, or hide it; a dragged one stays."""
         self._handle.visible = where is not None
         if where is not None and not self._dragging:
             self._handle.position, self._handle.wxyz = where.translation, wxyz(where)

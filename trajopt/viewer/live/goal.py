@@ -1,4 +1,4 @@
-"""Goal: where the hand is asked to go, the posture found for it, and whether the robot can stand there."""
+"""Goal: the requested pose of the hand, the posture found for it, and whether it is reachable."""
 
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -19,15 +19,15 @@ from trajopt.viewer.live.nearest_drawing import telling_pairs
 STARTS = 8
 """Of the search while the goal is dragged: a goal in reach is found from a few [5 ms for seven joints]."""
 SPATIAL = 6
-"""With so many joints or more a hand can, as a rule, go to a place in any orientation."""
+"""Number of joints from which a hand can usually take any orientation."""
 NAMED = 3
-"""So many reasons are named; the others are counted."""
+"""Number of reasons that are named; the others are counted."""
 UNCHANGING = 1.0
-"""Duration of the motion that a posture is taken for where clearances are measured [s]."""
+"""Duration of the motion that represents a posture in clearance queries [s]."""
 
 
 class Reachability(Enum):
-    """Whether a robot can stand at a goal."""
+    """Whether a robot can take a goal posture."""
 
     REACHABLE = "reachable"
     COLLIDING = "in collision"
@@ -58,13 +58,13 @@ class Goal(Value):
 def goal_of_hand(
     reduced: ReducedModel, hand: str, placement: Placement, near: Floats, *, turned: bool
 ) -> Goal:
-    """Return the goal that the hand is somewhere, in any posture.
+    """Return the goal of a hand pose, in any posture.
 
     Args:
         reduced: The robot in its scene.
         hand: The hand's frame.
-        placement: Where it is to be in the world.
-        near: Posture of the group that the posture found shall be near to, shape (n,) [rad | m].
+        placement: Required placement in the world.
+        near: Preferred posture of the group, shape (n,) [rad | m].
         turned: Whether the orientation counts; otherwise the position alone.
     """
     required = frame_placement(hand, placement, rotation_tolerance=None if turned else inf)
@@ -102,7 +102,7 @@ def in_posture(reduced: ReducedModel, goal: Goal, positions: Floats) -> Goal:
 
 
 def hand_at(reduced: ReducedModel, hand: str, positions: Floats) -> Placement:
-    """Return where the hand is in the world for the group's positions, shape (n,) [rad | m]."""
+    """Return the hand's placement in the world for the group's positions, shape (n,) [rad | m]."""
     return reduced.scene.placement_of(hand, reduced.all_positions(positions))
 
 
@@ -121,7 +121,7 @@ def _judged(
 
 
 def _said(reduced: ReducedModel, found: Validity) -> tuple[Reachability, str]:
-    """Return whether the robot can stand so, and what is in the way or nearest."""
+    """Return whether the posture is possible, and the obstacle or the nearest pair."""
     limits, collisions = found.examination.out_of_limits, found.examination.collisions
     if limits:
         return Reachability.BEYOND_LIMITS, f"Beyond limits: {_listed([each.words for each in limits])}."
@@ -146,7 +146,7 @@ def _without_limits(reduced: ReducedModel) -> ReducedModel:
 
 
 def _missed(reduced: ReducedModel, hand: str, placement: Placement, positions: Floats) -> str:
-    """Say by how much the hand misses a placement."""
+    """Print the error of the hand."""
     difference = placement.inverse() * hand_at(reduced, hand, positions)
     far = float(np.linalg.norm(difference.translation))
     turned = np.degrees(np.arccos(np.clip((np.trace(difference.rotation) - 1.0) / 2.0, -1.0, 1.0)))

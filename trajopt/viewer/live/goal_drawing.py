@@ -1,4 +1,4 @@
-"""The goal in the page: arrows and rings at the hand to drag, and the robot as it would stand."""
+"""The goal in the page: arrows and rings at the hand for dragging, and the robot in the goal posture."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 GIZMO = 0.22
-"""Length of the arrows [m]: those of an arm's hand, which is about as long."""
+"""Length of the arrows [m], about that of a hand."""
 OPACITY = 0.45
 """Of the robot at its goal: its colour is to be read at a glance, the robot to be seen through it."""
 SAME = 5e-3
@@ -34,7 +34,7 @@ COLOURS: dict[Reachability, Rgb] = {
 
 
 class GoalDrawing:
-    """The goal, and what it is dragged by."""
+    """The drawn goal and its gizmo."""
 
     def __init__(
         self, server: "ViserServer", reduced: ReducedModel, dragged: Callable[[Placement], None]
@@ -43,8 +43,8 @@ class GoalDrawing:
 
         Args:
             server: Serves the page.
-            reduced: The robot, and what it carries.
-            dragged: Told where the hand is dragged to, in the world.
+            reduced: The robot with its attached objects.
+            dragged: Receives the dragged placement of the hand in the world.
         """
         self._server, self._ghosts = server, 0
         self.gizmo = Gizmo(server, "/goal/hand", GIZMO, dragged)
@@ -52,7 +52,7 @@ class GoalDrawing:
         self._carried = _moved(reduced)
 
     def renew(self, reduced: ReducedModel) -> None:
-        """Draw the robot anew, if it carries something else."""
+        """Draw the robot again if its attached objects changed."""
         carried = _moved(reduced)
         if carried == self._carried:
             return
@@ -68,8 +68,8 @@ class GoalDrawing:
 
         Args:
             goal: The goal.
-            query: Of the robot that is drawn.
-            now: Where the robot is drawn already, shape (n,) [rad | m].
+            query: Of the drawn robot.
+            now: Drawn positions of the robot, shape (n,) [rad | m].
         """
         with self._server.atomic():
             self.gizmo.show(goal.placement)
@@ -79,7 +79,7 @@ class GoalDrawing:
 
 
 def _moved(reduced: ReducedModel) -> list[tuple[str, int, bytes]]:
-    """Return what tells the bodies that the group moves from others."""
+    """Return a key of the bodies that the group moves."""
     return [
         (body.name, id(body.shape), body.placement.homogeneous.tobytes())
         for body in reduced.bodies

@@ -1,4 +1,4 @@
-"""The panel of the goal: sliders for the joints, the named states, and what of the hand counts."""
+"""The panel of the goal: joint sliders, named states, and whether the orientation counts."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from viser import GuiCheckboxHandle, GuiDropdownHandle, GuiEvent, GuiSliderHandle, ViserServer
 
 TURN = 360.0
-"""A joint without limits has a slider to so far on either side [deg | mm]."""
+"""Range of the slider of an unlimited joint, to either side [deg | mm]."""
 WORD_ENDS = re.compile(r"(?<=[_/])")
 CHOOSE = "choose ..."
 DEGREES, MILLIMETRES = "°", "mm"
 
 
 class GoalPanel:
-    """What the goal is set by, beside the arrows at the hand."""
+    """Controls of the goal, in addition to the gizmo."""
 
     def __init__(
         self,
@@ -33,8 +33,8 @@ class GoalPanel:
 
         Args:
             server: Serves the page.
-            bench: What they change.
-            ask: Has the bench changed: a name for the kind of change, and the change.
+            bench: The state of the page.
+            ask: Requests a change of the state: its name, and the change.
         """
         self._server, self._bench, self._ask = server, bench, ask
         gui = server.gui
@@ -105,7 +105,7 @@ class GoalPanel:
 
 
 def short(name: str, names: Sequence[str]) -> str:
-    """Return a name without the words that all names begin with: a panel is narrow."""
+    """Remove from a name the words that all names begin with: a panel is narrow."""
     words = [WORD_ENDS.split(each) for each in names]
     common = 0
     while all(len(each) > common + 1 for each in words) and len({each[common] for each in words}) == 1:
@@ -114,6 +114,6 @@ def short(name: str, names: Sequence[str]) -> str:
 
 
 def _scale(bench: Workbench, joint: str) -> tuple[float, str]:
-    """Return what positions of a joint are multiplied by to be shown, and in which unit that is."""
+    """Return factor and unit of a joint's displayed position."""
     turns = joint_unit(bench.scene.robot.model, joint) == "rad"
     return (180.0 / np.pi, DEGREES) if turns else (1000.0, MILLIMETRES)

@@ -1,4 +1,4 @@
-"""The panel of the motion: planned, cancelled, said in words, scrubbed and played."""
+"""The panel of the motion: plan, cancel, result, time slider."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,12 +24,12 @@ FILE = "plan.trajopt"
 
 
 class MotionPanel:
-    """What is planned, and the motion that came out.
+    """Planning and the resulting motion.
 
     Attributes:
-        planned: How planning to the present goal ended; None before.
-        motion: The motion that is shown; None where there is none.
-        playback: Where in the motion.
+        planned: Outcome of planning to the present goal; None before.
+        motion: The shown motion, or None.
+        playback: The time slider.
     """
 
     def __init__(
@@ -46,11 +46,11 @@ class MotionPanel:
 
         Args:
             server: Serves the page.
-            desk: Does what is asked for.
-            bench: What is planned.
+            desk: Handles requests.
+            bench: The state of the page.
             stand: Draws the robot at a posture of the group.
             show_motion: Draws the line of a motion, or none.
-            found: Has the page show that there is a motion, or none any more.
+            found: Called when a motion appears or disappears.
         """
         self._server, self._desk, self._bench = server, desk, bench
         self._stand, self._show_motion, self._found = stand, show_motion, found
@@ -86,7 +86,7 @@ class MotionPanel:
         self.show()
 
     def show(self) -> None:
-        """Show what can be pressed now."""
+        """Enable the controls that are usable now."""
         busy = self._planning is not None and self._planning.busy
         over = self.planned is not None and self.planned.result is not None and not busy
         self._plan.allow("planning is under way" if busy else self._bench.refusal)
@@ -99,7 +99,7 @@ class MotionPanel:
             self._text.content = block_html("", [f"Nothing to plan: {refusal}."] if refusal else [READY])
 
     def drop(self) -> None:
-        """Show no motion: what was asked for has changed."""
+        """Remove the motion: the request has changed."""
         if self._planning is not None:
             self._planning.cancel()
             self._ending = [each for each in (*self._ending, self._planning) if each.alive]
@@ -109,12 +109,12 @@ class MotionPanel:
             self._take(None)
 
     def say(self, title: str, lines: list[str]) -> None:
-        """Say something in place of how planning went."""
+        """Show a text instead of the outcome."""
         self._greets = True
         self._text.content = block_html(title, lines)
 
     def close(self) -> None:
-        """End what is planned, and the thread that plays."""
+        """Cancel planning, and end the playback thread."""
         for each in (*self._ending, *([] if self._planning is None else [self._planning])):
             each.close()
         self.playback.close()
@@ -155,7 +155,7 @@ class MotionPanel:
         self._desk.do("planning", lambda: self._hear(planning))
 
     def _hear(self, planning: Planning) -> None:
-        """Show how far planning is, or how it ended."""
+        """Show the progress or outcome of planning."""
         if planning is not self._planning:
             return  # what was asked for has changed since
         planned = planning.planned
@@ -176,7 +176,7 @@ class MotionPanel:
         self._found()
 
     def _frame(self) -> None:
-        """Draw the robot where it is at the time that is shown, unless it is being driven."""
+        """Draw the robot at the shown time, unless it is being driven."""
         if self._bench.held:
             return
         motion = self.motion

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from viser import LabelHandle, LineSegmentsHandle, ViserServer
 
 PAIRS = 3
-"""So many pairs are pointed out: more would hide the robot."""
+"""Number of marked pairs: more would hide the robot."""
 
 
 class NearestDrawing:
@@ -53,7 +53,7 @@ class NearestDrawing:
 
 
 def colour_of(near: Nearest) -> palette.Rgb:
-    """Return the colour of a clearance: below what is required, below its margin, or enough."""
+    """Return the colour of a clearance: below the required one, below the margin, or sufficient."""
     if near.distance <= max(near.required, 0.0):
         return palette.TOUCHING
     return palette.NARROW if near.distance < near.margin else palette.SAFE
@@ -62,7 +62,7 @@ def colour_of(near: Nearest) -> palette.Rgb:
 MEASURED = 24
 """Pairs that are measured to find those with something around the robot among them."""
 CLOSE = 0.03
-"""Of two links that are no nearer nobody asks the distance: some links are always near each other [m]."""
+"""Pairs of links farther apart are not marked: some links are always near each other [m]."""
 
 
 def telling_pairs(clearance: ClearanceQuery, positions: Floats, count: int) -> tuple[Nearest, ...]:
@@ -71,7 +71,7 @@ def telling_pairs(clearance: ClearanceQuery, positions: Floats, count: int) -> t
     Args:
         clearance: Measures them.
         positions: Of the group, shape (n,) [rad | m].
-        count: How many at most.
+        count: Largest number of pairs.
     """
     found = clearance.nearest_pairs(0.0, positions, MEASURED)
     objects = clearance.reduced.scene.objects.keys()

@@ -1,6 +1,6 @@
-"""Objects put up by hand: added beside the robot, moved, given another size, grasped, put down, removed.
+"""Objects edited by hand: added beside the robot, moved, resized, grasped, released, removed.
 
-Each is a function from a scene to another one: a scene is a value.
+Each edit is a function from a scene to a scene.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,9 +26,9 @@ Sized: TypeAlias = Box | Cylinder | Sphere | Cone | Capsule
 SMALLEST = 1e-3
 """No size is smaller: a slider at its end makes no object without volume [m]."""
 DIRECTIONS = (pi / 4, -pi / 4, pi / 2, -pi / 2, 3 * pi / 4, -3 * pi / 4, 0.0, pi)
-"""Where a new object is put, about the robot's base as seen from the hand: rather beside it."""
+"""Directions of new objects about the robot's base, relative to the hand; preferably to the side."""
 TOUCH = 1e-3
-"""What stands on something reaches into its bounds by no more than this [m]."""
+"""Accepted overlap of an object with the bounds of its support [m]."""
 NEAREST = 0.3
 """No nearer to the base than this is an object put [m]."""
 
@@ -53,7 +53,7 @@ class Kind(Enum):
 
 
 def sizes_of(scene: Scene, name: str) -> Mapping[str, float]:
-    """Return what of an object can be given another size, by the name of the field [m]; nothing of a mesh."""
+    """Return the sizes of an object that can be changed, by field [m]; empty for a mesh."""
     parts = scene.object(name).parts
     if len(parts) != 1 or not isinstance(parts[0][0], get_args(Sized)):
         return {}
@@ -62,7 +62,7 @@ def sizes_of(scene: Scene, name: str) -> Mapping[str, float]:
 
 
 def added(reduced: ReducedModel, kind: Kind) -> tuple[Scene, str]:
-    """Put up an object on the ground beside the robot, where it touches nothing if there is such a place.
+    """Add an object on the ground beside the robot, at a place without contact if there is one.
 
     Returns:
         The scene with it, and its name.
@@ -74,16 +74,16 @@ def added(reduced: ReducedModel, kind: Kind) -> tuple[Scene, str]:
 
 
 def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
-    """Give an object another size; what may touch it stays as it is.
+    """Resize an object; its allowed contacts stay.
 
     Args:
         scene: The scene.
         name: The object.
-        sizes: By the name of the field [m].
+        sizes: By field [m].
 
     Raises:
         ObjectNotFound: If there is none of that name.
-        ModelError: If it is no single shape with sizes.
+        ModelError: If it is not a single shape with sizes.
     """
     item = scene.object(name)
     if not sizes_of(scene, name):
@@ -94,11 +94,11 @@ def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
 
 
 def moved(scene: Scene, name: str, where: Placement) -> Scene:
-    """Place an object somewhere in the world.
+    """Place an object in the world.
 
     Raises:
         ObjectNotFound: If there is none of that name.
-        ModelError: If the robot carries it.
+        ModelError: If it is attached to the robot.
     """
     if is_carried(scene, name):
         raise ModelError(f"the robot carries {shown(name)}: put it down first")
@@ -106,7 +106,7 @@ def moved(scene: Scene, name: str, where: Placement) -> Scene:
 
 
 def grasped(reduced: ReducedModel, name: str, hand: str) -> Scene:
-    """Attach an object to the hand where it is; what moves with the hand may touch it."""
+    """Attach an object to the hand at its present place; links of the hand may touch it."""
     joint = reduced.attachment(hand)[0]
     gripper = [link for link in reduced.scene.robot.links if reduced.attachment(link)[0] == joint]
     at = reduced.all_positions(reduced.start_positions)
@@ -114,12 +114,12 @@ def grasped(reduced: ReducedModel, name: str, hand: str) -> Scene:
 
 
 def put_down(reduced: ReducedModel, name: str) -> Scene:
-    """Leave an object where the hand has it."""
+    """Detach an object at its present place."""
     return reduced.scene.detach(name, at=reduced.all_positions(reduced.start_positions))
 
 
 def is_carried(scene: Scene, name: str) -> bool:
-    """Say whether the robot carries an object."""
+    """Return whether an object is attached to the robot."""
     return scene.holder(name).link != WORLD
 
 
@@ -153,7 +153,7 @@ def _height(shape: Sized) -> float:
 
 
 def _touches_nothing(scene: Scene, reduced: ReducedModel) -> bool:
-    """Say whether the last object of a scene is clear of the robot, and of the bounds of the others."""
+    """Return whether the last object of a scene is clear of the robot and of the bounds of the others."""
     there = reduce_model(scene, reduced.group, reduced.start)
     *others, last = (name for name in scene.objects if not is_carried(scene, name))
     mine = _bounds(scene, last)[0]

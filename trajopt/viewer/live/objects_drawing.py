@@ -1,4 +1,4 @@
-"""The objects in the live page: each a node of its own, so that moving one sends one message."""
+"""The objects in the live page: one node each, so that a move sends one message."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class _Drawn:
 
 
 class ObjectsDrawing:
-    """What is around the robot, and what it carries."""
+    """The drawn objects."""
 
     def __init__(
         self, server: "ViserServer", picked: Callable[[str], None], dragged: Callable[[Placement], None]
@@ -41,8 +41,8 @@ class ObjectsDrawing:
 
         Args:
             server: Serves the page.
-            picked: Told the name of an object that somebody clicks.
-            dragged: Told where the chosen object is dragged to, in the world.
+            picked: Receives the name of a clicked object.
+            dragged: Receives the dragged placement of the chosen object in the world.
         """
         self._server, self._picked = server, picked
         self._drawn: dict[str, _Drawn] = {}
@@ -50,7 +50,7 @@ class ObjectsDrawing:
         self._gizmo = Gizmo(server, "/chosen", GIZMO, dragged)
 
     def show(self, reduced: ReducedModel, kinematics: JointPlacements) -> None:
-        """Draw the objects of a scene, where they are in the first of the configurations."""
+        """Draw the objects of a scene in the first configuration."""
         objects = reduced.scene.objects
         with self._server.atomic():
             for name in [each for each in self._drawn if each not in objects]:
@@ -75,7 +75,7 @@ class ObjectsDrawing:
             self._gizmo.show(in_world(reduced, self._chosen, kinematics) if free else None)
 
     def choose(self, name: str) -> None:
-        """Let an object be dragged, or none; `move` shows it."""
+        """Choose an object for dragging, or none; `move` shows it."""
         self._chosen = name
 
     def _draw(self, item: SceneObject) -> _Drawn:

@@ -34,10 +34,10 @@ Change = Callable[[Callable[[], None]], None]
 
 
 class ObjectsPanel:
-    """Controls for what is around the robot.
+    """Controls of the objects.
 
     Attributes:
-        chosen: Name of the object that the controls are about; empty for none.
+        chosen: Name of the chosen object; empty for none.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class ObjectsPanel:
 
         Args:
             server: Serves the page.
-            bench: What they change.
-            ask: Has the bench changed: a name for the kind of change, and the change.
-            choose: Has the page show that an object is chosen, or none.
+            bench: The state of the page.
+            ask: Requests a change of the state: its name, and the change.
+            choose: Called when an object is chosen, or none.
         """
         self._server, self._bench, self._ask, self._choose = server, bench, ask, choose
         self.chosen = ""
@@ -102,7 +102,7 @@ class ObjectsPanel:
                 self._show_chosen(scene)
 
     def choose(self, name: str) -> None:
-        """Let the controls be about an object, or about none."""
+        """Choose an object, or none."""
         self.chosen = name
         self.show()
         self._choose(name)

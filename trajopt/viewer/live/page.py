@@ -28,8 +28,9 @@ if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer
 
 BACK, ASIDE = 1.35, 0.16
-"""The robot is looked at from so much farther away, for its hand will go elsewhere, and so far to the left of
-the middle [of the page's height], where the controls do not cover it."""
+"""Factor on the camera distance, since the hand will move elsewhere, and shift to the left, as a share of the
+page's height, away from the controls.
+"""
 
 
 @checked
@@ -41,13 +42,12 @@ def live_view(
     port: int = 8080,
     host: str = "127.0.0.1",
 ) -> "LiveView":
-    """Serve a page in which a goal is set by hand, planned to and looked at; returns at once.
+    """Serve a page for planning by hand; returns immediately.
 
     Args:
-        scene: The robot and what is around it.
-        group: The group that moves; when empty the only one, or the first that ends in a hand.
-        start: Where the robot stands, in any form that a problem takes; when None each group in its first
-            named state.
+        scene: The robot and its surroundings.
+        group: The group that moves; if empty the only one, or the first that ends in a hand.
+        start: Configuration of the robot; by default each group in its first named state.
         port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines use the page too.
 
@@ -57,7 +57,7 @@ def live_view(
     Raises:
         MissingExtra: If viser is not installed.
         GroupNotFound: If there is no such group.
-        ProblemError: If nothing can be served on this host or port, or something moves by itself.
+        ProblemError: If the port cannot be opened on this host, or an object moves by itself.
     """
     bench = Workbench(_still(scene), group, start)
     return LiveView(open_server(host, port), bench)
@@ -77,7 +77,7 @@ def _still(scene: Scene) -> Scene:
 
 
 class LiveView(Served):
-    """A page to plan by hand; `live_view` opens one.
+    """A page for planning by hand; `live_view` opens one.
 
     Attributes:
         url: Address of the page.
@@ -119,7 +119,7 @@ class LiveView(Served):
 
     @property
     def goal(self) -> Goal:
-        """Where the robot is asked to go."""
+        """The goal of the robot."""
         return self._bench.goal
 
     @property
@@ -129,7 +129,7 @@ class LiveView(Served):
 
     @property
     def time(self) -> float:
-        """Time of the motion that is shown [s]."""
+        """Shown time of the motion [s]."""
         return self._motion.playback.time
 
     @property
@@ -161,7 +161,7 @@ class LiveView(Served):
 
     @checked
     def settle(self, seconds: float = 60.0) -> bool:
-        """Wait until the page shows what it was asked for, planning left out; say whether it does."""
+        """Wait until all requests except planning are handled; return False after a time-out."""
         return self._desk.settle(seconds)
 
     def _end(self) -> None:
@@ -185,7 +185,7 @@ class LiveView(Served):
         self._desk.do(name, lambda: self._change_goal(change))
 
     def _ask_around(self, name: str, change: Callable[[], None]) -> None:
-        """Have what is around the robot changed soon, in place of a change of that name that waits."""
+        """Queue a change of the objects; it replaces a waiting one of that name."""
 
         def edit() -> None:
             before = self._bench.scene
@@ -202,7 +202,7 @@ class LiveView(Served):
         self._desk.do(name, edit)
 
     def _change_goal(self, change: Callable[[], None]) -> None:
-        """Change the goal: what was planned is not for this any more."""
+        """Change the goal, and drop the motion to the previous one."""
         change()
         self._motion.drop()
         self._show_goal()
@@ -224,7 +224,7 @@ class LiveView(Served):
         self._desk.do("shown", switch)
 
     def _find_reach(self) -> None:
-        """Begin to look where the hand gets to, if that is asked for; what was found before is hidden."""
+        """Start to compute the reach of the hand, if requested; hide the previous one."""
         self._picture.show_reach(None)
         asked = self._shown.shown.reach
         self._shown.say("Looking where the hand gets to ..." if asked else "")
@@ -243,7 +243,7 @@ class LiveView(Served):
         self._desk.do("reach", show)
 
     def _robot_changed(self) -> None:
-        """Show that the robot is being driven, or stands again."""
+        """Show that the robot is being driven, or rests again."""
         if not self._drive.busy:
             self._motion.drop()
             self._picture.stand(self._bench.positions)
@@ -261,5 +261,5 @@ class LiveView(Served):
         self._drive.show(planned=self._motion.motion is not None)
 
     def _say(self, refusal: str) -> None:
-        """Say why something was not done."""
+        """Show the reason why a request failed."""
         self._motion.say("That could not be done", [refusal])

@@ -1,4 +1,4 @@
-"""The picture of the live page: the robot at a posture, what is around it, its goal and what is near."""
+"""The picture of the live page: robot, objects, goal, nearest pairs and reach."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown(Value):
-    """What is drawn.
+    """The drawn items.
 
     Attributes:
-        links: The robot as it looks.
-        collision: The robot's shapes that count in collisions.
-        trail: The line that the hand draws along the motion.
+        links: The robot by its visual shapes.
+        collision: The robot's collision shapes.
+        trail: The path of the hand along the motion.
         nearest: The nearest pairs, with their distances.
-        reach: Where the hand gets to.
+        reach: The reach of the hand.
     """
 
     links: bool = True
@@ -60,7 +60,7 @@ class ShownPanel:
 
         Args:
             server: Serves the page.
-            changed: Told what is to be drawn.
+            changed: Receives the items to draw.
         """
         plain = Shown()
         self._ticks = {
@@ -72,19 +72,19 @@ class ShownPanel:
         self._text = server.gui.add_html("")
 
     def say(self, words: str) -> None:
-        """Say something below the ticks."""
+        """Show a text below the check boxes."""
         self._text.content = block_html("", [words]) if words else ""
 
     @property
     def shown(self) -> Shown:
-        """What is to be drawn."""
+        """The items to draw."""
         return Shown(**{name: tick.value for name, tick in self._ticks.items()})
 
 
 DOT = 0.005
 """Size of the dots of the reach [m]: apart, so that the robot is seen between them."""
 LONG = 1e6
-"""Of a posture nobody knows how long it takes: allowances of contact before its end never count [s]."""
+"""Assumed duration of a posture: contact allowances before its end never count [s]."""
 
 
 class Picture:
@@ -104,14 +104,14 @@ class Picture:
         picked: "Callable[[str], None]",
         displaced: "Callable[[Placement], None]",
     ) -> None:
-        """Draw the robot as it stands.
+        """Draw the robot in its present posture.
 
         Args:
             server: Serves the page.
-            bench: What is drawn.
-            dragged: Told where the hand is dragged to.
-            picked: Told which object is clicked.
-            displaced: Told where the chosen object is dragged to.
+            bench: The state of the page.
+            dragged: Receives the dragged placement of the hand.
+            picked: Receives the clicked object.
+            displaced: Receives the dragged placement of the chosen object.
         """
         self._server, self._bench = server, bench
         self._clearance = ClearanceQuery(bench.reduced, LONG)
@@ -142,7 +142,7 @@ class Picture:
             self._near.show(near)
 
     def renew(self) -> None:
-        """Draw what is around the robot anew: it has changed, or the robot stands elsewhere."""
+        """Draw the surroundings again after a change of them or of the robot's posture."""
         self._clearance = ClearanceQuery(self._bench.reduced, LONG)
         self._objects.show(self._bench.reduced, self._clearance.query.kinematics(self.positions[None]))
         self._goal.renew(self._bench.reduced)
@@ -150,7 +150,7 @@ class Picture:
         self.stand(self.positions)
 
     def choose(self, name: str) -> None:
-        """Let an object be dragged, or none."""
+        """Choose an object for dragging, or none."""
         self._objects.choose(name)
         self.stand(self.positions)
 
@@ -169,13 +169,13 @@ class Picture:
         self._trail.show(placed.rotation[:, joint] @ held.translation + placed.translation[:, joint])
 
     def show_reach(self, reach: Reach | None) -> None:
-        """Draw where the hand gets to, or not."""
+        """Draw or hide the reach of the hand."""
         self._reach.visible = reach is not None
         if reach is not None:
             self._reach.points, self._reach.colors = reach.points.astype(np.float16), reach.colours
 
     def switch(self, shown: Shown) -> None:
-        """Draw some of it, and some not."""
+        """Show and hide items."""
         self._shown = shown
         with self._server.atomic():
             self._robot.show_visual_shapes(shown.links)
@@ -184,6 +184,6 @@ class Picture:
             self.stand(self.positions)
 
     def hand_drawn(self) -> Placement:
-        """Return where the hand is drawn, in the world."""
+        """Return the drawn placement of the hand in the world."""
         here = self._clearance.query.kinematics(self.positions[None])
         return in_world(self._bench.reduced, self._bench.hand, here)

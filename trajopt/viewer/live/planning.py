@@ -1,7 +1,7 @@
-"""Planning: one problem planned in a thread of its own, so that the page stays alive; told of, and cancelled.
+"""Planning in a thread of its own, with progress and cancellation, so that the page stays responsive.
 
-The solver and the judge let other threads run while they count, so that no process of its own is needed:
-robots and scenes are not sent anywhere, and a cancelled plan ends at its next step.
+Solver and judge release the interpreter lock while they compute, so no process is needed: robots and scenes
+are not copied, and a cancelled plan ends at its next step.
 """
 
 import threading
@@ -18,17 +18,17 @@ from trajopt.values.errors import TrajoptError
 from trajopt.why import Explanation, explain
 
 ATTEMPT = "optimise"
-"""The stage with which each attempt begins in earnest."""
+"""The first long stage of each attempt."""
 
 
 @dataclass(frozen=True, eq=False)
 class Planned(Value):
-    """How planning ended.
+    """Outcome of planning.
 
     Attributes:
-        result: What it returned; None where it could not even begin.
-        explanation: What stands in the way, or what the limits of a motion cost; None where it was cancelled.
-        refusal: Why it could not begin, in words.
+        result: The result; None if planning could not start.
+        explanation: Cause of a failure, or prices of a motion's limits; None if cancelled.
+        refusal: The reason why planning could not start.
     """
 
     result: Result | None
@@ -37,18 +37,18 @@ class Planned(Value):
 
 
 class Planning:
-    """A problem being planned, from when it is made on.
+    """A problem being planned, started on construction.
 
     Attributes:
-        planned: How it ended; None until then.
+        planned: Its outcome; None until then.
     """
 
     def __init__(self, subject: Problem | Result, listener: Callable[["Planning"], None]) -> None:
-        """Begin.
+        """Start.
 
         Args:
-            subject: The problem; or a result of it, to find what a change of it would do.
-            listener: Called in the thread that plans whenever there is something new to say.
+            subject: The problem; or a result of it, to search remedies.
+            listener: Called in the planning thread on each progress.
         """
         self._subject, self._listener = subject, listener
         self._cancel, self._attempt = threading.Event(), 0
@@ -70,7 +70,7 @@ class Planning:
 
     @property
     def words(self) -> str:
-        """How far it is."""
+        """Its progress in words."""
         if self._cancel.is_set():
             return "Cancelling ..."
         attempt = f" (attempt {self._attempt})" if self._attempt > 1 else ""
@@ -78,7 +78,7 @@ class Planning:
         return f"Planning: {self._stage}{attempt} ...{have}"
 
     def cancel(self) -> None:
-        """End it soon, with what there is until then."""
+        """End it soon, with the results until then."""
         self._cancel.set()
         self._listener(self)
 
@@ -88,7 +88,7 @@ class Planning:
         self._thread.join()
 
     def _work(self) -> None:
-        """Plan, and say how it ended (body of the thread)."""
+        """Plan, and report the outcome (body of the thread)."""
         subject = self._subject
         self.planned = self._plan(subject) if isinstance(subject, Problem) else self._explain(subject)
         self._listener(self)
@@ -129,4 +129,4 @@ class Planning:
 
 
 class _CancelledError(Exception):
-    """Nobody wants to know any more what a change would do."""
+    """The search of remedies was cancelled."""

@@ -1,4 +1,4 @@
-"""Reach: where the hand gets to without collision, as dots on two planes through it."""
+"""Reach of the hand without collision, as dots on two planes through it."""
 
 import threading
 from collections.abc import Callable
@@ -23,12 +23,12 @@ RAMP = np.array(((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253
 
 @dataclass(frozen=True, eq=False)
 class Reach(Value):
-    """What is drawn of it.
+    """The drawn reach.
 
     Attributes:
-        points: Middles of cells that the hand gets to, shape (k, 3) [m].
-        colours: From dark, where from few directions, to bright, shape (k, 3).
-        words: How much it is, in words.
+        points: Centres of reached cells, shape (k, 3) [m].
+        colours: From dark, for few directions, to bright, shape (k, 3).
+        words: Its extent in words.
     """
 
     points: Floats
@@ -37,7 +37,7 @@ class Reach(Value):
 
 
 def reach_of(reduced: ReducedModel, hand: str) -> Reach:
-    """Return where the hand gets to: level with where it is, and upright through it and the base.
+    """Return the reach of the hand: on a level plane through it, and an upright one through it and the base.
 
     Raises:
         ShapeError: If no configuration is free of collision.
@@ -66,12 +66,12 @@ class Reaching:
     def __init__(
         self, reduced: ReducedModel, hand: str, listener: Callable[["Reaching", Reach | str], None]
     ) -> None:
-        """Begin.
+        """Start.
 
         Args:
             reduced: The robot in its scene.
             hand: The hand's frame.
-            listener: Told in that thread what was found, or why nothing.
+            listener: Receives the reach, or the reason of a failure, in that thread.
         """
         self.reduced = reduced
 
@@ -90,7 +90,7 @@ class Reaching:
 
 
 def _on_planes(points: Floats, now: Floats, base: Floats) -> NDArray[np.bool_]:
-    """Say which points are on the level plane through the hand, or the upright one with the base."""
+    """Return the points on the level plane through the hand, or the upright one with the base."""
     ahead = (now - base)[:2]
     length = float(np.linalg.norm(ahead))
     aside = np.array((-ahead[1], ahead[0])) / length if length > CELL else np.array((0.0, 1.0))

@@ -1,4 +1,4 @@
-"""The result of planning in plain words, as HTML: what came out, why, and what the limits cost."""
+"""The planning result in plain words, as HTML: outcome, cause and prices."""
 
 from collections.abc import Sequence
 from html import escape
@@ -12,7 +12,7 @@ from trajopt.why import Price
 
 BLOCK = "margin:0.4em 1em 0.6em 1em;font-size:0.85em;line-height:1.4"
 LISTED = 4
-"""So many prices and remedies are listed."""
+"""Number of listed prices and remedies."""
 
 
 def block_html(title: str, lines: list[str], colour: Rgb | None = None) -> str:
@@ -65,7 +65,7 @@ def _failure(result: Result, planned: Planned) -> str:
 
 
 def _prices(prices: Sequence[Price]) -> list[str]:
-    """Return what binds, the dearest first, and what a change of it would save where that is known."""
+    """Return the binding limits, the most expensive first, with the gain of a change if known."""
     saved = [
         f"• {each.what}: {1000.0 * each.seconds:.0f} ms shorter for each {each.unit} given up"
         for each in sorted(prices, key=lambda each: -(each.seconds or 0.0))

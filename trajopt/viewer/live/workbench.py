@@ -1,6 +1,6 @@
-"""Workbench: a robot where it stands, what is around it, and the goal that it is asked to go to.
+"""Workbench: the state of the live page: robot, objects and goal, as set by hand.
 
-It holds what a person sets by hand, and knows nothing of the page that shows it.
+It does not depend on the page that shows it.
 """
 
 from collections.abc import Mapping
@@ -31,27 +31,27 @@ THERE = 1e-3
 
 
 class Workbench:
-    """What is set by hand.
+    """The state set by hand.
 
     Attributes:
         group: The group that moves.
         hand: The frame that goals are set for.
-        turned: Whether a goal of the hand counts its orientation; otherwise its position alone.
-        goal: Where the robot is asked to go.
-        held: Why nothing can be planned although the goal is a good one; empty if it can.
+        turned: Whether a goal of the hand includes its orientation.
+        goal: The goal.
+        held: The reason why planning is disabled although the goal is valid; empty if enabled.
     """
 
     def __init__(self, scene: Scene, group: str = "", start: ConfigurationLike | None = None) -> None:
-        """Put the robot somewhere; its goal is where it stands.
+        """Place the robot; its goal is its present posture.
 
         Args:
-            scene: The robot and what is around it.
-            group: The group that moves; when empty the only one, or the first that has a hand.
-            start: Where it stands; when None each group in its first named state.
+            scene: The robot and its surroundings.
+            group: The group that moves; if empty the only one, or the first with a hand.
+            start: Its configuration; by default each group in its first named state.
 
         Raises:
             GroupNotFound: If there is no such group.
-            ProblemError: If the group has no joint to move, or the start is in none of its forms.
+            ProblemError: If the group has no movable joint, or the start has none of the accepted forms.
         """
         robot = scene.robot
         self.group = group or chosen_group(robot)
@@ -70,17 +70,17 @@ class Workbench:
 
     @property
     def scene(self) -> Scene:
-        """The robot and what is around it."""
+        """The robot and its surroundings."""
         return self._reduced.scene
 
     @property
     def reduced(self) -> ReducedModel:
-        """The robot as it stands, with its group's joints free."""
+        """The robot in its present posture, with its group's joints free."""
         return self._reduced
 
     @property
     def positions(self) -> Floats:
-        """Where the group's joints are, shape (n,) [rad | m]."""
+        """Positions of the group's joints, shape (n,) [rad | m]."""
         return self._reduced.start_positions
 
     @property
@@ -103,59 +103,59 @@ class Workbench:
 
     @property
     def at_goal(self) -> bool:
-        """Whether the robot is where it is asked to go."""
+        """Whether the robot is at its goal."""
         return bool(np.abs(self.goal.positions - self.positions).max() < THERE)
 
     @property
     def problem(self) -> Problem:
-        """What is asked for."""
+        """The planning problem."""
         return Problem(
             scene=self.scene, group=self.group, start=self._start, goal=self.goal.required, name="by hand"
         )
 
     def move_hand(self, placement: Placement) -> None:
-        """Ask for the hand to be somewhere in the world, in the posture that is nearest to the goal's."""
+        """Set the goal of the hand in the world, in the posture nearest to the present goal."""
         self.goal = goal_of_hand(self._reduced, self.hand, placement, self.goal.positions, turned=self.turned)
 
     def move_joints(self, positions: Floats) -> None:
-        """Ask for the group's joints to be somewhere, shape (n,) [rad | m]."""
+        """Set the goal of the group's joints, shape (n,) [rad | m]."""
         self.goal = goal_of_joints(self._reduced, self.hand, positions)
 
     def move_joint(self, joint: str, position: float) -> None:
-        """Ask for one joint to be somewhere [rad | m], and the others where the goal has them."""
+        """Set the goal of one joint [rad | m]; the others keep theirs."""
         positions = np.array(self.goal.positions)
         positions[self._reduced.joint_names.index(joint)] = position
         self.move_joints(positions)
 
     def take_posture(self, positions: Floats) -> None:
-        """Take the posture in which a motion ends for that of the goal, shape (n,) [rad | m]."""
+        """Set the posture of the goal to the end of a motion, shape (n,) [rad | m]."""
         self.goal = in_posture(self._reduced, self.goal, positions)
 
     def count_orientation(self, turned: bool) -> None:
-        """Say whether a goal of the hand counts its orientation."""
+        """Set whether a goal of the hand includes its orientation."""
         self.turned = turned
         self.move_hand(self.goal.placement)
 
     def reset_goal(self) -> None:
-        """Ask for what is: the goal is where the robot stands."""
+        """Set the goal to the present posture."""
         self.move_joints(self.positions)
 
     def stand(self, positions: Floats) -> None:
-        """Let the robot stand somewhere, shape (n,) [rad | m]; the goal stays as it is."""
+        """Set the posture of the robot, shape (n,) [rad | m]; the goal stays."""
         self._start = readonly(self._reduced.all_positions(positions))
         self._renew(self.scene)
 
     def change(self, scene: Scene) -> None:
-        """Let something else be around the robot; the goal is judged anew."""
+        """Replace the scene, and check the goal again."""
         self._renew(scene)
 
     def placement_of(self, name: str) -> Placement:
-        """Return where a frame or object is in the world, as the robot stands."""
+        """Return the placement of a frame or object in the world."""
         return self.scene.placement_of(name, self._reduced.all_positions(self.positions))
 
     @property
     def hand_now(self) -> Placement:
-        """Where the hand is in the world."""
+        """Placement of the hand in the world."""
         return hand_at(self._reduced, self.hand, self.positions)
 
     def _renew(self, scene: Scene) -> None:
@@ -168,7 +168,7 @@ class Workbench:
 
 
 def chosen_group(robot: Robot) -> str:
-    """Return the group that is meant where none is named: the only one, or the first with a hand.
+    """Return the default group: the only one, or the first with a hand.
 
     Raises:
         ProblemError: If there are several, and none ends in a hand.

@@ -1,6 +1,6 @@
-"""The mirror: a robot that is driven elsewhere, shown as it is, with what is known around it.
+"""The mirror: a view of a robot that is driven elsewhere, with its known surroundings.
 
-`mirror_view` shows what is at an address: a session of `trajopt serve`, or a run that a `Publisher` tells of.
+`mirror_view` shows a session of `trajopt serve`, or a run with a `Publisher`.
 """
 
 from trajopt.viewer.mirror.page import MirrorView as MirrorView

@@ -30,33 +30,33 @@ if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer
 
 PERIOD = 1 / 15
-"""From one question to the next [s]: a server's robot says where it is ten times a second."""
+"""Polling period [s]: a server updates its robot's state ten times a second."""
 AGAIN = 1.0
-"""Where nobody answers it is asked again so much later [s]."""
+"""Delay before another request without an answer [s]."""
 OLD = 1.0
-"""What was heard longer ago is called old [s]."""
+"""Age from which a state is marked as old [s]."""
 LONG = 1e6
-"""Of a posture nobody knows how long it takes [s]."""
+"""Assumed duration of a posture [s]."""
 EVENTS = 8
-"""So many events are listed, the latest ones."""
+"""Number of listed events, the latest ones."""
 
 
 @checked
 def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127.0.0.1") -> "MirrorView":
-    """Serve a page that shows a robot elsewhere as it is, with what is known around it; returns at once.
+    """Serve a page that shows a remote robot and its known surroundings; returns immediately.
 
     Args:
-        url: Of a session of `trajopt serve` ("http://127.0.0.1:8080/sessions/ID"), or of a run that says
-            where it is (`trajopt run --publish`, or a `Publisher`).
-        token: What a server lets in with.
+        url: Of a session of `trajopt serve` ("http://127.0.0.1:8080/sessions/ID"), or of a published run
+            (`trajopt run --publish`, or a `Publisher`).
+        token: Access token of the server.
         port: Port to serve on; the next free one if it is taken.
-        host: Address to serve on; "0.0.0.0" lets other machines look too.
+        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Raises:
         MissingExtra: If viser or httpx is not installed.
-        ServerError: If nobody answers at the address, or refuses.
-        FileFormatError: If what answers there is none that can be mirrored.
-        ProblemError: If nothing can be served on this host or port.
+        ServerError: If the address does not answer, or refuses.
+        FileFormatError: If the answer cannot be mirrored.
+        ProblemError: If the port cannot be opened on this host.
     """
     source = Source(url, token=token)
     try:
@@ -68,17 +68,17 @@ def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127
 
 
 class MirrorView(Served):
-    """A page that shows a robot elsewhere; `mirror_view` opens one.
+    """A page that shows a remote robot; `mirror_view` opens one.
 
     Attributes:
         url: Address of the page.
-        state: What was heard last.
-        scene: What is around the robot, as far as is known.
+        state: The latest state.
+        scene: The known surroundings of the robot.
         nearest: The nearest pairs, the nearest first.
     """
 
     def __init__(self, server: "GuardedServer", source: Source, state: State, scene: Scene) -> None:
-        """Draw the robot, and go on asking where it is."""
+        """Draw the robot, and start polling."""
         super().__init__(server)
         self._source, self.state, self.scene = source, state, scene
         self._joints = tuple(name for name in scene.robot.joint_names if name not in scene.robot.mimics)
@@ -103,7 +103,7 @@ class MirrorView(Served):
 
     @property
     def lost(self) -> str:
-        """Why nothing is heard any more; empty while all is well."""
+        """The reason why the connection is lost; empty while it works."""
         return self._lost
 
     def _end(self) -> None:
@@ -111,7 +111,7 @@ class MirrorView(Served):
         self._source.close()
 
     def _follow(self) -> None:
-        """Ask, and show what is new (body of the thread)."""
+        """Poll, and show changes (body of the thread)."""
         wait = PERIOD
         while not self._closed.wait(wait):
             try:
@@ -138,7 +138,7 @@ class MirrorView(Served):
         self._clearance = ClearanceQuery(self._reduced, LONG)
 
     def _at(self, positions: Floats) -> JointPlacements:
-        """Return where everything is for positions of all joints, shape (k, number of joints)."""
+        """Return the configurations for positions of all joints, shape (k, number of joints)."""
         columns = self.scene.robot.index(self._joints)
         return self._clearance.query.kinematics(positions[:, columns])
 
@@ -161,7 +161,7 @@ class MirrorView(Served):
         return along.rotation[:, joint] @ held.translation + along.translation[:, joint]
 
     def _say(self) -> None:
-        """Say whether the robot moves, or that what is shown is old."""
+        """Show whether the robot moves, or that the state is old."""
         since = time.monotonic() - self._heard
         if self._lost and since > OLD:
             words = [f"Nothing was heard for {since:.0f} s: what is shown is old.", self._lost]

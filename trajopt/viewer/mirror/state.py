@@ -1,4 +1,4 @@
-"""State: what a mirror is told, again and again: where a robot is, and what has changed."""
+"""State of a remote robot, and its source."""
 
 from dataclasses import dataclass
 from typing import Any, cast
@@ -14,15 +14,15 @@ from trajopt.values.errors import MissingExtra
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class State(Value):
-    """Where a robot is.
+    """State of a remote robot.
 
     Attributes:
-        revision: Another number whenever what is around the robot has changed.
+        revision: Changes whenever the surroundings change.
         positions: Of all joints, shape (number of joints,) [rad | m].
         driven: Whether it is being driven.
-        ahead: Positions of all joints along what is left of its motion, shape (k, number of joints); None
-            where nobody says.
-        events: What happened, in order; as far as is told.
+        ahead: Positions of all joints along the rest of its motion, shape (k, number of joints); None
+            if unknown.
+        events: Published events, in order.
     """
 
     revision: int
@@ -45,15 +45,15 @@ class State(Value):
 
 
 def state_of(node: Node, joints: int) -> State:
-    """Return the state that a document says, whoever sent it.
+    """Return the state in a document.
 
     Args:
         node: The document.
-        joints: How many joints the robot has.
+        joints: Number of the robot's joints.
 
     Raises:
-        FileFormatError: If it does not say what it must.
-        ShapeError: If there is not one finite position for each joint.
+        FileFormatError: If its content is invalid.
+        ShapeError: If the positions are not one finite number for each joint.
     """
     ahead = node["ahead"]
     return State(
@@ -73,11 +73,11 @@ def _event(node: Node) -> Event:
 
 
 PATIENCE = 5.0
-"""Whoever says nothing for so long is asked again [s]."""
+"""Time-out of a request [s]."""
 
 
 class Source:
-    """What is at an address.
+    """A mirrored address.
 
     Attributes:
         url: The address.
@@ -85,16 +85,16 @@ class Source:
     """
 
     def __init__(self, url: str, *, token: str = "") -> None:
-        """Ask for the robot.
+        """Request the robot.
 
         Args:
             url: Of a session of a server ("http://127.0.0.1:8080/sessions/ID"), or of a run.
-            token: What a server lets in with.
+            token: Access token of the server.
 
         Raises:
             MissingExtra: If httpx is not installed.
-            ServerError: If nobody answers there, or refuses.
-            FileFormatError: If what answers is none that can be mirrored.
+            ServerError: If the address does not answer, or refuses.
+            FileFormatError: If the answer cannot be mirrored.
         """
         try:
             from trajopt.server.client import Client
@@ -110,20 +110,20 @@ class Source:
             raise
 
     def state(self) -> State:
-        """Return where the robot is.
+        """Return the present state of the robot.
 
         Raises:
-            ServerError: If nobody answers.
-            FileFormatError: If it does not say what it must.
+            ServerError: If the address does not answer.
+            FileFormatError: If the answer is invalid.
         """
         return state_of(self._asked("GET", "state"), len(self.robot.joint_names))
 
     def scene(self) -> Scene:
-        """Return what is around it, as it stands now.
+        """Return the present surroundings.
 
         Raises:
-            ServerError: If nobody answers.
-            FileFormatError: If it does not say what it must.
+            ServerError: If the address does not answer.
+            FileFormatError: If the answer is invalid.
         """
         known = {"robot": self.robot}
         return value_of_message(self._asked("POST", "scene"), known, Scene).still_at(0.0)

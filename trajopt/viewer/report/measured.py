@@ -1,4 +1,4 @@
-"""A motion measured over time, in the units that people read: what the report plots, and what binds when."""
+"""A motion measured over time, in common units: the curves and binding limits of a report."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,9 +20,9 @@ from trajopt.viewer.samples import CLEARANCE_SAMPLES, REACH
 SAMPLES = 401
 """Evenly spaced times at which a motion is measured: two for each point of a plot as wide as a page."""
 BINDS = 0.99
-"""From this share of a limit on it binds: what is left is what timing keeps off for its own rounding."""
+"""A limit binds from this share on; timing leaves the rest for its rounding."""
 GAP = 4
-"""Samples, a hundredth of the motion: a limit that stops binding for less is not said to."""
+"""Shorter interruptions of a binding limit are ignored [samples], a hundredth of the motion."""
 BESIDE = 1e-5
 """Tools' speeds are differences over twice this time [s]: short to any motion, long to the rounding."""
 
@@ -32,8 +32,8 @@ class Line(Value):
     """One curve.
 
     Attributes:
-        name: What it is of.
-        values: Shape (S,), nan where there is none.
+        name: Its label.
+        values: Shape (S,), NaN for gaps.
     """
 
     name: str
@@ -45,12 +45,12 @@ class Chart(Value):
     """Curves over the same times.
 
     Attributes:
-        title: What they are.
+        title: Its heading.
         unit: Of the values.
         times: Shape (S,) [s].
         lines: The curves.
-        limits: Values that may not be passed, each with its name.
-        top: What lies above it is not drawn; None where all is.
+        limits: Limits of the values, each with its name.
+        top: Larger values are not drawn; None for no cut.
     """
 
     title: str
@@ -76,14 +76,14 @@ class Binding(Value):
 
 @dataclass(frozen=True, eq=False)
 class Peak(Value):
-    """The most that a joint does.
+    """The extremes of a joint.
 
     Attributes:
         joint: Its name.
-        begin: Where it starts, in words.
-        end: Where it ends, in words.
-        most: Of velocity, acceleration, jerk and torque: the value in words, and its share of the limit;
-            None where there is no limit.
+        begin: Its first position, in words.
+        end: Its last position, in words.
+        most: Of velocity, acceleration, jerk and torque: the largest value in words, and its share of the
+            limit; None without a limit.
     """
 
     joint: str
@@ -94,12 +94,12 @@ class Peak(Value):
 
 @dataclass(frozen=True, eq=False)
 class Measured(Value):
-    """A motion measured.
+    """A measured motion.
 
     Attributes:
-        charts: What is plotted.
-        bindings: What is at its limit, and when; the longest first.
-        peaks: The most that each joint does.
+        charts: The plotted curves.
+        bindings: The binding limits with their intervals; the longest first.
+        peaks: The extremes of each joint.
     """
 
     charts: tuple[Chart, ...]
@@ -109,7 +109,7 @@ class Measured(Value):
 
 @dataclass(frozen=True, eq=False)
 class _Rate(Value):
-    """A derivative of the positions, or the torques, beside their limits."""
+    """A derivative of the positions, or the torques, with their limits."""
 
     name: str
     several: str
@@ -123,7 +123,7 @@ class _Rate(Value):
 
     @property
     def shares(self) -> Floats:
-        """Values as shares of their limits, nan where there is none, shape (S, n)."""
+        """Values as shares of their limits, NaN without one, shape (S, n)."""
         return np.where(np.isfinite(self.limits), self.values / self.limits, np.nan)
 
 
@@ -131,7 +131,7 @@ def measured(problem: Problem, trajectory: Trajectory) -> Measured:
     """Measure a motion.
 
     Args:
-        problem: What it is of.
+        problem: Its problem.
         trajectory: The motion of the group's joints.
     """
     times = np.linspace(0.0, trajectory.duration, SAMPLES)
@@ -176,7 +176,7 @@ def _rates(problem: Problem, trajectory: Trajectory, times: Floats) -> tuple[_Ra
 
 
 def _position_charts(problem: Problem, times: Floats, positions: Floats) -> Iterator[Chart]:
-    """Yield a chart of the joints that turn, and one of those that slide."""
+    """Yield a chart of the revolute joints, and one of the prismatic joints."""
     names, model = problem.reduced.joint_names, problem.scene.robot.model
     for unit in ("rad", "m"):
         name, size = shown_in(unit)
@@ -199,7 +199,7 @@ def _rate_chart(times: Floats, rate: _Rate, names: Sequence[str]) -> Chart:
 
 
 def _tools(problem: Problem) -> tuple[ToolSpeed, ...]:
-    """Return the tools whose speeds are limited, then those of the group that are not."""
+    """Return the tools with speed limits, then the group's other tools."""
     limited = problem.tool_speeds
     named = {each.frame for each in limited}
     free = [frame for frame in tool_frames(problem.reduced) if frame not in named]
@@ -224,7 +224,7 @@ def _tool(reduced: ReducedModel, trajectory: Trajectory, times: Floats, tool: To
 
 
 def _clearance(reduced: ReducedModel, trajectory: Trajectory) -> tuple[Chart, Bools]:
-    """Return the smallest clearances, and at which of their times one is no more than its margin."""
+    """Return the smallest clearances, and the times at which one is at most its margin."""
     query = ClearanceQuery(reduced, trajectory.duration)
     times = np.linspace(0.0, trajectory.duration, CLEARANCE_SAMPLES)
     found = query.smallest(times, trajectory(times), REACH)
@@ -269,7 +269,7 @@ def _of_tool(chart: Chart) -> Iterator[Binding]:
 
 
 def _spans(name: str, times: Floats, at: Bools) -> Iterator[Binding]:
-    """Yield when something is so, but for short gaps; nothing where it never is."""
+    """Yield the intervals of True, ignoring short gaps."""
     if not at.any():
         return
     at = at.copy()
@@ -285,7 +285,7 @@ def _spans(name: str, times: Floats, at: Bools) -> Iterator[Binding]:
 
 
 def _edges(at: Bools) -> tuple[Ints, Ints]:
-    """Return where something begins to be so, and where it is so no more."""
+    """Return start and end indices of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], at, [False])).astype(np.int8)))
     return edges[::2], edges[1::2]
 

@@ -1,4 +1,4 @@
-"""A report as one page of HTML that needs nothing beside itself."""
+"""A report as one self-contained HTML page."""
 
 from base64 import b64encode
 from collections.abc import Sequence
@@ -21,9 +21,9 @@ POLICY = (
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:; "
     "worker-src blob:; form-action 'none'; base-uri 'none'"
 )
-"""What a browser lets the page do: nothing outside itself. The motion in 3-D unpacks itself within it."""
+"""Content security policy: no access outside the page. The 3-D scene unpacks itself within it."""
 WITHOUT_SCRIPTS = "<noscript><style>.space { display: none; } .stills { display: grid; }</style></noscript>"
-"""Without scripts nothing is drawn in 3-D, and the still pictures take its place."""
+"""Style without scripts: still pictures instead of the 3-D scene."""
 KINDS = {Holds.PLAN: "plan", Holds.FAILURE: "failure", Holds.PROBLEM: "problem"}
 
 
@@ -31,10 +31,10 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
     """Return the page.
 
     Args:
-        subject: What it tells of.
-        shown: What is shown of the robot.
-        space: The page in 3-D, in HTML; empty for none.
-        pictures: Still pictures, for paper and for browsers that cannot draw in 3-D.
+        subject: Its subject.
+        shown: The shown robot.
+        space: The 3-D page, in HTML; empty for none.
+        pictures: Still pictures, for paper and for browsers without 3-D.
         remark: A sentence for the foot of the page.
     """
     name = subject.problem.name or "problem"
@@ -56,7 +56,7 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
 
 
 def _parts(subject: Subject) -> list[str]:
-    """Return the sections, those first that answer what a reader asks first."""
+    """Return the sections, the most important first."""
     parts: list[str] = []
     if not subject.verified:
         parts.append(section("blocked", "What stands in the way", sections.in_the_way(subject)))
@@ -96,7 +96,7 @@ def _head(subject: Subject) -> str:
 
 
 def _verdict(subject: Subject) -> str:
-    """Say in a sentence what became of the problem."""
+    """Summarise the outcome in one sentence."""
     certificate = subject.certificate
     if subject.verified and certificate is not None:
         count = sum(check.required for check in certificate.checks)
@@ -131,7 +131,7 @@ def _space(shown: Scenery, space: str, pictures: Sequence[Still]) -> str:
 
 
 def _stills(pictures: Sequence[Still], *, alone: bool) -> str:
-    """Return still pictures: on paper, and on the screen if there is nothing else."""
+    """Return still pictures: on paper, and on the screen without 3-D."""
     if not pictures:
         return ""
     kind = f"stills{' shown' if alone else ''}{' one' if len(pictures) == 1 else ''}"
@@ -149,26 +149,25 @@ def _source(picture: Still) -> str:
 
 @checked
 def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictures: bool = True) -> Path:
-    """Write a report: one page of HTML, to be read in a browser or printed, that needs nothing beside itself.
+    """Write a report: one self-contained HTML page, for a browser or for printing.
 
-    It shows the motion in 3-D, what was proven, where limits bind, curves over time, what the constraints
-    cost and what was tried; of a failure what stands in the way, and the nearest that is free. A motion of
-    a bundle is judged anew.
+    It shows the motion in 3-D, the proof, binding limits, curves over time, prices of the constraints and all
+    attempts; for a failure the cause and the nearest free configuration. A motion of a bundle is judged
+    again.
 
     Args:
-        what: A result, whatever became of it; a plan; a problem that nobody planned yet; or a bundle, which
-            is drawn as it would be in `trajopt view` if its meshes were unpacked (`read_bundle`).
+        what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after
+            its meshes are unpacked (`read_bundle`).
         path: The file.
-        moving: Whether there is a motion in 3-D, which takes about a megabyte and the extra `view`.
-        pictures: Whether there are still pictures, for paper. Where no OpenGL works there are none, and the
-            page says so.
+        moving: Whether to include the 3-D motion, which takes about a megabyte and the extra `view`.
+        pictures: Whether to include still pictures, for paper. Without OpenGL they are omitted with a remark.
 
     Returns:
         The path.
 
     Raises:
-        MissingExtra: If there is to be a motion in 3-D, and viser is not installed.
-        FileFormatError: If the file cannot be written, or a bundle does not say what it must.
+        MissingExtra: If the 3-D motion is requested, and viser is not installed.
+        FileFormatError: If the file cannot be written, or a bundle is invalid.
     """
     subject = subject_of(what)
     shown = scenery(subject)

@@ -1,4 +1,4 @@
-"""What a report shows of the robot: in 3-D on a screen, in still pictures on paper."""
+"""The robot in a report: in 3-D on a screen, in still pictures on paper."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from trajopt.viewer.recorded import GhostAt, recorded
 from trajopt.viewer.report.subject import Subject
 
 WIDTH, HEIGHT = 640, 420
-"""Of a still picture [pixels]: twice what a fourth of a printed page has at 150 to the inch."""
+"""Size of a still picture [pixels]: twice a quarter of a printed page at 150 dpi."""
 SHADOW = 2048
 """Edge of the square that shadows are computed on [pixels]."""
 QUALITY = 85
@@ -25,7 +25,7 @@ WALK = 4.0
 GOAL = SURFACES[2]
 """Colour of the goal."""
 MOMENT = 1e-3
-"""Between two configurations that are shown in one picture [s]: what changes with time stands still."""
+"""Time between two configurations in one picture [s]: dynamic obstacles hardly move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Still(Value):
 
     Attributes:
         jpeg: The file.
-        words: What it shows.
+        words: Its caption.
     """
 
     jpeg: bytes
@@ -43,13 +43,13 @@ class Still(Value):
 
 @dataclass(frozen=True, eq=False)
 class Scenery(Value):
-    """What is shown.
+    """The shown scene.
 
     Attributes:
-        motion: What moves; None where nothing does.
-        words: What it is, in a sentence.
-        timed: Whether its time is that of a motion, and not of a walk along a path.
-        ghosts: Where the robot is drawn once more.
+        motion: The shown motion, or None.
+        words: Its caption.
+        timed: Whether its time is that of a motion, not of a walk along a path.
+        ghosts: Translucent copies of the robot.
     """
 
     motion: Trajectory | None
@@ -59,7 +59,7 @@ class Scenery(Value):
 
 
 def scenery(subject: Subject) -> Scenery:
-    """Choose what to show: the motion, else the path that came nearest, else the start."""
+    """Choose the shown scene: the motion, else the best path, else the start."""
     ghosts = tuple(_ghosts(subject))
     if subject.trajectory is not None:
         words = "The motion" if subject.verified else "The motion that was not proven"
@@ -89,10 +89,10 @@ def in_space(subject: Subject, shown: Scenery) -> str:
 
 
 def stills(subject: Subject, shown: Scenery) -> tuple[Still, ...]:
-    """Return still pictures: four moments of a motion, or what stands where.
+    """Return still pictures: four moments of a motion, or the start.
 
     Raises:
-        RenderingUnavailable: If no OpenGL works here.
+        RenderingUnavailable: If OpenGL does not work.
     """
     from trajopt.simulation.sampled_motion import SampledMotion, moments_of, motion_of
     from trajopt.simulation.studio import Canvas, Studio
@@ -117,7 +117,7 @@ def stills(subject: Subject, shown: Scenery) -> tuple[Still, ...]:
 
 
 def _ghosts(subject: Subject) -> Iterator[GhostAt]:
-    """Yield where the robot is drawn once more: what is not free, the nearest that is, or the goal."""
+    """Yield copies of the robot: the blocked configuration, the nearest free one, or the goal."""
     if subject.verified:
         return
     if subject.blocked is not None:
@@ -131,7 +131,7 @@ def _ghosts(subject: Subject) -> Iterator[GhostAt]:
 
 
 def _goal(problem: Problem) -> Floats | None:
-    """Return the goal where it is one configuration, shape (n,)."""
+    """Return the goal if it is one configuration, shape (n,)."""
     return None if problem.alternatives else fixed_positions(problem.goals, problem.reduced)
 
 

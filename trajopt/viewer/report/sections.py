@@ -1,4 +1,4 @@
-"""The sections of a report, in HTML. Every text is escaped: names come from whoever made the file."""
+"""The sections of a report, in HTML. Every text is escaped: names come from foreign files."""
 
 from collections.abc import Callable, Iterator, Sequence
 from html import escape
@@ -27,16 +27,16 @@ STAGES = {
     "examine": "examining start and goal", "seed": "first guesses", "optimise": "optimising",
     "retime": "timing", "verify": "judging", "explain": "explaining",
 }  # fmt: skip
-"""What the stages of planning are called."""
+"""Names of the stages of planning."""
 
 
 def section(name: str, title: str, body: str) -> str:
-    """Return a section; nothing where it says nothing."""
+    """Return a section; empty without content."""
     return f'<section id="{name}"><h2>{escape(title)}</h2>{body}</section>' if body else ""
 
 
 def proven(certificate: Certificate) -> str:
-    """Say what was judged, by how much it holds, and how that is known; then the nearest pairs."""
+    """List the checks with their values, bounds and evidence; then the nearest pairs."""
     head = ("", "what", "where", "worst", "bound", "used", "at", "known")
     rows = [_check(check) for check in certificate.checks]
     pairs = [
@@ -85,7 +85,7 @@ def _check(check: Check) -> tuple[str, ...]:
 
 
 def _used(check: Check) -> str:
-    """Draw how much of an upper bound is used up; nothing where there is none."""
+    """Draw the used share of an upper bound; empty without one."""
     if check.value is None or not check.bound or check.kind in (CheckKind.CLEARANCE, CheckKind.AT_FAULT):
         return ""
     return _bar(abs(check.value / check.bound), good=check.holds)
@@ -103,7 +103,7 @@ def _moment(time: float) -> str:
 
 
 def binding(measured: Measured, end: float) -> str:
-    """Say when each limit binds, and the most that each joint does."""
+    """List the intervals of binding limits, and the extremes of each joint."""
     if measured.bindings:
         drawn = (
             "<p>Within 1% of a limit, or no farther from something than the margin asks: what would have to "
@@ -137,7 +137,7 @@ def over_time(measured: Measured) -> str:
 
 
 def costs(subject: Subject) -> str:
-    """Say what each active constraint costs: what would be gained if it gave way a little."""
+    """List the price of each active constraint."""
     units = {"mm": "1 mm", "deg": "1°", "rad": "1 rad", "%": "1%"}
     rows = [
         (
@@ -159,7 +159,7 @@ def costs(subject: Subject) -> str:
 
 
 def in_the_way(subject: Subject) -> str:
-    """Say what stands in the way, what is nearest to it that is free, and what would help."""
+    """List the obstacles, the nearest free configuration, and remedies."""
     told, parts = subject.explanation, list[str]()
     blocks = [block["words"].text() for block in told["blocks"].elements()]
     if blocks:
@@ -178,7 +178,7 @@ def in_the_way(subject: Subject) -> str:
 
 
 def _nearest(subject: Subject) -> str:
-    """Return a table of the nearest configuration that is free, beside the one that is not."""
+    """Return a table of the nearest free configuration and the blocked one."""
     free = subject.nearest_free
     if free is None:
         return ""
@@ -196,7 +196,7 @@ def _nearest(subject: Subject) -> str:
 
 
 def tried(answer: Node) -> str:
-    """Say what was tried, how it ended and what it took."""
+    """List the attempts with outcome and cost."""
     tries = answer["tries"].elements()
     rows = [_try(each) for each in tries[:ATTEMPTS]]
     head = ("", "first guess", "how it ended", "steps", "particulars")
@@ -242,28 +242,28 @@ def _spent(answer: Node) -> Iterator[str]:
 
 
 def request(subject: Subject) -> str:
-    """Say the problem."""
+    """Print the problem."""
     return f"<pre>{escape(str(subject.problem))}</pre>"
 
 
 def about(subject: Subject) -> str:
-    """Say what made it."""
+    """List versions and time."""
     by = ", ".join(f"{escape(name)} {escape(of)}" for name, of in subject.versions.items())
     return f"<p class=faint>Planned or kept {escape(subject.made)}, by {by}.</p>"
 
 
 def in_words(status: str) -> str:
-    """Return a status as a reader says it."""
+    """Return a status in words."""
     return status.replace("_", " ").lower()
 
 
 def meaning(status: str) -> str:
-    """Return what a status means and what to try; empty where it is not known."""
+    """Return the meaning of a status and a remedy; empty if unknown."""
     return Status[status].value if status in Status.__members__ else ""
 
 
 def certain(subject: Subject) -> str:
-    """Say how well the reason of a failure is known."""
+    """Return the certainty of a failure's reason."""
     told = subject.explanation
     known, grounds = told["certainty"].text(""), told["grounds"].text("")
     if known not in Certainty.__members__:
@@ -281,7 +281,7 @@ def _capital(words: str) -> str:
 
 
 def change_of_duration(saved: float) -> str:
-    """Describe by how much a motion gets shorter, or longer if the saved time [s] is negative."""
+    """Print the change of a motion's duration; a negative saved time [s] is longer."""
     milliseconds = float(f"{1000.0 * abs(saved):.2g}")
     return f"{milliseconds:g} ms {'longer' if saved < 0.0 else 'shorter'}"
 
@@ -301,7 +301,7 @@ DASHES = ("", "6 3", "2 3", "8 3 2 3")
 TICKS = 5
 """About as many as there are on an axis."""
 Place = Callable[[float], float]
-"""Where a time or a value is drawn."""
+"""Coordinate of a time or a value."""
 
 
 def plot(chart: Chart) -> str:
@@ -408,7 +408,7 @@ def _range(chart: Chart) -> tuple[float, float]:
 
 
 def _path(times: Floats, values: Floats, x: Place, y: Place, upper: float) -> str:
-    """Return a curve, broken where there is no value, or one that is not drawn."""
+    """Return a curve, interrupted at missing or hidden values."""
     words: list[str] = []
     pen = "M"
     for time, value in zip(times.tolist(), values.tolist(), strict=True):

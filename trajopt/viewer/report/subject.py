@@ -1,4 +1,4 @@
-"""What a report is of: a plan, a failure or a problem, as it was planned here or as a bundle tells it."""
+"""The subject of a report: a plan, a failure or a problem, from this process or a bundle."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,24 +20,24 @@ from trajopt.verify import Certificate
 from trajopt.why.prices import Price, path_prices
 
 Reported = Result | Plan | Problem | Bundle
-"""What a report may be of."""
+"""Possible subjects of a report."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Subject(Value):
-    """What a report tells of.
+    """The subject of a report.
 
     Attributes:
-        holds: What it is.
+        holds: Its kind.
         problem: The problem.
-        trajectory: The motion, verified or not; None where there is none.
-        path: The path that came nearest; None where there is none.
-        certificate: The judge's verdict on the motion, given here.
-        answer: What planning answered, as `Result.as_dict` says it.
-        explanation: What `Result.explain` said, as plain data.
-        prices: What the active constraints of a plan cost.
-        made: When it was planned, or written down (UTC).
-        versions: Of what planned it, by name.
+        trajectory: The motion, verified or not, or None.
+        path: The best path, or None.
+        certificate: The judge's verdict on the motion, computed here.
+        answer: The planning result, as by `Result.as_dict`.
+        explanation: `Result.explain` as plain data.
+        prices: Prices of a plan's active constraints.
+        made: Time of planning or saving (UTC).
+        versions: Package versions of the planner, by name.
     """
 
     holds: Holds
@@ -53,7 +53,7 @@ class Subject(Value):
 
     @property
     def status(self) -> str:
-        """The name of the status with which planning ended; empty where nobody planned."""
+        """Name of the planning status; empty for an unplanned problem."""
         return self.answer["status"].text("")
 
     @property
@@ -63,7 +63,7 @@ class Subject(Value):
 
     @cached_property
     def blocked(self) -> Floats | None:
-        """The configuration that shows what is in the way, shape (n,) [rad | m]."""
+        """The configuration that shows the cause, shape (n,) [rad | m]."""
         return self._configuration(self.explanation["configuration"])
 
     @cached_property
@@ -81,12 +81,12 @@ class Subject(Value):
 
 
 def subject_of(what: Reported) -> Subject:
-    """Return what a report is to tell of.
+    """Return the subject of a report.
 
-    A motion of a bundle is judged anew, and what its constraints cost is computed here.
+    A motion of a bundle is judged again, and the prices of its constraints are computed here.
 
     Raises:
-        FileFormatError: If a bundle does not say what it must.
+        FileFormatError: If a bundle is invalid.
     """
     if isinstance(what, Bundle):
         return _of_bundle(what)
