@@ -83,14 +83,14 @@ RosOption = Annotated[Ros, typer.Option("--ros", help="Which ROS is answered as.
 
 @dataclass(frozen=True)
 class RosbridgeFace:
-    """What serves clients made for ROS, as the options ask for it.
+    """The rosbridge server of the options.
 
     Attributes:
         host: Address that it listens on.
         port: Of rosbridge.
         mesh_port: Of the meshes.
         origins: Addresses of web pages that may connect.
-        ros: Which ROS is answered as.
+        ros: The ROS generation that it emulates.
         clouds: Topics of clouds that become obstacles.
         token: Secret in the address of rosbridge; none is needed if empty.
     """
@@ -104,12 +104,12 @@ class RosbridgeFace:
     token: str = ""
 
     def of(self, source: RobotSource, robot: Robot, names: tuple[str, ...]) -> "Face":
-        """Return what serves a robot.
+        """Return the server for a robot.
 
         Args:
-            source: Where the robot is from.
+            source: Source of the robot.
             robot: The robot.
-            names: Other names by which clients may call this host.
+            names: Other host names for clients.
 
         Raises:
             ModelError: If the robot has no URDF.
@@ -139,7 +139,7 @@ class RosbridgeFace:
 
 
 OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.rosbridge.answers"
-"""Modules of what workers do: for everybody, and for clients made for ROS."""
+"""Modules with the operations of workers: for all clients, and for clients made for ROS."""
 SESSION_PAGE = "trajopt.viewer.live.session_page"
 """The module of the 3-D page of a session."""
 RobotsOption = Annotated[
@@ -203,9 +203,9 @@ def serve(
     rosbridge_cloud: CloudOption = None,
     ros: RosOption = Ros.JAZZY,
 ) -> None:
-    """Serve robots over HTTP until Ctrl-C, and to clients made for ROS where a port of rosbridge is given.
+    """Serve robots over HTTP until Ctrl-C, and, with a rosbridge port, to clients made for ROS.
 
-    docs/server.md and docs/from-compas-fab.md say what can be asked.
+    See docs/server.md and docs/from-compas-fab.md.
     """
     try:
         from trajopt.server import Limits
@@ -245,11 +245,11 @@ def serve(
 
 
 def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
-    """Return what serves over HTTP.
+    """Return the HTTP server.
 
     Args:
-        options: Where it listens, and whom it lets in.
-        metrics: What it shows of itself.
+        options: Address and access control.
+        metrics: Published metrics.
     """
     from trajopt.server.http import serve_http
 
@@ -265,7 +265,7 @@ def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
 
 
 def stated(**limits: float | None) -> dict[str, Any]:
-    """Return what is stated of limits."""
+    """Return the given limits."""
     return {key: value for key, value in limits.items() if value is not None}
 
 
@@ -276,10 +276,10 @@ def sources_of(
     folders: tuple[Path, ...],
     *more: Any,
 ) -> list[RobotSource]:
-    """Return where robots are from: files beside are of the description, and installed robots bring theirs.
+    """Return the sources of robots; SRDF and limits belong to the only description.
 
     Raises:
-        ModelError: If an SRDF or limits are given beside several descriptions.
+        ModelError: If an SRDF or limits are given with several descriptions.
     """
     own = [each for each in robots if Path(each).is_file()]
     if len(own) > 1 and (srdf is not None or limits is not None):
@@ -293,7 +293,7 @@ def sources_of(
 
 
 def loaded(sources: list[RobotSource]) -> dict[str, Robot]:
-    """Return robots by the names by which clients know them: an installed one's, or that of the description.
+    """Return robots by their names for clients: the name of an installed one, or of the description.
 
     Raises:
         ModelError: If two have the same name.

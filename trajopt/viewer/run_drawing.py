@@ -1,4 +1,4 @@
-"""A moment of a run in the page: the robot, its plan, its stop, and what is around it."""
+"""A moment of a run in the page: the robot, its plan, its stop, and its surroundings."""
 
 from typing import TYPE_CHECKING
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer
 
 LONG = 1e6
-"""Of a run nobody knows how long it takes: an allowance of contact up to its end counts at no time [s]."""
+"""Assumed duration of a run: a contact allowance up to its end never counts [s]."""
 
 
 class RunDrawing:
-    """The robot where it was measured, ghosts where it would stop and where it goes, and all that was known.
+    """The measured robot, ghosts at its stop and goal, and the known world.
 
     Attributes:
         server: Serves the page.
-        reduced: The robot among what was known at the begin.
-        nearest: The pair with the smallest clearance in the moment that is shown.
+        reduced: The robot in the first known world.
+        nearest: The pair with the smallest clearance in the shown moment.
     """
 
     def __init__(self, server: "GuardedServer", group: str, start: Floats, first: Sighting) -> None:
@@ -38,8 +38,8 @@ class RunDrawing:
         Args:
             server: Serves the page.
             group: The group that moves.
-            start: Positions of all joints at the begin, shape (number of joints,) [rad | m].
-            first: What was known of the world at the begin.
+            start: Positions of all joints at the start, shape (number of joints,) [rad | m].
+            first: The world known at the start.
         """
         self.server, self._group, self._start = server, group, start
         self.reduced = reduce_model(first.world.scene, group, start)
@@ -68,12 +68,12 @@ class RunDrawing:
             self._plan.show(moment.plan)
 
     def ghosts(self, *, stop: bool, plan: bool) -> None:
-        """Say which of what is ahead of the robot is shown."""
+        """Select the shown ghosts."""
         with self.server.atomic():
             self._stop.visible, self._plan.visible = stop, plan
 
     def _known(self, sighting: Sighting) -> "Around":
-        """Return what was around the robot; drawn when it is shown first."""
+        """Return the known surroundings; drawn on first use."""
         scene, stamp = sighting.world.scene, sighting.world.stamp
         for known, around in self._around:
             if known.world.scene is scene and known.world.stamp == stamp:
@@ -101,7 +101,7 @@ class Around:
             self.drawing.draw_halos(self._clearance.timed)
 
     def show(self, moment: RecordedMoment) -> Nearest | None:
-        """Show it in a moment; return what is nearest."""
+        """Show it in a moment; return the nearest pair."""
         seen, time = self._clearance, max(moment.time - self._stamp, 0.0)
         at = seen.positions(np.array((time,)), moment.positions[None])
         self.drawing.move(seen.query.kinematics(at))
@@ -120,7 +120,7 @@ class Ahead:
     """
 
     def __init__(self, server: "ViserServer", query: Query, name: str, colour: Rgb, thickness: float) -> None:
-        """Prepare it, the line so thick on the screen [px]; nothing is shown yet."""
+        """Prepare it with a line of this width on the screen [px]; nothing is shown yet."""
         self.visible, reduced = True, query.reduced
         self._query, self._tool = query, reduced.attachment(tool_frame(reduced))
         self._ghost = Ghost(server, reduced, f"{name}_ghost", colour)

@@ -1,7 +1,7 @@
-"""Publisher: a run tells mirrors where its robot is, and what is known around it, over HTTP.
+"""Publisher: publishes the robot of a run and its known surroundings over HTTP.
 
-It answers what a session of `trajopt serve` answers a mirror: `GET /state`, `POST /robot`, `POST /scene`. It
-tells and takes nothing: nobody can move a robot, or stop it, by it.
+It answers the requests of a mirror as a session of `trajopt serve` does: `GET /state`, `POST /robot`,
+`POST /scene`. It is read-only: it cannot move or stop a robot.
 """
 
 import json
@@ -22,18 +22,18 @@ from trajopt.values.trajectory import Trajectory
 from trajopt.viewer.mirror.state import State
 
 AHEAD = 25
-"""Configurations that stand for what is left of a motion: a line of the hand looks smooth through so many."""
+"""Number of configurations along the rest of a motion: enough for a smooth line of the hand."""
 EVENTS = 12
-"""So many events are told, the latest ones."""
+"""Number of published events, the latest ones."""
 PATIENCE = 10.0
-"""A connection that says nothing for so long is closed [s]."""
+"""Time-out of a silent connection [s]."""
 LARGEST = 4096
-"""Of what comes with a request so much is read [bytes]: nothing needs any."""
+"""Largest body of a request [bytes]; none is needed."""
 LOCAL = ("127.0.0.1", "localhost", "[::1]")
 
 
 class Publisher:
-    """Tells what a run does; `run(problem, watch=publisher.look)`. Ends with `close`, or with a block.
+    """Publishes a run: `run(problem, watch=publisher.look)`. A context manager; or call `close`.
 
     Attributes:
         url: Address for `trajopt view --mirror`.
@@ -41,15 +41,15 @@ class Publisher:
 
     @checked
     def __init__(self, problem: Problem, *, port: int = 8090, host: str = "127.0.0.1") -> None:
-        """Begin to answer.
+        """Start to answer.
 
         Args:
-            problem: What is asked of the robot.
-            port: Port; any free one when 0.
-            host: Address to answer on; "0.0.0.0" lets other machines look too.
+            problem: The problem of the run.
+            port: Port; any free one if 0.
+            host: Address to answer on; "0.0.0.0" lets other machines connect too.
 
         Raises:
-            ProblemError: If nothing can be served on this host or port.
+            ProblemError: If the port cannot be opened on this host.
         """
         self._problem, self._logbook = one_of("problem", problem, Problem), Logbook()
         self._lock, self._revision = threading.Lock(), 0
@@ -71,20 +71,20 @@ class Publisher:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Answer no more."""
+        """Stop answering."""
         self.close()
 
     @checked
     def look(self, watched: Watched) -> None:
-        """Look at who drives the robot, after each cycle.
+        """Read the state of the supervisor, after each cycle.
 
         Raises:
-            ProblemError: If it is another one than before.
+            ProblemError: If it is another supervisor than before.
         """
         self._logbook.look(watched)
 
     def close(self) -> None:
-        """Answer no more."""
+        """Stop answering."""
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
@@ -94,11 +94,11 @@ class Publisher:
         return message_of(self._problem.scene.robot, {})
 
     def scene(self) -> dict[str, object]:
-        """Return what is around the robot now as a message, without the robot."""
+        """Return the present surroundings as a message, without the robot."""
         return message_of(self._scene(), {"robot": self._problem.scene.robot})
 
     def state(self) -> State:
-        """Return where the robot is now."""
+        """Return the present state."""
         moment, reduced = self._moment(), self._problem.reduced
         if moment is None:
             return State(revision=0, positions=self._problem.start_positions, driven=False)
@@ -121,7 +121,7 @@ class Publisher:
         return world.scene.still_at(moment.time - world.stamp)
 
     def _revised(self, moment: RecordedMoment) -> int:
-        """Return the number of what is around the robot: another one where it is another."""
+        """Return the revision of the surroundings, which changes with them."""
         scene = moment.sighting.world.scene
         now = (moment.sighting, moment.time if scene.changing else 0.0)
         with self._lock:
@@ -135,9 +135,9 @@ class Publisher:
 
 
 def _handler_of(publisher: Publisher, host: str) -> type[BaseHTTPRequestHandler]:
-    """Return what answers requests: on this machine only those that call it by its name.
+    """Return the handler of requests; on this machine only for its own host names.
 
-    A page of another site could otherwise have a browser here ask it, by a name that means this machine.
+    Otherwise a page of another site could use a name that resolves to this machine.
     """
 
     class Handler(BaseHTTPRequestHandler):
@@ -150,7 +150,7 @@ def _handler_of(publisher: Publisher, host: str) -> type[BaseHTTPRequestHandler]
             self._answer({"/robot": publisher.robot, "/scene": publisher.scene})
 
         def log_message(self, format: str, *args: Any) -> None:
-            """Say nothing on standard error."""
+            """Do not log to standard error."""
 
         def _answer(self, known: dict[str, Any]) -> None:
             # What comes with a request says nothing here; unread, it would have the connection reset.
