@@ -1,6 +1,6 @@
-"""A planning server: robots, scenes as sessions and a pool of workers, behind HTTP and rosbridge.
+"""A planning server: robots, sessions with scenes and a pool of workers, behind HTTP and rosbridge.
 
-`Service` is the core, which knows no protocol; the faces turn what comes over a wire into calls of `ask`.
+`Service` is the core and independent of protocols; the faces translate network messages into calls of `ask`.
 """
 
 from trajopt.server.limits import Limits as Limits

@@ -14,24 +14,24 @@ from trajopt.server.worker_process import WorkerProcess
 from trajopt.values.arrays import Value
 
 Listener: TypeAlias = Callable[[msgspec.Raw], None]
-"""Called with JSON that says how far a request is."""
+"""Receives the progress of a request as JSON."""
 
 
 @dataclass(frozen=True)
 class Assignment(Value):
-    """What a worker is to do.
+    """Work for a worker.
 
     Attributes:
         operation: Name of the operation.
-        scene: What the session holds.
-        positions: Where its robot is, of all joints [rad | m].
+        scene: Content of the session.
+        positions: Of all joints of its robot [rad | m].
         body: The arguments, JSON.
-        attachment: What came beside them, as it came.
-        stamps: When clouds in the scene were measured, by name.
-        seconds: Time that it may take, waiting included [s].
-        listener: Told how far it is.
-        moved: Told where the robot is while it is driven [rad | m].
-        driven: Whether the session's robot is being driven by another request.
+        attachment: Bytes that came with them.
+        stamps: Measurement times of clouds in the scene, by name.
+        seconds: Time limit, waiting included [s].
+        listener: Receives the progress.
+        moved: Receives the robot's positions while it is driven [rad | m].
+        driven: Whether another request drives the session's robot.
     """
 
     operation: str
@@ -47,18 +47,18 @@ class Assignment(Value):
 
 
 class Job:
-    """A request on its way.
+    """A request in progress.
 
     Attributes:
         owner: The session's id.
-        assignment: What is to be done.
-        number: Told in messages to and from workers.
-        done: Becomes its answer, or the refusal.
-        begun: When a worker began with it, on the loop's clock [s].
+        assignment: The work.
+        number: Its number in messages to and from workers.
+        done: Future of its answer, or the refusal.
+        begun: Time when a worker began, on the loop's clock [s].
     """
 
     def __init__(self, number: int, owner: str, assignment: Assignment, grace: float) -> None:
-        """Begin to wait."""
+        """Create it, waiting."""
         loop = asyncio.get_running_loop()
         self.number, self.owner, self.assignment = number, owner, assignment
         self.done: asyncio.Future[Answered] = loop.create_future()
@@ -76,7 +76,7 @@ class Job:
         return self.done.done()
 
     def begin(self, worker: WorkerProcess) -> None:
-        """Give it to a worker."""
+        """Assign it to a worker."""
         self._worker, self.begun = worker, self._loop.time()
         assignment = self.assignment
         request = Request(
@@ -97,24 +97,24 @@ class Job:
 
     @property
     def wanted(self) -> Refusal | None:
-        """Why it was told to end, if it was."""
+        """The reason of its cancellation, if any."""
         return self._wanted
 
     def cancel(self, refusal: Refusal | None = None) -> None:
-        """End it soon: what a worker has so far is the answer; without a worker there is none.
+        """Cancel it; the answer is the worker's present result, or a refusal without a worker.
 
         Args:
-            refusal: Why; because it was cancelled when None.
+            refusal: The reason; by default cancellation.
         """
         self._end(refusal or Refusal(Why.CANCELLED, "it was cancelled"))
 
     def change(self, scene: PackedScene) -> None:
-        """Tell the worker, if there is one, that the session's scene is another now."""
+        """Notify its worker of a change of the session's scene."""
         if self._worker is not None and not self.over:
             self._worker.send(Changed(self.number, scene.robot, scene.data, scene.key))
 
     def tell(self, feedback: Feedback) -> None:
-        """Pass on how far it is; who asked is told of a listener that fails, and the worker ends."""
+        """Pass on the progress; a failing listener is reported to the caller and ends the worker."""
         if feedback.positions is not None and self.assignment.moved is not None:
             self.assignment.moved(feedback.positions)
         if self.assignment.listener is not None and not self.over:
@@ -131,7 +131,7 @@ class Job:
             self.done.set_result(answered)
 
     def refuse(self, refusal: Refusal) -> None:
-        """Refuse it: with why its worker was told to end, if it was."""
+        """Refuse it, with the reason of its cancellation if there is one."""
         self._finish()
         if not self.over:
             self.done.set_exception(self._wanted or refusal)

@@ -27,27 +27,27 @@ from trajopt.values.errors import ModelError
 
 _LOG = logging.getLogger("trajopt.server")
 MODULE = "trajopt.server.keeper"
-"""The module of what its worker does."""
+"""Module with the operations of its worker."""
 _JSON = msgspec.json.Encoder()
 Arguments: TypeAlias = Mapping[str, Any]
 Empty: TypeAlias = Mapping[str, tuple[PackedScene, Sequence[float]]]
-"""Of each robot the scene in which there is nothing, and where the robot stands in it."""
+"""Robot -> its empty scene and default configuration."""
 
 
 class Keeper:
-    """Keeps the sessions of one service in a warehouse, by a process of its own.
+    """Stores the sessions of one service in a warehouse, by a worker of its own.
 
     Attributes:
-        pool: The process.
+        pool: The worker.
     """
 
     def __init__(self, warehouse: Warehouse, hello: Hello, limits: Limits) -> None:
-        """Take the file.
+        """Store the options.
 
         Args:
-            warehouse: The file; it stays open, so that SQLite need not tidy it up after each write.
-            hello: What workers are told first.
-            limits: Of requests: a session is kept in the time of one.
+            warehouse: The file; it stays open, so that SQLite need not clean up after each write.
+            hello: First message to workers.
+            limits: Of requests: storing a session has the time limit of one.
         """
         self._warehouse, self._limits, self._known = warehouse, limits, set[str]()
         self.pool = Pool("keeping", msgspec.structs.replace(hello, modules=(MODULE,)), 1, limits)
@@ -55,15 +55,15 @@ class Keeper:
     async def keep(
         self, session: Session, scene: PackedScene | None, positions: Sequence[float] | None
     ) -> None:
-        """Keep what a session holds; returns when it is on the disk.
+        """Store the content of a session; returns once it is on disk.
 
         Args:
             session: The session.
-            scene: Its scene; None where that is kept as it is.
-            positions: Where its robot stands [rad | m]; None where that is kept as it is.
+            scene: Its scene; None if unchanged.
+            positions: Of its robot [rad | m]; None if unchanged.
 
         Raises:
-            Refusal: If it could not be kept.
+            Refusal: If it could not be stored.
         """
         new = session.id not in self._known
         what = {
@@ -85,11 +85,11 @@ class Keeper:
         await self._written(session, "forget", {"session": session.id}, session.scene, session.positions)
 
     async def restored(self, empty: Empty, most: int) -> list[Session]:
-        """Return the sessions that the file keeps; what cannot be used stays there, and the log says why.
+        """Return the stored sessions; unusable ones stay in the file, with the reason in the log.
 
         Args:
-            empty: Of each robot an empty scene: the sessions of other robots are left where they are.
-            most: The newest so many.
+            empty: Empty scene of each robot; sessions of other robots are skipped.
+            most: Largest number, the newest first.
         """
         found = list[Session]()
         for entry in self._warehouse.find(kind=Kind.STATE, tags=[SESSION]):
@@ -120,10 +120,10 @@ class Keeper:
     async def _written(
         self, session: Session, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
     ) -> None:
-        """Have the worker write something.
+        """Write by the worker.
 
         Raises:
-            Refusal: If it could not. What is wrong with the file is for who runs the server.
+            Refusal: If it failed. Faults of the file are logged for the operator of the server.
         """
         try:
             await self._done(session.id, what, said, scene, positions)
@@ -138,10 +138,10 @@ class Keeper:
     async def _done(
         self, owner: str, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
     ) -> Answered:
-        """Have the worker do something; what is asked about one session it does in that order.
+        """Run an operation in the worker; operations on one session keep their order.
 
         Raises:
-            Refusal: If it could not.
+            Refusal: If it failed.
         """
         body = _JSON.encode({**said, "warehouse": str(self._warehouse.path.absolute())})
         assignment = Assignment(f"keeping/{what}", scene, positions, body, self._limits.seconds)
@@ -153,14 +153,14 @@ def _left_out(name: str, reason: str) -> None:
 
 
 SESSION = "session"
-"""Marks what a server keeps, among whatever else there is in the file."""
+"""Tag of stored sessions in the file."""
 KINDS = (Kind.SCENE, Kind.STATE)
 
 
 def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Keep what a session holds, or as much of it as has changed; what was kept of it before goes.
+    """Store the changed content of a session, and remove its previous content.
 
-    It is there as a whole: a scene is never found beside the positions of another time.
+    In one transaction: a scene is never found with positions of another time.
     """
     name, face = arguments["session"].text(), arguments["face"].text("")
     tags = (SESSION, face) if face else (SESSION,)
@@ -217,4 +217,4 @@ OPERATIONS: Mapping[str, Operation] = {
     "keeping/forget": Operation(forget, Lane.KEEPING),
     "keeping/restore": Operation(restore, Lane.KEEPING),
 }
-"""What the server asks a worker that keeps sessions."""
+"""Operations of the worker that stores sessions."""

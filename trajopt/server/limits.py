@@ -1,4 +1,4 @@
-"""Limits: what one client, one request and all sessions together may take of the server."""
+"""Limits on the resources of one client, one request and all sessions together."""
 
 import os
 from dataclasses import dataclass, field
@@ -17,27 +17,28 @@ def _cores() -> int:
 @checked
 @dataclass(frozen=True, kw_only=True)
 class Limits(Value):
-    """What the server lets its clients take.
+    """Limits on the resources of clients.
 
     Attributes:
-        workers: Processes that plan; as many as the machine has cores.
-        runs: Robots that may be driven at the same time; each has a process of its own while it is.
-        views: 3-D pages that may be open at the same time; each has a process of its own while it is.
-        waiting: Requests that may wait for a process; one more is refused, with when to try again.
-        waiting_per_session: The same of one session, so that one alone cannot keep all others out.
-        seconds: Time that a request may take, waiting included [s]; it may ask for less.
-        run_seconds: The same while a robot is driven [s].
-        view_seconds: The same while a 3-D page is open [s].
-        grace: A process that does not end so long after it was told to is killed [s].
-        memory: What one request may take of memory beyond what its process has taken before it [bytes].
+        workers: Planning processes; by default the number of cores.
+        runs: Simultaneously driven robots; each has its own process.
+        views: Simultaneously open 3-D pages; each has its own process.
+        waiting: Requests that may wait for a process; further ones are refused, with a delay before another
+            try.
+        waiting_per_session: Likewise for one session, so that it cannot block the others.
+        seconds: Time limit of a request, waiting included [s]; a request may set a shorter one.
+        run_seconds: Time limit while a robot is driven [s].
+        view_seconds: Time limit while a 3-D page is open [s].
+        grace: Time after which a process that was told to end is killed [s].
+        memory: Memory of one request, beyond the present memory of its process [bytes].
         body: Size of a request [bytes].
-        bodies: Size of all requests that are under way at a time, together [bytes].
+        bodies: Total size of all requests in progress [bytes].
         triangles: Of all meshes of a request.
         points: Of a trajectory in a request.
         cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.
-        sessions: Sessions at a time.
-        idle: When there are so many, the one unused for longest goes, if it is unused for so long [s].
-        session_bytes: Size of what a session holds [bytes].
+        sessions: Number of sessions.
+        idle: Idle time after which the longest unused session is removed if there are too many [s].
+        session_bytes: Size of a session [bytes].
     """
 
     workers: int = field(default_factory=_cores)

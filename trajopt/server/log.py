@@ -10,7 +10,7 @@ from trajopt.server.session import SHOWN
 
 _LOG = logging.getLogger("trajopt.server")
 PLAIN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName", "color_message"}
-"""What every record has; the rest is what happened."""
+"""Standard attributes of a log record; the others are data."""
 
 
 class JsonLines(logging.Formatter):
@@ -31,7 +31,7 @@ class JsonLines(logging.Formatter):
 
 
 def write_log() -> None:
-    """Write the log of the server, and of what carries it, to standard error."""
+    """Write the log of the server and its libraries to standard error."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines())
     for name in ("trajopt.server", "uvicorn", "websockets"):

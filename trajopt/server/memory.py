@@ -1,4 +1,4 @@
-"""Memory of a process: how much it has, and a bound on what it may take."""
+"""Memory of a process, and bounds on it and on the size of requests."""
 
 import os
 import resource
@@ -13,23 +13,21 @@ KILOBYTE = 2**10
 
 
 def memory_used(pid: int | None = None) -> int:
-    """Return what a process has in memory [bytes]; 0 where the system does not say.
+    """Return the resident memory of a process [bytes]; 0 if unknown.
 
     Args:
-        pid: Its id; this process when None.
+        pid: Its id; this process if None.
     """
     return _pages(pid or os.getpid(), 1)
 
 
 def limit_memory(more: int) -> None:
-    """Let this process take so much more memory than it has now, and no more: then it gets a `MemoryError`.
+    """Limit the further memory of this process; beyond it a `MemoryError` is raised.
 
-    Each call counts anew, and takes the place of the one before.
-
-    Systems other than Linux do not bound it.
+    Each call replaces the previous limit. Only on Linux.
 
     Args:
-        more: How much more [bytes].
+        more: Further memory [bytes].
     """
     if sys.platform == "linux":
         # What is only reserved, as by the stacks of threads, does not count: so data, not address space.
@@ -38,7 +36,7 @@ def limit_memory(more: int) -> None:
 
 
 def _pages(pid: int, column: int) -> int:
-    """Return a column of Linux' table of a process's memory [bytes]; 0 where there is none."""
+    """Return a column of Linux' table of a process's memory [bytes]; 0 if it does not exist."""
     try:
         columns = Path(f"/proc/{pid}/statm").read_text().split()
     except OSError:
@@ -48,18 +46,18 @@ def _pages(pid: int, column: int) -> int:
 
 MESHES = ("triangles", "faces")
 POINTS = ("points", "waypoints", "poses", "placements", "positions")
-"""Members that hold one element for each triangle of a mesh, or for each point of a motion or curve."""
+"""Members with one element for each triangle of a mesh, or for each point of a motion or curve."""
 
 
 def check_sizes(document: object, watch: Watch) -> None:
-    """Make sure that the meshes and trajectories of a request are not larger than they may be.
+    """Check the sizes of meshes and trajectories in a request.
 
     Args:
-        document: Plain data, nested as deep as `parse_json` allows.
-        watch: Of the request: it knows the bounds.
+        document: Plain data, nested within the limit of `parse_json`.
+        watch: Of the request, with the limits.
 
     Raises:
-        Refusal: If there are too many triangles in all, or too many points in one list.
+        Refusal: If there are too many triangles in total, or too many points in one list.
     """
     triangles = _count(document, watch.points)
     if triangles > watch.triangles:

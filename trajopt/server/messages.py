@@ -1,4 +1,4 @@
-"""What the server and its workers say to each other: one message after the other, each with its length."""
+"""Messages between the server and its workers, each with its length."""
 
 from collections.abc import Mapping
 from struct import Struct as Layout
@@ -7,7 +7,7 @@ from typing import TypeAlias
 import msgspec
 
 LENGTH = Layout(">I")
-"""Before each message: how many bytes it has."""
+"""Prefix of each message: its number of bytes."""
 
 
 class Hello(msgspec.Struct, tag=True, frozen=True):
@@ -15,8 +15,8 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
 
     Attributes:
         robots: The robots by name, pickled.
-        modules: Modules that hold the operations.
-        memory: What one request may take beyond what the worker has then [bytes].
+        modules: Modules with the operations.
+        memory: Memory of one request, beyond the worker's present memory [bytes].
         triangles: Of the meshes of a request.
         points: Of a trajectory in a request.
         cloud: Points of a cloud in a request.
@@ -31,21 +31,21 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
 
 
 class Request(msgspec.Struct, tag=True, frozen=True):
-    """A request to a worker; it has one at a time.
+    """A request to a worker, which has one at a time.
 
     Attributes:
-        number: Told by everything that the worker says about it.
-        operation: What is to be done.
+        number: Its number, in all messages about it.
+        operation: Name of the operation.
         robot: Name of the robot.
         scene: The scene, packed.
         key: Its key.
-        stamps: When clouds in it were measured, by name.
+        stamps: Measurement times of clouds in it, by name.
         positions: Of all joints [rad | m].
         body: The arguments, JSON.
-        attachment: What came beside them, as it came.
-        seconds: Time that it may take [s].
-        feedback: Whether somebody listens.
-        driven: Whether the session's robot is being driven by another request.
+        attachment: Bytes that came with them.
+        seconds: Time limit [s].
+        feedback: Whether progress is requested.
+        driven: Whether another request drives the session's robot.
     """
 
     number: int
@@ -81,14 +81,14 @@ class Ready(msgspec.Struct, tag=True, frozen=True):
     """A worker has loaded its robots.
 
     Attributes:
-        memory: What it has of memory [bytes].
+        memory: Its memory [bytes].
     """
 
     memory: int
 
 
 class Feedback(msgspec.Struct, tag=True, frozen=True):
-    """How far a request is: JSON, and where the robot stands if that changed."""
+    """Progress of a request: JSON, and the robot's positions if they changed."""
 
     number: int
     body: bytes
@@ -101,11 +101,11 @@ class Answered(msgspec.Struct, tag=True, frozen=True):
     Attributes:
         number: Of the request.
         body: The answer, JSON.
-        scene: The new scene, packed, where there is one.
-        positions: Where the robot stands now, where that changed [rad | m].
-        stamps: When clouds in the scene were measured, by name.
-        cpu: Processor time that it took [s].
-        memory: What the worker has of memory now [bytes].
+        scene: The new scene, packed, if it changed.
+        positions: The new positions of the robot, if they changed [rad | m].
+        stamps: Measurement times of clouds in the scene, by name.
+        cpu: CPU time [s].
+        memory: Memory of the worker [bytes].
     """
 
     number: int

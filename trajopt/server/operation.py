@@ -1,4 +1,4 @@
-"""Operation: a thing that clients can ask for; a function that runs in a worker."""
+"""Operation: a function of the server that runs in a worker."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,10 +14,9 @@ from trajopt.values.errors.arguments import checked
 
 
 class Lane(Enum):
-    """Which processes do it: those that plan, the one for what takes milliseconds, those that drive.
+    """Group of processes: planning, fast operations, driving, 3-D pages, storage.
 
-    Each 3-D page has one while it is open. Where sessions are kept on disk one process does that, and nothing
-    that clients ask.
+    Each open 3-D page has its own process. The process that stores sessions runs no requests of clients.
     """
 
     PLANNING = auto()
@@ -35,11 +34,11 @@ class Lane(Enum):
 @checked
 @dataclass(frozen=True)
 class Answer(Value):
-    """What an operation returns.
+    """Result of an operation.
 
     Attributes:
-        document: The answer, plain data that JSON can hold.
-        state: What the session holds from now on; None where it stays as it was.
+        document: The answer, plain data for JSON.
+        state: The new content of the session; None if unchanged.
     """
 
     document: object
@@ -47,22 +46,22 @@ class Answer(Value):
 
 
 Run: TypeAlias = Callable[[SessionState, Node, Watch], Answer]
-"""What the session holds, the arguments, and how to tell of it -> the answer.
+"""Content of the session, arguments, and the watch -> the answer.
 
-It raises a `TrajoptError` where the arguments are wrong: the client is told what it says.
+It raises a `TrajoptError` for invalid arguments, whose message is sent to the client.
 """
 
 
 @checked
 @dataclass(frozen=True)
 class Operation(Value):
-    """A thing that clients can ask for.
+    """An operation of the server.
 
     Attributes:
-        run: Does it.
-        lane: Which processes do it.
-        edits: Whether it may change what the session holds: such requests wait for each other.
-        attached: Whether it takes bytes beside its arguments.
+        run: The function.
+        lane: Its group of processes.
+        edits: Whether it may change the session: such requests are serialised.
+        attached: Whether it accepts bytes in addition to its arguments.
     """
 
     run: Run
@@ -72,7 +71,7 @@ class Operation(Value):
 
 
 def operations_of(modules: tuple[str, ...]) -> Mapping[str, Operation]:
-    """Return the operations of some modules by name: what each of them calls `OPERATIONS`."""
+    """Return the operations of modules by name, from their `OPERATIONS`."""
     found: dict[str, Operation] = {}
     for module in modules:
         found.update(cast("Mapping[str, Operation]", import_module(module).OPERATIONS))

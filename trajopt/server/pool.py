@@ -15,17 +15,17 @@ from trajopt.server.worker_process import WorkerLost, WorkerProcess, lost
 
 _LOG = logging.getLogger("trajopt.server")
 AGAIN = 1.0
-"""A worker that did not come up is tried again after so long [s]; as long as clients wait before they do."""
+"""Delay before another start of a failed worker [s], equal to the retry delay of clients."""
 MEMORY = 0.01
-"""Weight of the newest request in the mean of how long requests take: the last hundred or so count."""
+"""Weight of the newest request in the mean duration: about a hundred requests count."""
 
 
 class Pool:
-    """Workers and the requests that wait for them.
+    """Workers and their waiting requests.
 
     Attributes:
-        restarts: Workers that were started in place of one that had ended.
-        busy: Workers at work.
+        restarts: Number of replaced workers.
+        busy: Number of working workers.
     """
 
     def __init__(
@@ -37,14 +37,14 @@ class Pool:
         *,
         eager: bool = True,
     ) -> None:
-        """Take what the workers are told; they are started by `start`.
+        """Store the options; `start` starts the workers.
 
         Args:
             name: For the log.
-            hello: What each worker is told first.
-            size: Workers.
+            hello: First message to each worker.
+            size: Number of workers.
             limits: Of the queue and of requests.
-            eager: Whether workers are started before anything is asked of them.
+            eager: Whether workers are started before the first request.
         """
         self.restarts = self.busy = 0
         self._name, self._hello, self._size, self._limits = name, hello, size, limits
@@ -74,7 +74,7 @@ class Pool:
         """Start the workers; returns when they are ready.
 
         Raises:
-            WorkerLost: If one does not come up.
+            WorkerLost: If one does not start.
         """
         self._slots = [asyncio.create_task(self._slot()) for _ in range(self._size)]
         if self._eager:
@@ -85,7 +85,7 @@ class Pool:
                 raise next(error for slot in self._slots if slot.done() and (error := slot.exception()))
 
     async def close(self) -> None:
-        """End all workers, and refuse what waits and what is asked from now on."""
+        """End all workers, and refuse waiting and further requests."""
         self._closed = True
         for slot in self._slots:
             slot.cancel()
@@ -94,14 +94,14 @@ class Pool:
             (await self._queue.take()).refuse(_closing())
 
     def submit(self, owner: str, assignment: Assignment) -> Job:
-        """Let a request wait for a worker.
+        """Queue a request.
 
         Args:
             owner: Id of its session.
-            assignment: What is to be done.
+            assignment: The work.
 
         Raises:
-            Refusal: If too many wait, of this session or of all, or the pool is closed.
+            Refusal: If too many requests wait, of this session or in total, or the pool is closed.
         """
         if self._closed:
             raise _closing()
@@ -119,7 +119,7 @@ class Pool:
         return Refusal(Why.FULL, reason, retry_after=wait)
 
     async def _slot(self) -> None:
-        """Keep one worker, and give it one request after the other."""
+        """Maintain one worker, and pass requests to it in sequence."""
         worker: WorkerProcess | None = None
         try:
             if self._eager:
@@ -154,7 +154,7 @@ class Pool:
         return worker
 
     async def _served(self, worker: WorkerProcess, job: Job) -> bool:
-        """Have a worker do a request; say whether the worker can do another."""
+        """Pass a request to a worker; return whether the worker can continue."""
         if job.over:
             return True
         self.busy += 1
@@ -176,7 +176,7 @@ class Pool:
             self.busy -= 1
 
     def _finished(self, worker: WorkerProcess, job: Job, said: FromWorker) -> bool:
-        """Pass on what a worker said at the end; say whether it has not grown so much that it must go."""
+        """Pass on the worker's answer; return whether its memory is still acceptable."""
         match said:
             case Answered():
                 self._over(job, said)
@@ -203,7 +203,7 @@ Item = TypeVar("Item")
 
 
 class FairQueue(Generic[Item]):
-    """Items with their owners: owners take turns, and the items of one keep their order."""
+    """Items with owners: owners take turns, and each owner's items keep their order."""
 
     def __init__(self) -> None:
         """Hold nothing yet."""
@@ -211,11 +211,11 @@ class FairQueue(Generic[Item]):
         self._there = asyncio.Semaphore(0)
 
     def __len__(self) -> int:
-        """Return how many items wait."""
+        """Return the number of items."""
         return sum(map(len, self._waiting.values()))
 
     def of(self, owner: object) -> int:
-        """Return how many items of an owner wait."""
+        """Return the number of an owner's items."""
         return len(self._waiting.get(owner, ()))
 
     def put(self, owner: object, item: Item) -> None:
@@ -224,7 +224,7 @@ class FairQueue(Generic[Item]):
         self._there.release()
 
     def discard(self, owner: object, item: Item) -> bool:
-        """Take an item out, and say whether it was there."""
+        """Remove an item; return whether it was queued."""
         line = self._waiting.get(owner)
         if line is None or item not in line:
             return False

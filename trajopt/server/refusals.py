@@ -1,4 +1,4 @@
-"""Why a request got no answer: told to the client in words, and in one of a few kinds."""
+"""Refusals of requests, of a few kinds, with a reason for the client."""
 
 from enum import Enum
 
@@ -6,7 +6,7 @@ from trajopt.values.errors import TrajoptError
 
 
 class Why(Enum):
-    """Kinds of refusals; each value is what the wire calls it."""
+    """Kinds of refusals; each value is its name in messages."""
 
     MALFORMED = "malformed"
     UNKNOWN = "unknown"
@@ -22,12 +22,12 @@ class Why(Enum):
 
 
 class Refusal(TrajoptError):
-    """A request got no answer.
+    """A refused request.
 
     Attributes:
         why: The kind.
-        reason: What was wrong, in a sentence.
-        retry_after: When it may be worth to ask again [s]; None where it is not.
+        reason: The reason, in a sentence.
+        retry_after: Delay before a sensible retry [s]; None without one.
     """
 
     def __init__(self, why: Why, reason: str, *, retry_after: float | None = None) -> None:

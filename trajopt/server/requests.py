@@ -1,4 +1,4 @@
-"""A request as who asks sees it: the answer, how it ended, and how to end it from elsewhere."""
+"""A request from the caller's view: answer, outcome and cancellation."""
 
 import asyncio
 import time
@@ -33,16 +33,16 @@ class Reply(Value):
 
 @dataclass(eq=False)
 class Done:
-    """A request that is over.
+    """A finished request.
 
     Attributes:
-        operation: What was asked.
+        operation: Name of the operation.
         session: Id of the session.
-        why: Why there is no answer; None where there is one.
-        reason: The same in a sentence.
-        waited: Time until a worker began with it, where there is an answer [s].
-        seconds: Time from when it was asked [s].
-        cpu: Processor time of the worker, where there is an answer [s].
+        why: Kind of refusal; None with an answer.
+        reason: The reason in a sentence.
+        waited: Time until a worker began, with an answer [s].
+        seconds: Total time [s].
+        cpu: CPU time of the worker, with an answer [s].
     """
 
     operation: str
@@ -56,12 +56,12 @@ class Done:
 
 @contextmanager
 def counted(session: str, operation: str, observer: Callable[[Done], None] | None) -> Generator[Done]:
-    """Take note of how a request ends, and tell the observer when it is over.
+    """Record the outcome of a request, and notify the observer.
 
     Args:
         session: Id of its session.
-        operation: What is asked.
-        observer: Told; nobody when None.
+        operation: Name of the operation.
+        observer: The observer, or None.
     """
     begin, done = time.monotonic(), Done(operation, session)
     try:
@@ -82,7 +82,7 @@ def counted(session: str, operation: str, observer: Callable[[Done], None] | Non
 
 
 class Cancellation:
-    """Ends a request from elsewhere: give it to `ask`, and call it."""
+    """Cancels a request from elsewhere: pass it to `ask`, and call it."""
 
     def __init__(self) -> None:
         """Belong to no request yet."""
@@ -90,7 +90,7 @@ class Cancellation:
         self._called = False
 
     def __call__(self) -> None:
-        """End the request: a plan returns what it has so far; what still waits is refused."""
+        """Cancel the request: a plan returns its best motion so far; a waiting request is refused."""
         self._called = True
         if self._job is not None:
             self._job.cancel()

@@ -1,4 +1,4 @@
-"""A service with its faces, from the first to the last: until the process is told to end."""
+"""A service with all its faces, until the process is told to end."""
 
 import asyncio
 import signal
@@ -12,7 +12,7 @@ from trajopt.server.service import OPERATIONS, Service
 from trajopt.server.warehouse import Warehouse
 
 Face: TypeAlias = Callable[[Service, asyncio.Event], Awaitable[None]]
-"""Serves a started service until an event is set: one protocol on one port or several."""
+"""Serves a started service until an event is set: one protocol on one or several ports."""
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -25,21 +25,21 @@ async def run_faces(
     observer: Callable[[Done], None] | None = None,
     warehouse: Warehouse | None = None,
 ) -> None:
-    """Start a service, serve it by all its faces, and end it when the process is told to, or a face fails.
+    """Start a service and its faces, and end them when the process is told to, or a face fails.
 
-    The service ends first: its faces refuse new requests meanwhile, and answer those that were under way.
+    The service ends first: meanwhile its faces refuse new requests, and answer running ones.
 
     Args:
         robots: The robots by name.
         faces: Its faces.
-        limits: What clients may take.
+        limits: Limits of clients.
         modules: Modules with the operations that the faces need.
-        observer: Called with each request that is over.
-        warehouse: Where sessions are kept, and found again.
+        observer: Called with each finished request.
+        warehouse: Storage of sessions.
 
     Raises:
-        OSError: If a face cannot listen where it should.
-        Refusal: If the workers do not come up.
+        OSError: If a face cannot listen on its address.
+        Refusal: If the workers do not start.
     """
     told, stop, loop = asyncio.Event(), asyncio.Event(), asyncio.get_running_loop()
     for each in SIGNALS:

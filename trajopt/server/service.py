@@ -38,9 +38,9 @@ class Service:
 
     Attributes:
         robots: The robots by name.
-        limits: What clients may take.
+        limits: Limits of clients.
         sessions: The sessions.
-        operations: What can be asked, by name.
+        operations: The operations by name.
         pools: The workers of each lane.
     """
 
@@ -54,14 +54,14 @@ class Service:
         observer: Callable[[Done], None] | None = None,
         warehouse: Warehouse | None = None,
     ) -> None:
-        """Take what is served.
+        """Store the options.
 
         Args:
-            robots: The robots by name, the one that is meant where none is named first.
-            limits: What clients may take.
-            modules: Modules whose `OPERATIONS` can be asked for.
-            observer: Called with each request that is over.
-            warehouse: Where sessions are kept, and found again when the service starts; nowhere when None.
+            robots: The robots by name, the default one first.
+            limits: Limits of clients.
+            modules: Modules with `OPERATIONS`.
+            observer: Called with each finished request.
+            warehouse: Storage of sessions, which are restored at the start; None for none.
 
         Raises:
             ProblemError: If there is no robot.
@@ -108,10 +108,10 @@ class Service:
 
     @checked
     async def close(self, *, drain: float) -> None:
-        """Take no more requests, stop the robots that are being driven, and end the workers.
+        """Refuse further requests, stop driven robots, and end the workers.
 
         Args:
-            drain: How long requests that a worker has begun with may still take [s].
+            drain: Time for running requests to finish [s].
         """
         self._closing = True
         for run in self._driving.values():
@@ -123,17 +123,17 @@ class Service:
 
     @property
     def closing(self) -> bool:
-        """Whether no more requests are taken."""
+        """Whether further requests are refused."""
         return self._closing
 
     @checked
     def create(self, robot: str = "", *, face: str = "") -> Session:
-        """Begin a session: a robot in an empty world, each group in its first named state.
+        """Create a session: a robot in an empty world, each group in its first named state.
 
         Args:
-            robot: Its name; the first one where it is empty.
-            face: Name of the face of the server that it is for, if it is for one: it stays although nobody
-                uses it, and the one of before a restart is returned where that was kept.
+            robot: Its name; the first robot if empty.
+            face: Name of the face that owns it, if any: such a session is not removed when unused, and is
+                found again after a restart if it was stored.
 
         Raises:
             RobotNotFound: If there is no such robot.
@@ -147,7 +147,7 @@ class Service:
         return known or self.sessions.add(*self._empty_scene(name), face=face)
 
     def _empty_scene(self, name: str) -> tuple[PackedScene, list[float]]:
-        """Return a robot in an empty world, and where it stands [rad | m]."""
+        """Return a robot in an empty world, and its default configuration [rad | m]."""
         if name not in self._empty:
             loaded = self.robots[name]
             state = SessionState(name, Scene(loaded), initial_positions(loaded))
@@ -156,7 +156,7 @@ class Service:
 
     @checked
     def fork(self, session: Session) -> Session:
-        """Begin a session with what another one holds now; from then on they are apart.
+        """Create a session with the present content of another.
 
         Raises:
             Refusal: If there are too many sessions, or the server is closing.
@@ -177,16 +177,16 @@ class Service:
 
     @checked
     async def remove(self, name: str) -> None:
-        """Forget a session, on the disk too; what it is driving stops.
+        """Remove a session, also from disk; its driven robot stops.
 
         Raises:
-            Refusal: If there is none of that id, or it could not be removed from the disk.
+            Refusal: If there is none of that id, or it could not be removed from disk.
         """
         self.sessions.remove(name)
         await self._forgotten()
 
     async def _forgotten(self) -> None:
-        """Remove from the disk what is no session any more."""
+        """Delete stored sessions that no longer exist."""
         for session in self.sessions.taken_gone():
             if self._keeper is not None:
                 await self._keeper.forget(session)
@@ -203,16 +203,16 @@ class Service:
         listener: Listener | None = None,
         cancellation: Cancellation | None = None,
     ) -> Reply:
-        """Ask for an operation, and wait for the answer. Whoever is cancelled here cancels the request.
+        """Run an operation, and wait for the answer. Cancelling this coroutine cancels the request.
 
         Args:
-            session: Whose scene and robot it is about; what it changes, the session holds afterwards.
+            session: The session of its scene and robot, which stores its changes.
             operation: Its name.
             arguments: JSON, or plain data.
-            attachment: What comes beside them, as the operation knows it.
-            seconds: Time that it may take, waiting included [s]; no more than the limits allow.
-            listener: Told, as JSON, how far it is.
-            cancellation: Ends it from elsewhere.
+            attachment: Bytes for the operation.
+            seconds: Time limit, waiting included [s]; at most that of the limits.
+            listener: Receives the progress as JSON.
+            cancellation: Cancels it from elsewhere.
 
         Raises:
             Refusal: If it is not answered.
@@ -251,7 +251,7 @@ class Service:
             return Reply(answered.body, answered.cpu)
 
     def _check(self, session: Session, operation: Operation, size: int) -> None:
-        """Refuse what need not wait for a worker to be refused."""
+        """Refuse invalid requests before they wait for a worker."""
         self._check_open()
         if size > self.limits.body:
             raise Refusal(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {size}")
@@ -268,7 +268,7 @@ class Service:
             )
 
     def _longest(self, lane: Lane) -> float:
-        """Return the time that a request of a lane may take [s]."""
+        """Return the time limit of a lane's requests [s]."""
         limits = self.limits
         return {Lane.DRIVING: limits.run_seconds, Lane.VIEWING: limits.view_seconds}.get(lane, limits.seconds)
 
@@ -283,7 +283,7 @@ class Service:
             raise Refusal(Why.CLOSING, "the server is closing")
 
     async def _answered(self, session: Session, operation: Operation, job: Job) -> Answered:
-        """Wait for the answer, and have the session hold what it changed; who is cancelled cancels it."""
+        """Wait for the answer, and store its changes in the session; cancelling this cancels the request."""
         try:
             if not operation.lane.takes_robot:
                 return await self._held(session, operation, job)
@@ -305,7 +305,7 @@ class Service:
             driving.exception()  # nobody may wait
 
     async def _held(self, session: Session, operation: Operation, job: Job) -> Answered:
-        """Wait for the answer, and have the session hold what it changed."""
+        """Wait for the answer, and store its changes in the session."""
         await asyncio.wait((job.done,))  # a task that is cancelled would cancel the future
         answered = job.done.result()
         scene = None if answered.scene is None else PackedScene.of(session.robot, answered.scene)
@@ -329,10 +329,10 @@ class Service:
         *,
         driven: bool,
     ) -> None:
-        """Have a session hold what was changed, once it is kept; who is cancelled meanwhile waits for that.
+        """Apply changes to a session once they are on disk; a cancelled caller waits for that.
 
         Raises:
-            Refusal: If it could not be kept; then nothing is changed, but where a driven robot has got to.
+            Refusal: If they could not be stored; then nothing changes except the place of a driven robot.
         """
 
         async def settle() -> None:
@@ -353,7 +353,7 @@ class Service:
 
     @contextmanager
     def _asked(self) -> Generator[None]:
-        """Know who asks, so that closing gives them a moment."""
+        """Register the caller, so that closing waits for it briefly."""
         task = cast("asyncio.Task[Any]", asyncio.current_task())
         self._asking.add(task)
         try:

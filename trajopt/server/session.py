@@ -1,4 +1,4 @@
-"""Sessions: what each client has the server remember."""
+"""Sessions: the server's state of each client."""
 
 import asyncio
 import re
@@ -14,27 +14,27 @@ from trajopt.server.refusals import Refusal, Why
 from trajopt.server.state import PackedScene
 
 ID_BYTES = 16
-"""Length of a session's id: nobody guesses 128 random bits, so who knows it may use the session."""
+"""Bytes of a session's id; 128 random bits cannot be guessed, so the id grants access."""
 ID = re.compile("[A-Za-z0-9_-]{22}")
-"""What ids look like."""
+"""Format of ids."""
 SHOWN = 6
-"""Characters of an id in the log: enough to tell them apart, too few to use one."""
+"""Characters of an id in the log: enough to distinguish ids, too few to use one."""
 
 
 @dataclass(eq=False)
 class Session:
-    """A robot in a scene of its own.
+    """A robot in its own scene.
 
     Attributes:
         id: Its id.
-        scene: What is around the robot, as workers keep it.
-        positions: Where the joints are [rad | m].
-        stamps: When clouds in the scene were measured, by name [s].
-        revision: How many times the scene was changed.
-        kept: Whether it stays although nobody uses it.
-        used: When it was last used, on the monotonic clock [s].
-        editors: How many changes of the scene are under way or wait for their turn.
-        run: The request that drives the robot, if one does.
+        scene: Its scene, packed by workers.
+        positions: Of the joints [rad | m].
+        stamps: Measurement times of clouds in the scene, by name [s].
+        revision: Number of changes of the scene.
+        kept: Whether it stays although unused.
+        used: Time of last use, on the monotonic clock [s].
+        editors: Number of running and waiting changes of the scene.
+        run: The request that drives the robot, if any.
     """
 
     id: str
@@ -64,17 +64,17 @@ class Session:
             self.editors -= 1
 
     def stand(self) -> None:
-        """Take note that the robot is driven no more."""
+        """Record that the robot is no longer driven."""
         self.run = None
 
     def move(self, positions: list[float]) -> None:
-        """Take note of where the robot is [rad | m]."""
+        """Record the robot's positions [rad | m]."""
         self.positions = positions
 
     def replace(
         self, scene: PackedScene | None, positions: list[float] | None, stamps: dict[str, float]
     ) -> None:
-        """Take what a worker returned: a new scene with its clouds' stamps, or where the robot is now."""
+        """Store a worker's result: a new scene with its clouds' stamps, or new positions."""
         if scene is not None:
             self.stamps = stamps
         if scene is not None and scene.key != self.scene.key:
@@ -86,7 +86,7 @@ class Session:
 
 
 class Sessions:
-    """All sessions, no more than there may be."""
+    """All sessions, up to a limit."""
 
     def __init__(self, limits: Limits) -> None:
         """Have none yet."""
@@ -94,11 +94,11 @@ class Sessions:
         self._gone: list[Session] = []
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of sessions."""
         return len(self._all)
 
     def __contains__(self, session: Session) -> bool:
-        """Say whether a session is one of them."""
+        """Return whether a session exists."""
         return self._all.get(session.id) is session
 
     def put(self, session: Session) -> None:
@@ -106,7 +106,7 @@ class Sessions:
         self._all[session.id] = session
 
     def of_face(self, face: str, robot: str) -> Session | None:
-        """Return the session of a face with a robot; None where there is none."""
+        """Return the session of a face with a robot, or None."""
         return next((each for each in self._all.values() if (each.face, each.robot) == (face, robot)), None)
 
     def taken_gone(self) -> list[Session]:
@@ -122,7 +122,7 @@ class Sessions:
         face: str = "",
         stamps: Mapping[str, float] | None = None,
     ) -> Session:
-        """Add a session; the one that is unused for longest goes where there are too many.
+        """Add a session; if there are too many, the longest unused one is removed.
 
         Raises:
             Refusal: If all are in use.
@@ -147,10 +147,10 @@ class Sessions:
         return session
 
     def remove(self, name: str) -> None:
-        """Forget a session; what it is driving stops.
+        """Remove a session; its driven robot stops.
 
         Raises:
-            Refusal: If there is none.
+            Refusal: If there is none of that id.
         """
         session = self.get(name)
         if session.run is not None:

@@ -1,6 +1,6 @@
-"""What a session holds: a scene and where its robot stands, and how both are kept as bytes.
+"""Content of a session: a scene and its robot's positions, and their form as bytes.
 
-The process that clients talk to never looks into these bytes: only workers make them and read them.
+The process that communicates with clients never reads these bytes; only workers do.
 """
 
 import pickle
@@ -19,13 +19,13 @@ from trajopt.values.errors.arguments import checked
 @checked
 @dataclass(frozen=True, eq=False)
 class SessionState(Value):
-    """A robot among objects, and where its joints are.
+    """A robot among objects, and its positions.
 
     Attributes:
-        robot: Name by which the server knows the robot.
-        scene: What is around it.
+        robot: Name of the robot on the server.
+        scene: Its surroundings.
         positions: Of all joints, shape (number of joints,) [rad | m].
-        stamps: When clouds in the scene were measured, by their names, on their sensors' own clock [s].
+        stamps: Measurement times of clouds in the scene, by name, on their sensors' clocks [s].
     """
 
     robot: str
@@ -35,7 +35,7 @@ class SessionState(Value):
 
     @property
     def named_positions(self) -> dict[str, float]:
-        """Where all joints are, by name [rad | m]."""
+        """Positions of all joints, by name [rad | m]."""
         return dict(zip(self.scene.robot.joint_names, self.positions.tolist(), strict=True))
 
 
@@ -76,8 +76,8 @@ def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> Scene:
     """Return the scene of `packed`.
 
     Args:
-        scene: What `packed` returned, in this process or in another of the same server; nothing else.
-        robots: The robots by name, those with which it was packed.
+        scene: A result of `packed`, from this process or another of the same server; nothing else.
+        robots: The robots by name, with which it was packed.
     """
 
     class Unpickler(pickle.Unpickler):

@@ -1,4 +1,4 @@
-"""Watch: what an operation is told while it works, and tells of itself."""
+"""Watch: limits, cancellation and progress of a running operation."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -10,22 +10,22 @@ from trajopt.scene.scene import Scene
 from trajopt.values.errors.arguments import checked
 
 SPACING = 0.05
-"""Steps of a solver are told at most so often [s]: a reader takes in no more, and each costs the planner."""
+"""Shortest interval between progress messages of solver steps [s]."""
 ATTEMPT = "optimise"
-"""The stage with which each attempt begins in earnest."""
+"""The first long stage of each attempt."""
 
 
 class Watch:
-    """What a request may take, whether it is still wanted, and who listens.
+    """Limits, cancellation and listener of a request.
 
     Attributes:
-        cancel: Set once nobody wants the answer any more.
-        heard: Whether anybody listens.
+        cancel: Set when the answer is no longer needed.
+        heard: Whether there is a listener.
         triangles: Most triangles of all meshes in a request.
         points: Most points of a trajectory in a request.
         cloud: Most points of a cloud in a request.
-        attachment: What came with the request beside its arguments, as it came.
-        driven: Whether the session's robot is being driven by another request: then that says where it is.
+        attachment: Bytes of the request in addition to its arguments.
+        driven: Whether another request drives the session's robot and determines its positions.
     """
 
     def __init__(
@@ -42,13 +42,13 @@ class Watch:
         """Start the clock.
 
         Args:
-            seconds: Time that the request may take [s].
-            tell: Sends feedback, and where the robot stands; None where nobody listens.
+            seconds: Time limit of the request [s].
+            tell: Sends progress and robot positions; None without a listener.
             triangles: Most triangles of all meshes in a request.
             points: Most points of a trajectory in a request.
             cloud: Most points of a cloud in a request.
-            attachment: What came with the request beside its arguments.
-            driven: Whether the session's robot is being driven by another request.
+            attachment: Bytes of the request in addition to its arguments.
+            driven: Whether another request drives the session's robot.
         """
         self.cancel, self.heard = Event(), tell is not None
         self.triangles, self.points, self.cloud = triangles, points, cloud
@@ -66,17 +66,17 @@ class Watch:
 
     @checked
     def tell(self, document: Mapping[str, object], positions: list[float] | None = None) -> None:
-        """Tell whoever listens.
+        """Send progress.
 
         Args:
             document: Plain data.
-            positions: Where all joints of the session's robot are now, if that changed [rad | m].
+            positions: New positions of all joints of the session's robot, if they changed [rad | m].
         """
         if self._tell is not None:
             self._tell(document, positions)
 
     def progress(self, stage: str, step: Iteration | None) -> None:
-        """Tell the stage of planning and the solver's step; `plan` calls it."""
+        """Send the stage of planning and the solver's step; called by `plan`."""
         now = time.monotonic()
         if stage == ATTEMPT and step is None:
             self._attempt += 1
@@ -87,18 +87,18 @@ class Watch:
         self.tell({"stage": stage, "attempt": self._attempt, **numbers, "best": self._best})
 
     def incumbent(self, result: Result) -> None:
-        """Tell that there is a motion, or a better one; `plan` calls it."""
+        """Report a motion, or a better one; called by `plan`."""
         self._best = result.cost
         self.tell({"stage": self._stage, "attempt": self._attempt, "best": self._best})
 
     @checked
     def change(self, scene: Callable[[], Scene]) -> None:
-        """Take note of a new scene, which is read when it is asked for; any thread may call it."""
+        """Store a new scene, which is unpacked on demand; callable from any thread."""
         with self._lock:
             self._scene = scene
 
     def changed(self) -> Scene | None:
-        """Return the scene that the session has got since the last call; None where it is as it was."""
+        """Return the session's scene if it changed since the last call, else None."""
         with self._lock:
             scene, self._scene = self._scene, None
         return None if scene is None else scene()

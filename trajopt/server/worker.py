@@ -1,4 +1,4 @@
-"""A worker: a process that does one request after the other, and tells how far it is.
+"""A worker: a process that handles requests in sequence, with progress.
 
 It reads messages from the socket whose number is its argument, and ends when that is closed.
 """
@@ -48,11 +48,11 @@ from trajopt.values.documents.files import parse_json
 from trajopt.values.errors import TrajoptError
 
 SCENES = 8
-"""Scenes that are kept unpacked, with what was computed of them."""
+"""Number of scenes kept unpacked, with their derived data."""
 DEATH_SIGNAL = 1
 """Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
 REQUEST = "request"
-"""What complaints call the file that a request would be."""
+"""Name of a request in error messages instead of a file name."""
 _JSON = msgspec.json.Encoder()
 
 
@@ -76,7 +76,7 @@ class Channel:
 
 
 class Worker:
-    """Does what the server asks, one request after the other."""
+    """Handles the server's requests in sequence."""
 
     def __init__(self, channel: Channel, hello: Hello) -> None:
         """Load the robots and the operations."""
@@ -150,7 +150,7 @@ class Worker:
         return self._scenes.get(scene.key, lambda: unpacked(scene, self._robots))
 
     def _listen(self) -> None:
-        """Take in messages while requests are done; a worker that hears nothing any more ends."""
+        """Receive messages while requests run; a worker whose socket closed ends."""
         try:
             while (message := self._channel.receive()) is not None:
                 self._hear(message)
@@ -160,7 +160,7 @@ class Worker:
         os._exit(0)  # in the midst of a request nobody waits for
 
     def _hear(self, message: ToWorker) -> None:
-        """Take in a message; the request that it is about may be over meanwhile."""
+        """Receive a message; its request may be over."""
         match message:
             case Request():
                 watch = self._watch(message)
@@ -192,7 +192,7 @@ class Worker:
 
 
 def _die_with_parent() -> None:
-    """Have the system end this process when the server ends, where it can: even in the midst of a core."""
+    """Make the system end this process with the server, if supported, also during native code."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
 

@@ -13,23 +13,23 @@ from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, Read
 from trajopt.server.refusals import Refusal, Why
 
 START = 120.0
-"""A worker that has not loaded its robots after so long is given up [s]."""
+"""Time-out of a worker's start [s]."""
 READ_AT_ONCE = 2**20
 """Bytes of a worker's answer that are taken in before its reader is woken: most answers are shorter."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""The libraries' own threads would take the cores of the other workers."""
+"""Environment that keeps libraries from using the cores of other workers."""
 
 
 class WorkerLost(Exception):
-    """A worker has ended; says how."""
+    """A worker has ended; the message describes how."""
 
 
 class WorkerProcess:
-    """A process that does one request after the other.
+    """A process that handles requests in sequence.
 
     Attributes:
         pid: Its id.
-        memory: What it had of memory when it was ready [bytes].
+        memory: Its memory when it was ready [bytes].
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class WorkerProcess:
         """Start a worker, and wait until it has loaded its robots.
 
         Raises:
-            WorkerLost: If it cannot be started, ends before, or takes too long.
+            WorkerLost: If it cannot be started, ends early, or takes too long.
         """
         try:
             process, mine = _started()
@@ -74,7 +74,7 @@ class WorkerProcess:
         return worker
 
     def send(self, message: ToWorker) -> None:
-        """Send a message; one that has ended hears nothing."""
+        """Send a message; ignored if the worker has ended."""
         self._writer.write(framed(message))
 
     async def receive(self) -> FromWorker:
@@ -90,7 +90,7 @@ class WorkerProcess:
             raise WorkerLost(await self._ending()) from error
 
     def kill(self) -> None:
-        """End it at once, whatever it does."""
+        """Kill it immediately."""
         if self._process.poll() is None:
             self._process.kill()
 
@@ -101,7 +101,7 @@ class WorkerProcess:
         await asyncio.to_thread(self._process.wait)
 
     async def _ending(self) -> str:
-        """Say how it ended."""
+        """Describe its end."""
         self.kill()  # a socket that is closed while the process lives is of no use either
         code = await asyncio.to_thread(self._process.wait)
         self._writer.close()
@@ -132,5 +132,5 @@ def _started() -> tuple[subprocess.Popen[bytes], socket.socket]:
 
 
 def lost(error: WorkerLost) -> Refusal:
-    """Return what the client of the request is told that its worker did not survive."""
+    """Return the message to the client of a request whose worker ended."""
     return Refusal(Why.WORKER_LOST, f"the process that did it has ended ({error}); others go on")

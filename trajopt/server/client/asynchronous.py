@@ -34,14 +34,14 @@ class AsyncClient:
         timeout: float = 120.0,
         connections: int = 100,
     ) -> None:
-        """Know where the server is; it is not asked for anything yet.
+        """Store the address; no request is sent yet.
 
         Args:
             url: Its address, such as "http://127.0.0.1:8080".
-            token: What it lets in with.
-            patience: A server that is full is asked again for so long [s].
-            timeout: A server that says nothing for so long is given up [s].
-            connections: To the server at a time.
+            token: Access token.
+            patience: Time for which requests to a full server are repeated [s].
+            timeout: Time-out of a silent server [s].
+            connections: Largest number of simultaneous connections.
         """
         headers = {"authorization": f"Bearer {token}"} if token else {}
         most = httpx.Limits(max_connections=connections, max_keepalive_connections=connections)
@@ -68,13 +68,13 @@ class AsyncClient:
 
     @checked
     async def session(self, robot: str = "") -> "AsyncSession":
-        """Begin a session with a robot, the server's first one where none is named."""
+        """Create a session with a robot, by default the server's first one."""
         begun = await self.send(Call("POST", "/sessions", {"robot": robot}))
         return AsyncSession(self, begun["session"], begun["robot"])
 
     @checked
     async def resume(self, session: str) -> "AsyncSession":
-        """Return a session that there is already, by its id: one of another client, or of before a restart.
+        """Return an existing session by its id: of another client, or from before a restart.
 
         Raises:
             ServerError: If the server has none of that id.
@@ -133,7 +133,7 @@ class AsyncSession(SessionCalls[Awaitable[Document]]):
         self._client = client
 
     async def fork(self) -> "AsyncSession":
-        """Begin another session with what this one holds now."""
+        """Create another session with the present content of this one."""
         begun = await self._send(Call("POST", f"/sessions/{self.id}/fork", {}))
         return AsyncSession(self._client, begun["session"], begun["robot"])
 

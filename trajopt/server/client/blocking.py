@@ -24,13 +24,13 @@ class Client:
 
     @checked
     def __init__(self, url: str, *, token: str = "", patience: float = 30.0, timeout: float = 120.0) -> None:
-        """Know where the server is; it is not asked for anything yet.
+        """Store the address; no request is sent yet.
 
         Args:
             url: Its address, such as "http://127.0.0.1:8080".
-            token: What it lets in with.
-            patience: A server that is full is asked again for so long [s].
-            timeout: A server that says nothing for so long is given up [s].
+            token: Access token.
+            patience: Time for which requests to a full server are repeated [s].
+            timeout: Time-out of a silent server [s].
         """
         headers = {"authorization": f"Bearer {token}"} if token else {}
         self._http = httpx.Client(base_url=url, headers=headers, timeout=timeout)
@@ -56,13 +56,13 @@ class Client:
 
     @checked
     def session(self, robot: str = "") -> "Session":
-        """Begin a session with a robot, the server's first one where none is named."""
+        """Create a session with a robot, by default the server's first one."""
         begun = self.send(Call("POST", "/sessions", {"robot": robot}))
         return Session(self, begun["session"], begun["robot"])
 
     @checked
     def resume(self, session: str) -> "Session":
-        """Return a session that there is already, by its id: one of another client, or of before a restart.
+        """Return an existing session by its id: of another client, or from before a restart.
 
         Raises:
             ServerError: If the server has none of that id.
@@ -130,7 +130,7 @@ class Session(SessionCalls[Document]):
         self.close()
 
     def fork(self) -> "Session":
-        """Begin another session with what this one holds now."""
+        """Create another session with the present content of this one."""
         begun = self._send(Call("POST", f"/sessions/{self.id}/fork", {}))
         return Session(self._client, begun["session"], begun["robot"])
 

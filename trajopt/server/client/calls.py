@@ -1,4 +1,4 @@
-"""What can be asked of a session, once for both kinds of clients."""
+"""The requests of a session, shared by both kinds of clients."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -19,14 +19,13 @@ from trajopt.values.trajectory import Trajectory
 
 
 class ServerError(TrajoptError):
-    """A server did not answer what was asked.
+    """A request to a server failed.
 
     Attributes:
-        status: HTTP's number of it; 0 where the server could not be reached.
-        kind: The server's word for it, such as "malformed" or "full".
-        reason: What was wrong, in a sentence.
-        retry_after: When a server that is full says to come again [s]; None where it is not full, or says so
-            otherwise.
+        status: HTTP status; 0 if the server could not be reached.
+        kind: Kind of refusal, such as "malformed" or "full".
+        reason: The reason, in a sentence.
+        retry_after: Delay before another try, as given by a full server [s]; None otherwise.
     """
 
     retry_after: float | None = None
@@ -38,19 +37,19 @@ class ServerError(TrajoptError):
 
 
 Document: TypeAlias = dict[str, Any]
-"""What a server says, as plain data."""
+"""An answer of the server, as plain data."""
 Listener: TypeAlias = Callable[[Document], None]
-"""Told how far a request is."""
+"""Receives the progress of a request."""
 FULL = 429
-"""The server has more to do than it takes on: it says when to come again."""
+"""HTTP status of a full server."""
 AGAIN = "x-retry-after"
 SHORTEST = 0.01
-"""A client that is told to come again at once still waits so long [s]."""
+"""Shortest delay before another try [s]."""
 
 
 @checked
 def trajectory_of(answer: Mapping[str, Any]) -> Trajectory | None:
-    """Return the motion of an answer; None where there is none.
+    """Return the motion in an answer, or None.
 
     Args:
         answer: Of `plan` or `follow`.
@@ -61,10 +60,10 @@ def trajectory_of(answer: Mapping[str, Any]) -> Trajectory | None:
 
 
 def document_of(response: httpx.Response) -> Any:
-    """Return what a server answered.
+    """Return the content of an answer.
 
     Raises:
-        ServerError: If it refused.
+        ServerError: If it is a refusal.
     """
     try:
         document = response.json()
@@ -85,7 +84,7 @@ def error_of(status: int, document: object) -> ServerError:
 
 
 def again_after(response: httpx.Response) -> float | None:
-    """Return when a server that is full says to come again [s]; None where it is not full."""
+    """Return the delay before another try, as given by a full server [s]; None otherwise."""
     if response.status_code != FULL:
         return None
     return max(float(response.headers.get(AGAIN, response.headers.get("retry-after", "1"))), SHORTEST)
@@ -107,10 +106,10 @@ class Events:
         self._listener, self._name = listener, ""
 
     def take(self, line: str) -> Document | None:
-        """Take a line; return the answer, once it is there.
+        """Process a line; return the answer once it is complete.
 
         Raises:
-            ServerError: If there will be none.
+            ServerError: If the request failed.
         """
         if line.startswith("event: "):
             self._name = line.removeprefix("event: ")
@@ -131,16 +130,16 @@ Reply = TypeVar("Reply")
 @checked
 @dataclass(frozen=True, eq=False)
 class Call(Value):
-    """A request as it goes out.
+    """An outgoing request.
 
     Attributes:
-        method: HTTP's.
+        method: HTTP method.
         path: Below the server's address.
         body: The arguments.
-        listener: Told how far it is; None where nobody listens.
-        timeout: Time that the server may take [s]; its own limit when None.
-        name: By which it can be cancelled; none where it is empty.
-        data: Bytes in place of JSON; the arguments are in the address then.
+        listener: Receives the progress, or None.
+        timeout: Time limit of the server [s]; its own limit if None.
+        name: Name for cancellation; may be empty.
+        data: Bytes instead of JSON; the arguments are then in the address.
     """
 
     method: str
@@ -153,7 +152,7 @@ class Call(Value):
 
     @property
     def headers(self) -> dict[str, str]:
-        """What goes out beside the body."""
+        """Headers of the request."""
         headers = {"x-request-name": self.name} if self.name else {}
         if self.data is not None:
             headers["content-type"] = "application/octet-stream"
@@ -163,10 +162,10 @@ class Call(Value):
 
     @property
     def parameters(self) -> dict[str, str]:
-        """What goes into the address.
+        """Query parameters of the address.
 
         Raises:
-            ProblemError: If an argument is no plain data.
+            ProblemError: If an argument is not plain data.
         """
         stated = {} if self.timeout is None else {"timeout": f"{self.timeout:g}"}
         if self.data is None:
@@ -176,10 +175,10 @@ class Call(Value):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The body, as httpx takes it.
+        """The body, as httpx accepts it.
 
         Raises:
-            ProblemError: If an argument is no plain data.
+            ProblemError: If an argument is not plain data.
         """
         if self.data is not None:
             return {"content": self.data}
@@ -190,10 +189,10 @@ class Call(Value):
 
 
 def _json(name: str, value: object) -> str:
-    """Return an argument as JSON; arrays and numbers of numpy's are lists and numbers.
+    """Return an argument as JSON; numpy arrays and numbers become lists and numbers.
 
     Raises:
-        ProblemError: If it is no plain data.
+        ProblemError: If it is not plain data.
     """
     try:
         return json.dumps(value, default=_plain, allow_nan=False)
@@ -208,10 +207,10 @@ def _plain(value: object) -> object:
 
 
 def cloud_bytes(points: ArrayLike) -> bytes:
-    """Return points as the server takes them: float32 x, y, z, one point after the other [m].
+    """Return points in the server's format: float32 x, y, z, point by point [m].
 
     Raises:
-        ShapeError: If they are none.
+        ShapeError: If they are not points.
     """
     try:
         rows = np.asarray(points, dtype="<f4")
@@ -223,7 +222,7 @@ def cloud_bytes(points: ArrayLike) -> bytes:
 
 
 class SessionCalls(Generic[Reply]):
-    """What can be asked of a session: a robot in a scene that the server keeps.
+    """The requests of a session: a robot in a scene stored by the server.
 
     Arguments and answers are plain data, in the words of the Python API; docs/server.md has them.
 
@@ -237,7 +236,7 @@ class SessionCalls(Generic[Reply]):
         self.id, self.robot = name, robot
 
     def __repr__(self) -> str:
-        """Say which robot, and the session's id."""
+        """Return robot and id."""
         return f"{type(self).__name__}({shown(self.robot)}, id {shown(self.id)})"
 
     def _send(self, call: Call) -> Reply:
@@ -254,14 +253,14 @@ class SessionCalls(Generic[Reply]):
         timeout: float | None = None,
         name: str = "",
     ) -> Reply:
-        """Ask for any operation.
+        """Request any operation.
 
         Args:
             operation: Its name, such as "plan".
             arguments: Plain data.
-            listener: Called with what the server says while it is done.
-            timeout: Time that the server may take [s].
-            name: By which `cancel` ends it from elsewhere.
+            listener: Receives the progress.
+            timeout: Time limit of the server [s].
+            name: Name for `cancel`.
 
         Raises:
             ServerError: If the server refuses it, or cannot be reached.
@@ -270,7 +269,7 @@ class SessionCalls(Generic[Reply]):
         return self._send(Call("POST", path, arguments or {}, listener, timeout, name))
 
     def read(self) -> Reply:
-        """Return what is in the scene, and where the robot is."""
+        """Return the content of the scene, and the robot's configuration."""
         return self._send(Call("GET", f"/sessions/{self.id}"))
 
     @checked
@@ -288,20 +287,20 @@ class SessionCalls(Generic[Reply]):
         stamp: float | None = None,
         **sensed: Any,
     ) -> Reply:
-        """Put what a sensor measured into the scene, in place of all that was seen before under that name.
+        """Add a measured cloud to the scene, or replace the earlier cloud of that name.
 
         Args:
             name: Of the cloud in the scene.
-            points: Shape (n, 3) [m]; those that are not finite are no measurements. None: nothing is seen.
-            radius: Of the ball that each point is; the points are in the world then [m].
-            stamp: When it was measured, on the sensor's own clock [s]: what is older than the newest is not
-                taken.
-            sensed: Without a radius the robot itself is left out, and the radius follows of these:
-                `positions`, `frame`, `placement`, `nearest`, `farthest`, `spacing` as of
-                `trajopt.lab.perception.PointCloud`, `cell`, `padding`, `sigmas`, `known` as of `Sensing`.
+            points: Shape (n, 3) [m]; points that are not finite are skipped. None for an empty measurement.
+            radius: Of the ball of each point; the points are then in world coordinates [m].
+            stamp: Time of the measurement on the sensor's clock [s]; older measurements than the newest are
+                ignored.
+            sensed: Without a radius the robot itself is removed, and the radius follows from these:
+                `positions`, `frame`, `placement`, `nearest`, `farthest`, `spacing` as in
+                `trajopt.lab.perception.PointCloud`, `cell`, `padding`, `sigmas`, `known` as in `Sensing`.
 
         Raises:
-            ShapeError: If the points are none.
+            ShapeError: If the points are invalid.
             ServerError: If the server refuses it, or cannot be reached.
         """
         stated = {"name": name, "radius": radius, "stamp": stamp, **sensed}
@@ -311,12 +310,12 @@ class SessionCalls(Generic[Reply]):
 
     @checked
     def motions(self, motions: Sequence[Mapping[str, Any]]) -> Reply:
-        """Say how objects move: `[{"object": "box", "times": [...], "positions": [...]}]`."""
+        """Set the motions of objects: `[{"object": "box", "times": [...], "positions": [...]}]`."""
         return self.ask("motions", {"motions": list(motions)})
 
     @checked
     def planning_scene(self, message: Mapping[str, Any]) -> Reply:
-        """Send a `moveit_msgs/PlanningScene`: the whole scene, or with `is_diff` what changes in it."""
+        """Send a `moveit_msgs/PlanningScene`: the whole scene, or, with `is_diff`, its changes."""
         return self.ask("planning_scene", message)
 
     @checked
@@ -334,8 +333,8 @@ class SessionCalls(Generic[Reply]):
         Args:
             problem: Its goal, group, start, constraints, ...
             listener: Called with stage, attempt and the best motion so far.
-            timeout: Time that the server may take [s].
-            name: By which `cancel` ends it.
+            timeout: Time limit of the server [s].
+            name: Name for `cancel`.
             options: `certificate`, `seconds`, `improve`, `method`, `every_goal`, `free_duration`, `edits`.
         """
         arguments = {"problem": dict(problem), **options}
@@ -345,12 +344,12 @@ class SessionCalls(Generic[Reply]):
     def plan_request(
         self, request: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
     ) -> Reply:
-        """Plan what a `moveit_msgs/MotionPlanRequest` asks; options as of `plan`."""
+        """Plan a `moveit_msgs/MotionPlanRequest`; options as in `plan`."""
         return self.ask("plan", {"request": dict(request), **options}, listener=listener)
 
     @checked
     def check(self, problem: Mapping[str, Any], trajectory: Mapping[str, Any]) -> Reply:
-        """Have a trajectory judged by what a problem requires."""
+        """Judge a trajectory by the requirements of a problem."""
         return self.ask("check", {"problem": dict(problem), "trajectory": dict(trajectory)})
 
     @checked
@@ -366,7 +365,7 @@ class SessionCalls(Generic[Reply]):
 
     @checked
     def cancel(self, name: str) -> Reply:
-        """End a request of that name: a plan answers with what it has."""
+        """Cancel the request of that name; a plan answers with its best motion so far."""
         return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{quote(name, safe='')}"))
 
     def close(self) -> Reply:

@@ -1,4 +1,4 @@
-"""Requests read with bounds, and answers: JSON at once, or server-sent events while it is done."""
+"""Requests read with bounds, and answers: JSON, or server-sent events with progress."""
 
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable
@@ -34,10 +34,10 @@ STATUS = {
 """How HTTP calls each kind of refusal."""
 EVENTS = "text/event-stream"
 ALIVE = 15.0
-"""Something is said at least so often, so that a client that is gone is missed [s]."""
+"""Period of keep-alive messages, which reveal a lost client [s]."""
 _ENCODER = msgspec.json.Encoder()
 Asking = Callable[[Listener | None], Awaitable[Reply]]
-"""Asks the service, with who is to be told how far it is."""
+"""Calls the service, with a listener for the progress."""
 
 
 def json_bytes(document: object) -> bytes:
@@ -51,7 +51,7 @@ def json_response(document: object, status: int = 200) -> Response:
 
 
 def refusal_response(error: TrajoptError) -> Response:
-    """Return why there is no answer."""
+    """Return a refusal as an HTTP response."""
     refusal = refusal_of(error)
     response = json_response(refusal.as_dict(), STATUS[refusal.why])
     if refusal.retry_after is not None:
@@ -62,7 +62,7 @@ def refusal_response(error: TrajoptError) -> Response:
 
 
 def refusal_of(error: TrajoptError) -> Refusal:
-    """Return an error as a refusal: what trajopt raises is about what was asked."""
+    """Return an error as a refusal; errors of trajopt are faults of the request."""
     return error if isinstance(error, Refusal) else Refusal(Why.MALFORMED, str(error))
 
 
@@ -70,7 +70,7 @@ async def body_of(request: Request, most: int, seconds: float) -> bytes:
     """Return the body of a request.
 
     Raises:
-        Refusal: If it is too large, or does not come in time.
+        Refusal: If it is too large, or does not arrive in time.
     """
     too_large = Refusal(Why.TOO_LARGE, f"a request has {most} bytes at most")
     stated = request.headers.get("content-length", "0")
@@ -94,11 +94,11 @@ async def body_of(request: Request, most: int, seconds: float) -> bytes:
 
 
 async def answered(request: Request, ask: Asking) -> Response:
-    """Ask, and return the answer; who goes away cancels the request.
+    """Call the service, and return the answer; a lost client cancels the request.
 
     Args:
-        request: With `Accept: text/event-stream` feedback and answer come as events.
-        ask: Asks the service.
+        request: With `Accept: text/event-stream`, progress and answer are sent as events.
+        ask: Calls the service.
     """
     if EVENTS in request.headers.get("accept", ""):
         return streamed(ask)
@@ -122,7 +122,7 @@ async def answered(request: Request, ask: Asking) -> Response:
 
 
 def streamed(ask: Asking) -> Response:
-    """Return feedback and answer as server-sent events; who goes away cancels the request."""
+    """Return progress and answer as server-sent events; a lost client cancels the request."""
     headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
     return StreamingResponse(_events(ask), media_type=EVENTS, headers=headers)
 
@@ -171,10 +171,10 @@ def plain(value: Any) -> Any:
 
 
 def robot_document(name: str, robot: Robot) -> dict[str, object]:
-    """Return a robot as plain data that JSON can hold; a limit that there is not is null.
+    """Return a robot as plain data for JSON; a missing limit is null.
 
     Args:
-        name: Name by which the server knows it.
+        name: Its name on the server.
         robot: The robot.
     """
     limits = robot.limits

@@ -1,4 +1,4 @@
-"""The application: what can be asked over HTTP."""
+"""The HTTP application."""
 
 import logging
 import re
@@ -38,17 +38,17 @@ from trajopt.values.errors import TrajoptError, shown
 _LOG = logging.getLogger("trajopt.server")
 PAGES = Path(__file__).parent / "pages"
 LONGEST_NAME = 64
-"""Characters of a name that a client gives to a request."""
+"""Characters of a client's name of a request."""
 VIEW_WORDS = (
     "Open a 3-D page of the session, of `group` if given. The answer is an event stream, and the page is "
     "open as long as it is read; the first `feedback` has `port` and `path` of the page, and `group`."
 )
 TIMEOUT = "timeout"
-"""What any request may have in its address."""
+"""Query parameter of all requests."""
 READ = "read"
 """The operation that has no arguments, and so no body."""
 VIEW = "viewer/page"
-"""The operation of the 3-D page; the server alone states its address, so it is not one that clients reach."""
+"""The operation of the 3-D page; not reachable by clients, as only the server states its address."""
 HOST_NAME = re.compile(r"[A-Za-z0-9.-]+")
 """Host names that a Content-Security-Policy can hold."""
 DEFAULT = HttpOptions()
@@ -56,10 +56,10 @@ Body = dict[str, Any]
 
 
 class Face:
-    """A service as HTTP sees it.
+    """The HTTP face of a service.
 
-    FastAPI has a route for everything, and describes it; but what workers are asked goes past it, since its
-    routing costs as much as all the rest that the server does for a request.
+    FastAPI routes and documents all requests; but operations of workers bypass its routing, which costs as
+    much as the rest of the server's work for a request.
 
     Attributes:
         app: FastAPI's application.
@@ -269,8 +269,8 @@ def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics 
 
     Args:
         service: The service.
-        options: Whom it lets in.
-        metrics: What `/metrics` shows.
+        options: Access control.
+        metrics: Content of `/metrics`.
     """
     attached = frozenset(name for name, each in service.operations.items() if each.attached)
     return Guard(Intake(Face(service, options, metrics), service.limits.bodies), options, attached)
@@ -288,10 +288,10 @@ def worker_request(scope: Scope) -> tuple[str, str]:
 
 
 def in_address(request: Request) -> bytes:
-    """Return the arguments of a request whose body is bytes: those of its address, each JSON, or a text.
+    """Return the arguments in the address of a request whose body is bytes, each JSON or text.
 
     Raises:
-        Refusal: If one is there twice.
+        Refusal: If one occurs twice.
     """
     found: dict[str, bytes] = {}
     for key, text in request.query_params.multi_items():
@@ -312,7 +312,7 @@ def _as_json(text: str) -> bytes:
 
 
 def words_of(operation: Operation) -> str:
-    """Return what an operation says of itself."""
+    """Return the description of an operation."""
     return " ".join((operation.run.__doc__ or "").split())
 
 

@@ -11,18 +11,18 @@ from trajopt.server.http.options import HttpOptions
 from trajopt.server.refusals import Refusal, Why
 
 OPEN = ("/health", "/", "/page.js", "/page.css")
-"""What anybody may read: whether the server is there, and a page that knows nothing."""
+"""Public paths: the health check, and a page without data."""
 JSON, BYTES = "application/json", "application/octet-stream"
-"""What bodies are. A page of another site can send neither without asking first."""
+"""Accepted content types. A page of another site cannot send either without a preflight request."""
 Denial: TypeAlias = tuple[int, str, str]
 """A status, a kind and a reason."""
 
 
 class Guard:
-    """Lets through what may come in.
+    """Checks each request for its origin, host and token.
 
-    A page of another site could otherwise have a browser on this machine use the server: it would call it by
-    the site's name (rebound to this machine), or with the site as the origin.
+    A page of another site could otherwise use the server through a browser on this machine: by mapping its
+    name to this machine, or with the site as the origin.
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions, attached: frozenset[str]) -> None:
@@ -30,8 +30,8 @@ class Guard:
 
         Args:
             app: The application.
-            options: Whom it lets in.
-            attached: Operations whose body is bytes, and not JSON.
+            options: Access control.
+            attached: Operations whose body is bytes instead of JSON.
         """
         self._app, self._options, self._attached = app, options, attached
 
@@ -74,22 +74,22 @@ class Guard:
 
 
 AGAIN = 1.0
-"""Clients that are refused for want of room are told to come again after so long [s]."""
+"""Delay before another try of a client that was refused for lack of memory [s]."""
 
 
 class Intake:
-    """Counts the bytes of bodies, from when they come until their request is answered.
+    """Counts the bytes of bodies until their requests are answered.
 
     Raises:
-        Refusal: Where a body is read for which there is no room.
+        Refusal: If a body exceeds the remaining memory.
     """
 
     def __init__(self, app: ASGIApp, most: int) -> None:
-        """Count what an application reads.
+        """Count the bytes read by an application.
 
         Args:
             app: The application.
-            most: Bytes that there may be of all requests together.
+            most: Largest total size [bytes].
         """
         self._app, self._most, self._held = app, most, 0
 

@@ -12,11 +12,11 @@ from trajopt.server.requests import Done
 from trajopt.server.service import Service
 
 SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
-"""Bounds of how long requests take, from kinematics to hard plans [s]."""
+"""Bounds of the histogram of durations, from kinematics to hard plans [s]."""
 
 
 class Metrics:
-    """Counts requests, and reads the state of a service when it is asked for."""
+    """Counts requests, and reads the state of a service on demand."""
 
     def __init__(self) -> None:
         """Have counted nothing yet."""
@@ -53,11 +53,11 @@ NUMBERS: Mapping[str, tuple[str, Callable[[Pool], int]]] = {
     "restarts": ("Workers started in place of others", lambda pool: pool.restarts),
     "memory_bytes": ("Memory of workers", lambda pool: sum(memory_used(pid) for pid in pool.pids)),
 }
-"""What is read of the workers of each lane."""
+"""Gauges of the workers of each lane."""
 
 
 class ServiceState(Collector):
-    """What a service is doing now."""
+    """The present state of a service."""
 
     def __init__(self, service: Service) -> None:
         """Read this service."""

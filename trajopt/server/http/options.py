@@ -1,4 +1,4 @@
-"""Where the server listens, and whom it lets in."""
+"""Address and access control of the server."""
 
 from dataclasses import dataclass
 from ipaddress import ip_address
@@ -10,11 +10,11 @@ from trajopt.values.errors.arguments import checked
 SHORTEST_TOKEN = 16
 """Characters of a token at least: fewer are guessed."""
 LOCAL_NAMES = ("localhost", "127.0.0.1", "[::1]")
-"""What browsers and clients on this machine call it."""
+"""Names of this machine for local browsers and clients."""
 
 
 def is_loopback(host: str) -> bool:
-    """Say whether an address is reached from this machine only."""
+    """Return whether an address is reachable from this machine only."""
     try:
         return ip_address(host).is_loopback
     except ValueError:
@@ -24,17 +24,16 @@ def is_loopback(host: str) -> bool:
 @checked
 @dataclass(frozen=True, kw_only=True)
 class HttpOptions(Value):
-    """Where the server listens, and whom it lets in.
+    """Address and access control of the server.
 
     Attributes:
         host: Address to listen on.
-        port: Port; 0 for any that is free.
-        token: What clients must send as `Authorization: Bearer TOKEN`; nothing where it is empty, which only
-            an address of this machine itself may do.
-        names: Names, beside that of the host, by which clients may call the server.
-        connections: At a time.
-        head: A request's head must be there so long after the connection is made [s].
-        transfer: A request's body must be there, and an answer be taken, in so long [s].
+        port: Port; 0 for any free one.
+        token: Required as `Authorization: Bearer TOKEN`; may be empty only on a loopback address.
+        names: Accepted host names, in addition to the host.
+        connections: Largest number of simultaneous connections.
+        head: Time-out of a request's head after the connection [s].
+        transfer: Time-out of a request's body, and of taking an answer [s].
     """
 
     host: str = "127.0.0.1"
@@ -46,7 +45,7 @@ class HttpOptions(Value):
     transfer: float = 30.0
 
     def __post_init__(self) -> None:
-        """Refuse what would let anybody in.
+        """Refuse options that would admit every client.
 
         Raises:
             ProblemError: If other machines could connect without a token, or the token is short.
@@ -62,5 +61,5 @@ class HttpOptions(Value):
 
     @property
     def hosts(self) -> frozenset[str]:
-        """Names by which clients may call the server, in lower case; all where the token is what counts."""
+        """Accepted host names, in lower case; all if a token is required."""
         return frozenset(name.lower() for name in (*LOCAL_NAMES, self.host, *self.names))

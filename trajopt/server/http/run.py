@@ -1,4 +1,4 @@
-"""Serving a service over HTTP until it is told to end."""
+"""Serving a service over HTTP, with time-outs for slow clients."""
 
 import asyncio
 import socket
@@ -18,7 +18,7 @@ from trajopt.server.service import Service
 LARGEST_HEAD = 16 * 1024
 """Bytes of a request's head."""
 IDLE = 5.0
-"""A connection on which nothing is asked is closed after so long [s]."""
+"""Time-out of an idle connection [s]."""
 
 
 async def serve_http(
@@ -29,13 +29,13 @@ async def serve_http(
     ready: Callable[[int], None] | None = None,
     stop: asyncio.Event | None = None,
 ) -> None:
-    """Serve until it is cancelled, or told to stop.
+    """Serve until cancelled or stopped.
 
     Args:
         service: The service, started.
-        options: Where it listens, and whom it lets in.
-        metrics: What `/metrics` shows.
-        ready: Called with the port, once it listens.
+        options: Address and access control.
+        metrics: Content of `/metrics`.
+        ready: Called with the port once it listens.
         stop: Set to end.
 
     Raises:
@@ -61,7 +61,7 @@ async def serve_http(
 
 
 def _config(service: Service, options: HttpOptions, metrics: Metrics | None) -> uvicorn.Config:
-    """Return uvicorn's configuration, with connections that are cut off where a client is too slow."""
+    """Return uvicorn's configuration, with connections that cut off slow clients."""
     connections = Connections(http_app(service, options, metrics), options)
     config = uvicorn.Config(
         connections,
@@ -88,7 +88,7 @@ def _config(service: Service, options: HttpOptions, metrics: Metrics | None) -> 
 
 
 class Server(uvicorn.Server):
-    """Uvicorn's server, which leaves signals to who runs it: there is more to end than this."""
+    """Uvicorn's server without its signal handlers, since the caller has more to end."""
 
     @contextmanager
     def capture_signals(self) -> Generator[None]:
@@ -99,34 +99,34 @@ class Server(uvicorn.Server):
 class Connections:
     """The open connections of a server.
 
-    It stands between uvicorn and the network, and between uvicorn and the application: the first tells when a
-    client sends and takes bytes, the second when a request's head is there and when it is answered.
+    It wraps uvicorn's protocol, which reports the bytes sent and taken by a client, and the application,
+    which reports the start and end of requests.
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions) -> None:
-        """Take the application, and how slow a client may be.
+        """Wrap an application.
 
         Args:
             app: The application.
-            options: Seconds that a client has, and how many connections there may be.
+            options: Time-outs and number of connections.
         """
         self._app, self._options = app, options
         self._open: dict[object, Connection] = {}
 
     def __len__(self) -> int:
-        """Return how many are open."""
+        """Return the number of open connections."""
         return len(self._open)
 
     def connected(self, protocol: asyncio.Protocol) -> asyncio.Protocol:
-        """Return a protocol that does what another one does, and cuts off clients that are too slow.
+        """Wrap a protocol, to cut off slow clients.
 
         Args:
-            protocol: Speaks HTTP on one connection.
+            protocol: Implements HTTP on one connection.
         """
         return Connection(protocol, self._open, self._options)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on to the application, and tell its connection when it begins and ends."""
+        """Pass a request to the application, and notify its connection of start and end."""
         connection = self._open.get(scope.get("client"))
         if connection is None:
             await self._app(scope, receive, send)
@@ -147,12 +147,12 @@ class Connections:
 
 
 class Connection(asyncio.Protocol):
-    """One connection; another protocol speaks HTTP on it."""
+    """One connection with its time-outs, around a protocol that implements HTTP."""
 
     def __init__(
         self, inner: asyncio.Protocol, connections: dict[object, "Connection"], options: HttpOptions
     ) -> None:
-        """Take the protocol, and the open connections by the address of their clients."""
+        """Store the protocol, and the open connections by client address."""
         self._inner, self._connections, self._options = inner, connections, options
         self._loop = asyncio.get_running_loop()
         self._head: asyncio.TimerHandle | None = None
@@ -160,7 +160,7 @@ class Connection(asyncio.Protocol):
         self._under_way, self._client = 0, cast(object, self)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin to wait for a request."""
+        """Start to wait for a request."""
         self._transport = cast(asyncio.Transport, transport)
         connected = cast("socket.socket", transport.get_extra_info("socket"))
         # A client whose machine is gone would never be missed otherwise.
@@ -176,17 +176,17 @@ class Connection(asyncio.Protocol):
             self._expect()
 
     def data_received(self, data: bytes) -> None:
-        """Pass on what comes; the head of a request must come as a whole, in time."""
+        """Pass data on; the whole head of a request must arrive in time."""
         if not self._under_way and self._head is None:
             self._expect()
         self._inner.data_received(data)
 
     def eof_received(self) -> bool | None:
-        """Pass on that the client sends no more."""
+        """Pass on the end of the client's data."""
         return self._inner.eof_received()
 
     def pause_writing(self) -> None:
-        """Wait for the client to take what is there for it."""
+        """Start the time-out for taking the answer."""
         self._inner.pause_writing()
         self._taken_in_time()
 
@@ -203,15 +203,15 @@ class Connection(asyncio.Protocol):
         self._inner.connection_lost(exc)
 
     def asked(self) -> None:
-        """Wait for no head any more: one is there."""
+        """End the time-out of the head."""
         self._under_way += 1
         self._heard()
 
     def answered(self, *, complete: bool) -> None:
-        """Give the client time for the rest of a body that nobody waits for, and to take the answer.
+        """Start the time-out for the rest of an unread body, and for taking the answer.
 
         Args:
-            complete: Whether the whole request was there.
+            complete: Whether the whole request was received.
         """
         self._under_way -= 1
         if not complete:

@@ -1,1 +1,1 @@
-"""What MoveIt's move_group node does: planning, executing and reporting, for the server and the commander."""
+"""The functions of MoveIt's move_group node: planning, execution and reporting, for server and commander."""

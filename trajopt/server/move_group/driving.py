@@ -1,4 +1,4 @@
-"""Driving: one motion at a time through an executor, waited for or not, and stopped as soon as is proven."""
+"""Driving one motion at a time through an executor, blocking or not, with proven stops."""
 
 import time
 from collections.abc import Callable
@@ -23,18 +23,20 @@ from trajopt.values.errors import JointNotFound, ProblemError
 from trajopt.values.trajectory import MEETING, Interpolation, Trajectory
 
 SETTLING = 0.3
-"""After the end of a motion the robot is waited for, to be where it is told to be, so long at most [s]."""
+"""Longest wait for the robot to reach the end of a motion [s]."""
 STILL = 1e-6
-"""A joint this slow has come to rest [rad/s | m/s]: sensors with noise take the whole time of settling."""
+"""Joint speed that counts as rest [rad/s | m/s]; noisy sensors take the whole settling time."""
 LOOK = 0.01
 """Time between two looks at whether a motion has ended [s]."""
 OFFERS = 4
-"""So often a motion is offered to an executor that refuses it, later and later: it took long to make, or what
-somebody else gave has a jump of acceleration just where it would be left."""
+"""Number of offers of a motion to an executor that refuses it, each later: the computation may have been
+slow, or a
+foreign motion may have a jump of acceleration at the junction.
+"""
 SHORTEST = 0.05
-"""A correction of the place where a robot stands takes at least so long [s]: many periods of a controller."""
+"""Shortest duration of a correction of the start [s]: many periods of a controller."""
 SAMPLES = 200
-"""Moments at which a motion that somebody gives is compared with the limits."""
+"""Times at which a foreign motion is compared with the limits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,20 +54,20 @@ class Drive:
 
     Attributes:
         robot: The robot.
-        executor: What drives its joints.
+        executor: The driver of its joints.
     """
 
     def __init__(
         self, robot: Robot, executor: Executor, positions: Floats, wait: Callable[[float], object]
     ) -> None:
-        """Take over a robot that stands.
+        """Take over a robot at rest.
 
         Args:
             robot: The robot.
-            executor: What drives its joints.
-            positions: Of all joints, shape (number of joints,) [rad | m]: where those are that it does not
+            executor: The driver of its joints.
+            positions: Of all joints, shape (number of joints,) [rad | m], for the joints that it does not
                 drive.
-            wait: Lets so many seconds pass.
+            wait: Waits for a number of seconds.
 
         Raises:
             JointNotFound: If it drives a joint that the robot does not have.
@@ -81,7 +83,7 @@ class Drive:
 
     @property
     def positions(self) -> Floats:
-        """Where all joints are now, shape (number of joints,) [rad | m]."""
+        """Present positions of all joints, shape (number of joints,) [rad | m]."""
         return self._all(self.executor.state().positions)
 
     @property
@@ -91,14 +93,14 @@ class Drive:
         return self._motion is not None and executor.now() < self._committed.end and not executor.fault()
 
     def start(self, reduced: ReducedModel, trajectory: Trajectory) -> str:
-        """Begin to drive a motion, and return at once.
+        """Start to drive a motion; returns immediately.
 
         Args:
             reduced: The robot in its scene, the group's joints free.
             trajectory: Of the group's joints.
 
         Returns:
-            Why it is not driven; empty if it is.
+            The reason why it is not driven; empty if it is.
         """
         executor = self.executor
         if fault := executor.fault():
@@ -124,7 +126,7 @@ class Drive:
         return refused
 
     def wait(self) -> str:
-        """Return when the motion has ended and the robot has come to rest; say what went wrong."""
+        """Wait until the motion has ended and the robot is at rest; return faults in words."""
         executor = self.executor
         while self.moving:
             self._wait(max(LOOK, self._committed.end - executor.now()))
@@ -135,10 +137,10 @@ class Drive:
         return executor.fault()
 
     def stop(self) -> StopTaken | None:
-        """Bring the robot to rest as soon as is proven, and return when it is; None where nothing moves.
+        """Stop the robot as soon as proven, and wait for it; None if it is at rest.
 
-        Of a stop along the path and one in which each joint brakes as hard as it may, the sooner one that is
-        proven is driven; if none is, the sooner one.
+        The candidates are a stop along the path and one in which each joint brakes as hard as possible; the
+        sooner proven one is driven, or the sooner one if neither is proven.
         """
         motion, executor = self._motion, self.executor
         if motion is None or not self.moving:
@@ -162,7 +164,7 @@ class Drive:
         return self._rested(asked, StopTaken(0.0, along=False, proven=False))
 
     def _rested(self, asked: float, taken: StopTaken) -> StopTaken:
-        """Wait for the end of a stop; return it with the time since it was asked for."""
+        """Wait for the end of a stop; return it with its time since the request."""
         end = max(self._committed.end, asked) if not self.executor.fault() else self.executor.now()
         self.wait()
         return replace(taken, duration=end - asked)
@@ -199,10 +201,10 @@ class Drive:
 
 
 class ScriptClock:
-    """The clock of a simulated robot: it stands while nothing moves, and is put forward by who waits."""
+    """The clock of a simulated robot: it advances only while a caller waits."""
 
     def __init__(self) -> None:
-        """Show 0 and stand."""
+        """Start at 0, paused."""
         self._shown, self._since = 0.0, inf
 
     def __call__(self) -> float:
@@ -214,7 +216,7 @@ class ScriptClock:
         self._shown, self._since = self(), time.monotonic()
 
     def stand(self) -> None:
-        """Stand still."""
+        """Pause."""
         self._shown, self._since = self(), inf
 
     def skip(self, seconds: float) -> None:
@@ -223,9 +225,9 @@ class ScriptClock:
 
 
 def with_rates(trajectory: Trajectory) -> Trajectory:
-    """Return a motion that states velocities: one that states none goes through its points smoothly.
+    """Return a motion with velocities; one without passes its points smoothly.
 
-    At each point it is as fast as on the parabola through it and its neighbours, at both ends it is at rest.
+    The velocity at each point is that of the parabola through it and its neighbours; both ends are at rest.
     """
     if trajectory.interpolation is not Interpolation.LINEAR:
         return trajectory
@@ -235,11 +237,11 @@ def with_rates(trajectory: Trajectory) -> Trajectory:
 
 
 def from_place(trajectory: Trajectory, here: Floats, limits: JointLimits) -> Trajectory:
-    """Return a motion that begins where a robot is told to be, slowly on to where it begins itself.
+    """Return a motion that starts at the robot's commanded positions and moves slowly to its own start.
 
     Args:
-        trajectory: It states velocities.
-        here: Where its joints are told to be, shape (n,) [rad | m].
+        trajectory: With velocities.
+        here: Commanded positions of its joints, shape (n,) [rad | m].
         limits: Of its joints.
     """
     away = np.abs(trajectory.positions[0] - here)
@@ -264,7 +266,7 @@ def from_place(trajectory: Trajectory, here: Floats, limits: JointLimits) -> Tra
 
 
 def at_least(limits: JointLimits, trajectory: Trajectory) -> JointLimits:
-    """Return limits that a motion keeps: where it breaks one, it is braked no harder than it moves itself."""
+    """Return limits raised to the motion's own extremes, for braking."""
     times = np.linspace(0.0, trajectory.duration, SAMPLES)
     jerk = np.maximum(limits.jerk, np.abs(trajectory(times, 3)).max(axis=0))
     if trajectory.interpolation is not Interpolation.QUINTIC:

@@ -1,4 +1,4 @@
-"""Execution of a trajectory: whether it can begin, and how far from its end the robot is afterwards."""
+"""Execution of a trajectory: whether it can start, and the final error."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from trajopt.values.printed import in_joint_position, in_unit
 from trajopt.values.trajectory import Trajectory
 
 START_TOLERANCE = 0.01
-"""Where the robot stands, a trajectory must begin, within this for each joint [rad | m] (MoveIt's)."""
+"""Largest distance of a trajectory's start from the robot, for each joint [rad | m] (MoveIt's)."""
 REACHED = 1e-3
 """A joint this near to the end of the trajectory has reached it [rad | m]."""
 
@@ -36,10 +36,10 @@ class Execution:
     tip: str
 
     def refusal(self, positions: Floats) -> Outcome | None:
-        """Say why the trajectory cannot be executed now, if it cannot.
+        """Return the reason why the trajectory cannot be executed now, if any.
 
         Args:
-            positions: Of all joints now [rad | m].
+            positions: Present positions of all joints [rad | m].
         """
         here = positions[self.reduced.scene.robot.index(self.reduced.joint_names)]
         away = np.abs(self.trajectory(0.0) - here)
@@ -54,12 +54,12 @@ class Execution:
         )
 
     def measured(self, positions: Floats, remark: str = "", *, stop: StopTaken | None = None) -> Outcome:
-        """Compare where the robot is with where the trajectory ends.
+        """Compare the robot with the end of the trajectory.
 
         Args:
-            positions: Of all joints now [rad | m].
-            remark: What went wrong on the way.
-            stop: The stop that ended the motion before its end.
+            positions: Present positions of all joints [rad | m].
+            remark: Faults during the motion.
+            stop: The stop that ended the motion early.
         """
         scene = self.reduced.scene
         wanted = self.reduced.all_positions(self.trajectory(self.trajectory.duration))
@@ -85,11 +85,11 @@ class Execution:
 
 
 def _how(stop: StopTaken) -> str:
-    """Say where a stop led, and whether it was proven to keep clear of everything."""
+    """Describe a stop, and whether it was proven."""
     path = "on its path" if stop.along else "off its path"
     return path if stop.proven else f"{path} and not proven"
 
 
 def not_executed(reason: str) -> Outcome:
-    """Return the outcome of what did not begin."""
+    """Return the outcome of a motion that did not start."""
     return Outcome(MoveItErrorCodes(MoveItErrorCodes.CONTROL_FAILED, reason, "execution"))

@@ -1,4 +1,4 @@
-"""What worlds have planned: functions of values alone, so that any process can carry them out."""
+"""Planning functions of worlds: functions of values alone, so that any process can run them."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -29,18 +29,18 @@ from trajopt.verify import Judge
 SHORTEST = 1e-3
 """Planning time of the first attempt at least [s]."""
 SAME = 1e-6
-"""Poses nearer to each other than this are one [m | rad]: scripts begin with the pose that they are at."""
+"""Poses closer than this are equal [m | rad]: scripts often start with the present pose."""
 
 
 def solved(
     problem: Problem, settings: Settings, *, budget: Budget = NO_BOUNDS, cancel: Event | None = None
 ) -> Result:
-    """Plan as a script has set it: of several attempts within the time, the motion of least duration.
+    """Plan with a script's settings: of several attempts within the time, the motion of least duration.
 
     Args:
         problem: The problem.
         settings: Time, attempts and method.
-        budget: Time that it may take, whatever is set.
+        budget: Time limit, overriding the settings.
         cancel: Set it from another thread to stop.
     """
     until = time.monotonic() + min(settings.planning_time, inf if budget.seconds is None else budget.seconds)
@@ -79,21 +79,21 @@ def followed_through(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> Followed:
-    """Follow straight lines from where a link is through poses, as far as they go.
+    """Follow straight lines from a link's present pose through poses, as far as possible.
 
     Args:
-        scene: What is around the robot.
+        scene: Surroundings of the robot.
         poses: Of the link in the world.
         link: The link.
         group: The planning group.
-        start: Positions of all joints at the beginning [rad | m].
+        start: Positions of all joints at the start [rad | m].
         settings: Speeds.
-        constraints: What must hold all the way: where it holds no longer the motion ends.
-        budget: Time that it may take.
+        constraints: Path constraints: the motion ends before one is violated.
+        budget: Time limit.
         cancel: Set it from another thread to stop.
 
     Raises:
-        MoveItCommanderException: If there is no pose to go to.
+        MoveItCommanderException: If there is no pose.
     """
     stops = [scene.placement_of(link, start)]
     for pose in poses:
@@ -136,18 +136,18 @@ def picked(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> PickPlaceResult:
-    """Plan to take an object and lift it.
+    """Plan to pick up an object and lift it.
 
     Args:
-        scene: What is around the robot.
+        scene: Surroundings of the robot.
         name: The object.
-        start: Positions of all joints at the beginning [rad | m].
-        grasps: The best first.
+        start: Positions of all joints at the start [rad | m].
+        grasps: In order of preference.
         group: The arm's planning group.
         gripper: The gripper.
-        constraints: What holds while the object is in the hand.
+        constraints: Path constraints while the object is in the hand.
         settings: Speeds and method.
-        budget: Time that it may take.
+        budget: Time limit.
         cancel: Set it from another thread to stop.
     """
     return grasping.pick(
@@ -176,17 +176,17 @@ def put_down(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> PickPlaceResult:
-    """Plan to put down an object that is in the hand.
+    """Plan to place an object that is in the hand.
 
     Args:
-        scene: What is around the robot.
+        scene: Surroundings of the robot.
         name: The object.
-        start: Positions of all joints at the beginning [rad | m].
-        places: The best first.
+        start: Positions of all joints at the start [rad | m].
+        places: In order of preference.
         group: The arm's planning group.
-        constraints: What holds until the object stands.
+        constraints: Path constraints until the object is placed.
         settings: Speeds and method.
-        budget: Time that it may take.
+        budget: Time limit.
         cancel: Set it from another thread to stop.
     """
     return grasping.place(
@@ -217,18 +217,18 @@ FUNCTIONS: Mapping[str, Callable[..., Result | Followed | PickPlaceResult]] = {
 
 
 HALVINGS = 6
-"""How often the part of a line is halved on which constraints may or may not hold: 1/64 of it is left."""
+"""Bisections of the part of a line on which constraints hold: to 1/64."""
 
 
 def as_far_as_kept(
     followed: Followed, constraints: Sequence[Requirement], until: Callable[[float], Followed]
 ) -> Followed:
-    """Return a motion along a line that keeps constraints all the way, as far as one is found.
+    """Return the longest motion found along a line that satisfies path constraints.
 
     Args:
         followed: The motion without them.
-        constraints: What must hold all the way.
-        until: Follows the line as far as a length along it [m].
+        constraints: Path constraints.
+        until: Follows the line up to a length [m].
     """
     if not constraints or not followed.verified:
         return followed

@@ -16,23 +16,23 @@ R = TypeVar("R")
 
 
 class InProcess:
-    """Answers a world here.
+    """Backend of a world in this process.
 
     Attributes:
         robot: The robot.
-        scene: What is around it.
+        scene: Its surroundings.
     """
 
     def __init__(
         self, scene: Scene, start: Floats, executor: Executor | None, wait: Callable[[float], object]
     ) -> None:
-        """Take a robot that stands in a scene.
+        """Take over a robot at rest in a scene.
 
         Args:
-            scene: What is around it.
-            start: Where all joints are, shape (number of joints,) [rad | m].
-            executor: What moves it; a simulated robot, whose clock stands while it does, when None.
-            wait: Lets so many seconds of the executor's clock pass.
+            scene: Its surroundings.
+            start: Positions of all joints, shape (number of joints,) [rad | m].
+            executor: Its driver; by default a simulated robot whose clock advances only while it moves.
+            wait: Waits for a number of seconds on the executor's clock.
         """
         self.robot: Robot = scene.robot
         self.scene, self._start = scene, start
@@ -41,7 +41,7 @@ class InProcess:
 
     @property
     def positions(self) -> Floats:
-        """Where all joints are now, shape (number of joints,) [rad | m]."""
+        """Present positions of all joints, shape (number of joints,) [rad | m]."""
         return self._start if self._drive is None else self._drive.positions
 
     @property
@@ -54,7 +54,7 @@ class InProcess:
 
     @property
     def executor(self) -> Executor:
-        """What drives the joints."""
+        """The driver of the joints."""
         return self._driving().executor
 
     def stand(self, positions: Floats) -> None:
@@ -62,15 +62,15 @@ class InProcess:
         self._start = positions
 
     def take(self, scene: Scene) -> None:
-        """Take note of what is around the robot from now on."""
+        """Replace the surroundings."""
         self.scene = scene
 
     def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Return what a function returns."""
+        """Call a function and return its result."""
         return function(*args, **kwargs)
 
     def begin(self, execution: Execution, *, paced: bool) -> str:
-        """Begin to drive a motion, and return at once; say why, if it is not driven."""
+        """Start to drive a motion; return the reason if it is not driven."""
         drive, trajectory = self._driving(), execution.trajectory
         executor = drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):
@@ -82,7 +82,7 @@ class InProcess:
         return refused
 
     def wait(self) -> str:
-        """Return when the robot has come to rest; say what went wrong on the way."""
+        """Wait until the robot is at rest; return faults in words."""
         drive = self._driving()
         remarks, executor = [drive.wait()], drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):
@@ -90,7 +90,7 @@ class InProcess:
         return "; ".join(remark for remark in remarks if remark)
 
     def stop(self) -> StopTaken | None:
-        """Bring the robot to rest as soon as is proven; None where nothing moves."""
+        """Stop the robot as soon as proven; None if it is at rest."""
         if self._clock is not None:
             self._clock.stand()
         return None if self._drive is None else self._drive.stop()
@@ -99,7 +99,7 @@ class InProcess:
         """Keep everything: the world may be entered again."""
 
     def _driving(self) -> Drive:
-        """Return what drives the robot; a simulated one is made when it is needed: it takes a second."""
+        """Return the drive; a simulated robot is created on first use, which takes a second."""
         if self._drive is None:
             self._clock = ScriptClock()
             simulated = SimulatedExecutor(self.scene, self._start, clock=self._clock)
@@ -108,6 +108,6 @@ class InProcess:
 
 
 def on_the_way(executor: SimulatedExecutor) -> list[str]:
-    """Say what a simulated robot met on its way: contacts that nobody allowed, and motors at their limits."""
+    """Return the simulated robot's disallowed contacts and saturated motors, in words."""
     contacts = [str(contact) for contact in executor.contacts if contact.allowance is None]
     return [*contacts, *(f"the motor of {joint} was at its limit" for joint in executor.saturated)]

@@ -1,4 +1,4 @@
-"""Outcome: how planning and execution ended, and how far from the goal the robot is."""
+"""Outcome of planning and execution, and the final error of the robot."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -50,15 +50,15 @@ CODES = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the last `go` or `execute` ended.
+    """Outcome of the last `go` or `execute`.
 
     Attributes:
-        error_code: MoveIt's number, and why in a sentence.
-        joint_error: Largest distance of a joint from where the trajectory ends [rad | m]; None where
-            nothing was executed, or the motion is under way.
-        position_error: Distance of the end effector from there [m]; None if the group has none.
-        rotation_error: Angle between its orientation and the one there [rad].
-        stopping_time: From `stop()` to rest [s]; None where the motion was not stopped.
+        error_code: MoveIt's number, and the reason in a sentence.
+        joint_error: Largest joint error at the end of the trajectory [rad | m]; None if
+            nothing was executed, or the motion is in progress.
+        position_error: Position error of the end effector [m]; None if the group has none.
+        rotation_error: Its orientation error [rad].
+        stopping_time: From `stop()` to rest [s]; None unless the motion was stopped.
     """
 
     error_code: MoveItErrorCodes
@@ -84,7 +84,7 @@ C = TypeVar("C", bound=type)
 
 
 class MoveItCommanderException(TrajoptError):
-    """Something was asked that cannot be asked; the message names the offender."""
+    """An invalid request; the message names the offender."""
 
 
 class NoStandIn(MoveItCommanderException, AttributeError):
@@ -116,7 +116,7 @@ def as_moveit(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def speaks_moveit(cls: C) -> C:
-    """Let every public method of a class, inherited or not, and its constructor raise MoveIt's exception."""
+    """Make every public method of a class, and its constructor, raise MoveIt's exception."""
     for name, function in getmembers_static(cls, isfunction):
         if name == "__init__" or not name.startswith("_"):
             setattr(cls, name, as_moveit(function))

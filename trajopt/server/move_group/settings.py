@@ -1,4 +1,4 @@
-"""What a script sets about planning: tolerances, time, planner, speed."""
+"""Planning settings of a script: tolerances, time, planner, speed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from trajopt.values.arrays import floats
 PIPELINE = "trajopt"
 """The one planning pipeline."""
 PLANNERS = tuple(METHODS)
-"""Planner ids: the methods of planning, the usual one first."""
+"""Planner ids: the planning methods, the default first."""
 
 PerAxis: TypeAlias = tuple[float, float, float]
 """A number for each of three axes."""
@@ -22,21 +22,21 @@ PerAxis: TypeAlias = tuple[float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """What a script has set; the defaults are MoveIt's.
+    """Settings of a script; the defaults are MoveIt's.
 
     Attributes:
         joint_tolerance: Of a joint goal [rad | m].
-        position_tolerance: Of a pose, along each axis of it [m]; inf frees an axis.
-        orientation_tolerance: Of a pose, about each axis of it [rad].
-        planning_time: Time to plan for [s].
-        attempts: How often to plan, before the motion of least duration is taken.
+        position_tolerance: Of a pose, along each of its axes [m]; inf frees an axis.
+        orientation_tolerance: Of a pose, about each of its axes [rad].
+        planning_time: Time limit [s].
+        attempts: Number of plans, of which the one of least duration is returned.
         planner: One of `PLANNERS`.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
-        tool_speed: Largest speed of a link; None for none.
+        tool_speed: Largest speed of a link; None for no limit.
         workspace: Smallest and largest corner of a box: x, y, z of each [m].
-        replanning: Whether `go` plans again where the scene was changed meanwhile.
-        support_surface: What `place` puts objects down on.
+        replanning: Whether `go` plans again after a change of the scene.
+        support_surface: The surface on which `place` puts objects.
     """
 
     joint_tolerance: float = JOINT_TOLERANCE
@@ -54,10 +54,10 @@ class Settings:
 
 
 def per_axis(name: str, value: float | Sequence[float]) -> PerAxis:
-    """Return a tolerance for each of three axes, of one number for all or one each; inf frees an axis.
+    """Return a tolerance for each of three axes, from one number or three; inf frees an axis.
 
     Raises:
-        ShapeError: If it is not that.
+        ShapeError: If it is neither.
         MoveItCommanderException: If a tolerance is negative.
     """
     given = [value] * 3 if isinstance(value, int | float) else value
@@ -68,7 +68,7 @@ def per_axis(name: str, value: float | Sequence[float]) -> PerAxis:
 
 
 def one_or_three(tolerance: PerAxis) -> float | list[float]:
-    """Return a tolerance as a script set it: one number where all axes have the same."""
+    """Return a tolerance in MoveIt's form: one number if all axes have the same."""
     return tolerance[0] if len(set(tolerance)) == 1 else list(tolerance)
 
 

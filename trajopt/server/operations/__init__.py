@@ -1,4 +1,4 @@
-"""What every server can do."""
+"""The operations of every server."""
 
 from collections.abc import Mapping
 
@@ -30,4 +30,4 @@ OPERATIONS: Mapping[str, Operation] = {
     "call": Operation(call),
     "drive": Operation(drive, Lane.DRIVING),
 }
-"""What can be asked for, by name."""
+"""The operations by name."""

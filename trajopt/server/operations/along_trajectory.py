@@ -1,4 +1,4 @@
-"""Driving the simulated robot along a trajectory that somebody has: to its end, or until it is stopped."""
+"""Driving the simulated robot along a given trajectory, to its end or a stop."""
 
 import time
 from collections.abc import Callable
@@ -13,20 +13,20 @@ from trajopt.server.watch import Watch
 from trajopt.values.arrays import Floats, Value
 
 TELLING = 0.1
-"""Who watches a robot sees it move smoothly enough at so many seconds between two places [s]."""
+"""Period of position updates, short enough for a smooth view [s]."""
 CYCLE = 0.02
-"""Time from one look at the robot to the next, and of its supervisor: as its options have it [s]."""
+"""Period of the supervisor, as in its options [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Driven(Value):
-    """How driving a robot ended.
+    """Outcome of driving a robot.
 
     Attributes:
-        positions: Where all its joints are now [rad | m].
-        reason: Why it was not driven; empty if it was.
-        remark: What went wrong on the way; empty if nothing did.
-        stop: The stop that ended the motion before its end; None if none did.
+        positions: Final positions of all its joints [rad | m].
+        reason: The reason why it was not driven; empty if it was.
+        remark: Faults during the motion; empty without any.
+        stop: The stop that ended the motion early, or None.
     """
 
     positions: Floats
@@ -43,14 +43,14 @@ def drive_along(
     *,
     speed: float = 1.0,
 ) -> Driven:
-    """Drive the simulated robot along a trajectory; a request that is cancelled stops it when that is proven.
+    """Drive the simulated robot along a trajectory; cancellation stops it by a proven stop.
 
     Args:
-        execution: The trajectory, and the scene in which it is driven.
-        positions: Where all joints stand [rad | m].
+        execution: The trajectory, and its scene.
+        positions: Of all joints [rad | m].
         watch: Of the request.
-        look: Called at the begin and from time to time, with the time since then [s].
-        speed: Of time: 1 as in the world, 0 as fast as the machine goes.
+        look: Called at the start and periodically, with the elapsed time [s].
+        speed: Speed of simulated time: 1 for real time, 0 for as fast as possible.
     """
     arm = SimulatedExecutor(execution.reduced.scene, positions)
     drive = Drive(execution.reduced.scene.robot, arm, positions, arm.advance)

@@ -1,4 +1,4 @@
-"""What a request is about: the session's scene with what the request adds to it, and the problem in it."""
+"""The subject of a request: the session's scene with the request's edits, and the problem."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,16 +19,16 @@ from trajopt.values.documents.document import Node
 from trajopt.values.trajectory import Trajectory
 
 ABOUT = ("edits", "problem", "request")
-"""What says which problem is meant."""
+"""Members that state the problem."""
 
 
 def changed(state: SessionState, arguments: Node) -> SessionState:
-    """Return what a session holds with the edits of a request, which are for this request alone."""
+    """Return the session's content with the edits of a request, which apply to this request only."""
     return edited(state, arguments["edits"])
 
 
 def request_in(state: SessionState, node: Node) -> RequestFile:
-    """Return what a `moveit_msgs/MotionPlanRequest` says in a session's scene."""
+    """Return a `moveit_msgs/MotionPlanRequest` as a problem in a session's scene."""
     robot = state.scene.robot
     return request_of(
         node, SceneFile(Path("request"), state.scene, state.named_positions, world_names(robot), ())
@@ -36,13 +36,13 @@ def request_in(state: SessionState, node: Node) -> RequestFile:
 
 
 def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str, ...]]:
-    """Return the problem that a request is about, and notes on how it was read.
+    """Return the problem of a request, and notes on its interpretation.
 
     It is stated by `problem`, in the words of the Python API, or by `request`, MoveIt's message.
 
     Raises:
-        FileFormatError: If there is neither, or both, or it does not say what it must.
-        TrajoptError: If it is no valid problem.
+        FileFormatError: If there is neither, or both, or it is invalid.
+        TrajoptError: If it is not a valid problem.
     """
     state = changed(state, arguments)
     stated = [key for key in ("problem", "request") if arguments.has(key)]
@@ -79,5 +79,5 @@ def trajectory_in(node: Node) -> Trajectory:
 
 
 def at_start(state: SessionState, problem: Problem) -> SessionState:
-    """Return what a session holds with the robot where a problem begins."""
+    """Return the session's content with the robot at the start of a problem."""
     return replace(state, scene=problem.scene, positions=problem.start_positions)

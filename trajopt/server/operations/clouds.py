@@ -1,4 +1,4 @@
-"""What a sensor measured, as bytes beside a request, in place of what it measured before."""
+"""Measured clouds, as bytes with a request."""
 
 import io
 from dataclasses import replace
@@ -19,7 +19,7 @@ from trajopt.values.documents.document import Node
 from trajopt.values.shapes.clouds.points import Points
 
 MAGIC = b"\x93NUMPY"
-"""What numpy's files begin with. As two numbers of a plain cloud it would be 220,000 km away."""
+"""First bytes of numpy's files. As numbers of a plain cloud they would be 220,000 km away."""
 KINDS = ("<f4", "<f8")
 COORDINATES = 3
 CAMERA = "camera"
@@ -27,14 +27,14 @@ CAMERA = "camera"
 
 
 def cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Put a cloud of points into the scene, in place of all that was seen before under its name.
+    """Add a cloud of points to the scene, or replace the earlier cloud of that name.
 
     The body is float32 (little-endian) x, y, z of each point [m], or numpy's .npy of float32 or float64 with
-    shape (n, 3) or more columns; application/octet-stream. The address has the rest: `name`; `radius` of the
-    ball that each point is, in the world [m]; or, where there is none, the arguments of `PointCloud`
+    shape (n, 3) or more columns; application/octet-stream. The address has the arguments: `name`; `radius` of
+    the ball of each point, in world coordinates [m]; or, without it, the arguments of `PointCloud`
     (`positions`, `frame`, `placement`, `nearest`, `farthest`, `spacing`) and of `Sensing` (`cell`, `padding`,
-    `sigmas`, `known`): then the robot itself is left out. `stamp` [s]: what is older than the newest is not
-    taken.
+    `sigmas`, `known`), with which the robot itself is removed. `stamp` [s]: older measurements than the
+    newest are ignored.
     """
     points = points_in(watch.attachment, watch.cloud)
     name = arguments["name"].text(CAMERA)
@@ -82,7 +82,7 @@ def _of_numbers(data: bytes) -> Any:
 
 
 def _of_numpy(data: bytes) -> Any:
-    """Read an .npy by its header: what it says of itself is compared with what there is before it counts."""
+    """Read an .npy by its header, which is checked against the data."""
     stream, layout = io.BytesIO(data), cast("Any", np.lib.format)
     try:
         version = layout.read_magic(stream)
@@ -108,7 +108,7 @@ _SENSING = ("cell", "padding", "sigmas", "known")
 
 
 def _sensor(arguments: Node, points: Floats, state: SessionState) -> tuple[PointCloud, Sensing]:
-    """Return the measurement, and how it becomes an obstacle."""
+    """Return the measurement, and the parameters of its conversion to an obstacle."""
     arguments.only(("name", "stamp", "radius", "positions", *_SENSOR, *_SENSING))
     parts = [
         Node({key: each.value for key, each in arguments.members().items() if key in names}, arguments.path)

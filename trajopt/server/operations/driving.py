@@ -1,4 +1,4 @@
-"""Driving the simulated robot along what is planned, with a supervisor that keeps it able to stop."""
+"""Driving the simulated robot to a goal, with a supervisor that keeps a proven stop ready."""
 
 import time
 from dataclasses import replace
@@ -15,14 +15,14 @@ from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError
 
 STOPPING = 5.0
-"""A robot that was told to stop stands after so long, or it never will [s]."""
+"""Longest expected time of a stop [s]."""
 
 
 class Drive:
     """The simulated robot of a session, on its way to a goal."""
 
     def __init__(self, state: SessionState, problem: Problem, watch: Watch, speed: float) -> None:
-        """Put the robot where the problem begins, and ask for the goal."""
+        """Place the robot at the start of the problem, and set the goal."""
         self._state, self._watch, self._speed = at_start(state, problem), watch, speed
         self._arm = SimulatedExecutor(problem.scene, problem.start_positions)
         self._supervisor = Supervisor(self._arm, problem)
@@ -31,7 +31,7 @@ class Drive:
         self._events, self._last = 0, 0.0
 
     def run(self, longest: float) -> Answer:
-        """Drive until there is nothing more to do, or stop after so much simulated time [s]."""
+        """Drive until done, or stop after a simulated time [s]."""
         begin = time.monotonic()
         while self._going(longest):
             scene = self._watch.changed()
@@ -59,7 +59,7 @@ class Drive:
         )
 
     def _stop(self) -> None:
-        """Bring the robot to rest where that is proven."""
+        """Bring the robot to rest by a proven stop."""
         self._supervisor.stop()
         until = self._arm.now() + STOPPING
         while self._supervisor.moving and self._arm.now() < until:
@@ -106,10 +106,10 @@ class Drive:
 
 
 def execute(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Plan to a goal and drive the simulated robot there; what the session's scene becomes on the way counts.
+    """Plan to a goal and drive the simulated robot there, with changes of the session's scene on the way.
 
-    `speed` is that of time: 1 as in the world, 0 as fast as the machine goes. Who cancels it stops the robot,
-    and so does the end of `longest`, a simulated time [s].
+    `speed` is that of simulated time: 1 for real time, 0 for as fast as possible. Cancellation stops the
+    robot, and so does the end of `longest`, a simulated time [s].
     """
     arguments.only((*ABOUT, "speed", "longest"))
     problem, _ = problem_in(state, arguments)

@@ -34,16 +34,16 @@ STAND = "stand"
 
 
 def edited(state: SessionState, edits: Node) -> SessionState:
-    """Return what a session holds after edits, one after the other.
+    """Return the session's content after edits, in order.
 
     Args:
-        state: What it holds.
-        edits: A list of mappings, each with the name of an edit and its arguments. Where an object is
-            attached or detached, it is where the robot has it now, unless `placement` or `at` says otherwise.
+        state: The content.
+        edits: A list of mappings, each with the name of an edit and its arguments. An attached or detached
+            object keeps its present place, unless `placement` or `at` is given.
 
     Raises:
-        FileFormatError: If an edit is unknown, or its arguments do not fit.
-        ModelError: If an edit cannot be made; all or none of them are.
+        FileFormatError: If an edit is unknown, or its arguments are invalid.
+        ModelError: If an edit is impossible; all or none of them are made.
     """
     for node in edits.elements():
         keys = node.only((*SCENE_EDITS, STAND)).keys()
@@ -70,7 +70,7 @@ def _once(state: SessionState, edit: str, node: Node) -> SessionState:
 
 
 def stand(state: SessionState, node: Node) -> SessionState:
-    """Return what a session holds with the robot elsewhere: see `STAND`."""
+    """Return the session's content with the robot at other positions: see `STAND`."""
     where: Any = value_of(node)
     robot = state.scene.robot
     if isinstance(where, tuple):
@@ -80,14 +80,14 @@ def stand(state: SessionState, node: Node) -> SessionState:
 
 
 def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, tuple[str, ...]]:
-    """Return what a session holds after a `moveit_msgs/PlanningScene`, and notes on how it was read.
+    """Return the session's content after a `moveit_msgs/PlanningScene`, and notes on its interpretation.
 
     Args:
-        state: What it holds.
-        message: The message; unless it `is_diff` the scene is what it says, and nothing else.
+        state: The content.
+        message: The message; it replaces the scene unless it `is_diff`.
 
     Raises:
-        FileFormatError: If the message is malformed, cannot be carried out, or holds an octomap.
+        FileFormatError: If the message is malformed, unsupported, or has an octomap.
         NameNotFound: If it names an unknown link, frame or object.
     """
     robot, notes = state.scene.robot, list[str]()

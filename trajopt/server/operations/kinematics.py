@@ -1,4 +1,4 @@
-"""Kinematics: where frames are, where joints must be, whether a configuration is free."""
+"""Kinematics: forward, inverse, and validity of configurations."""
 
 from trajopt.optimise.kinematics import forward_kinematics as place_frame
 from trajopt.optimise.kinematics import inverse_kinematics as search_configurations
@@ -15,7 +15,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 
 WHERE = ("edits", "group", "start")
-"""What says which robot, of which only the joints of a group are free."""
+"""Members that select the robot's group."""
 
 
 def _at_start(reduced: ReducedModel) -> Floats:
@@ -23,7 +23,7 @@ def _at_start(reduced: ReducedModel) -> Floats:
 
 
 def forward_kinematics(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Place frames at one configuration of a group or many; all frames of the robot where none is named."""
+    """Return placements of frames at one or many configurations of a group; by default of all frames."""
     arguments.only((*WHERE, "frames", "positions", "reference"))
     reduced = reduced_in(state, arguments)
     reference = arguments["reference"].text("world")

@@ -22,10 +22,10 @@ PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "cert
 
 
 def plan(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Plan a problem, or what MoveIt's motion plan request asks.
+    """Plan a problem, or MoveIt's motion plan request.
 
-    The answer is that of `trajopt plan --json`. How near the motion comes to everything takes a few
-    milliseconds to measure, so the certificate is there where `certificate` says so; `verified` always is.
+    The answer is that of `trajopt plan --json`. The clearance takes a few milliseconds to measure, so the
+    certificate is included only with `certificate`; `verified` is always included.
     """
     arguments.only((*ABOUT, *PLANNING))
     problem, notes = problem_in(state, arguments)
@@ -38,20 +38,20 @@ def answer_of(result: Result, notes: tuple[str, ...] = (), *, certificate: bool 
 
     Args:
         result: The result.
-        notes: Sentences on how the request was read.
-        certificate: Whether the judge's measurements are in it.
+        notes: Notes on the interpretation of the request.
+        certificate: Whether to include the judge's measurements.
     """
     shown = result if certificate else replace(result, judged=None)
     return {**shown.as_dict(), "notes": [*notes, *result.remarks]}
 
 
 def planned(problem: Problem, watch: Watch, how: Node) -> Result:
-    """Plan, telling whoever listens.
+    """Plan, and report the progress.
 
     Args:
         problem: The problem.
         watch: Of the request.
-        how: The members named by `PLANNING`, where they are there.
+        how: The members named by `PLANNING`, if present.
     """
     seconds, improve = how["seconds"].number(0.0), how["improve"].flag()
     if seconds < 0.0 or (improve and not seconds):
@@ -72,7 +72,7 @@ def planned(problem: Problem, watch: Watch, how: Node) -> Result:
 
 
 def explain(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Plan, and say why it ended so, and what would change that (`plan_again`: found by planning)."""
+    """Plan and explain the outcome; with `plan_again` also remedies."""
     arguments.only((*ABOUT, *PLANNING, "plan_again"))
     problem, notes = problem_in(state, arguments)
     result = planned(problem, watch, arguments)
@@ -81,7 +81,7 @@ def explain(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def check(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Judge a trajectory by what a problem requires; of several goals any one will do."""
+    """Judge a trajectory by the requirements of a problem; any one of several goals suffices."""
     arguments.only((*ABOUT, "trajectory"))
     problem, notes = problem_in(state, arguments)
     motion = trajectory_in(arguments["trajectory"]).ordered(problem.reduced.joint_names)
@@ -91,7 +91,7 @@ def check(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def follow_curve(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Follow a curve with a frame as far as it goes: `{"follows_curve": {...}, "options": {...}}`."""
+    """Follow a curve with a frame as far as possible: `{"follows_curve": {...}, "options": {...}}`."""
     arguments.only(("edits", "follows_curve", "group", "start", "options", "seconds"))
     state = changed(state, arguments)
     seconds = arguments["seconds"].number(0.0)

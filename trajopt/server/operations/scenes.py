@@ -1,4 +1,4 @@
-"""Reading and changing what a session holds."""
+"""Reading and changing a session's scene."""
 
 from dataclasses import replace
 from typing import Any
@@ -26,16 +26,16 @@ def edit(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def set_motions(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Say how objects move, appear and expire: `{"motions": [...]}`, as the file of `--motions` does."""
+    """Set motions and existence of objects: `{"motions": [...]}`, in the format of `--motions`."""
     scene = apply_motions(arguments.only(("motions",))["motions"], state.scene)
     state = replace(state, scene=scene)
     return Answer(_description(state), state)
 
 
 def planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Take a `moveit_msgs/PlanningScene`: the whole scene, or where it `is_diff` what changes in it.
+    """Apply a `moveit_msgs/PlanningScene`: the whole scene, or its changes if it `is_diff`.
 
-    Joint positions in it are where the robot stands from now on, unless it is being driven.
+    Joint positions in it become those of the robot, unless it is being driven.
     """
     before = state
     state, notes = scene_of_message(state, arguments)
@@ -46,7 +46,7 @@ def planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer
 
 
 def read(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Return what is in the scene, and where the robot is."""
+    """Return the content of the scene, and the robot's configuration."""
     arguments.only(())
     return Answer(_description(state))
 

@@ -1,7 +1,7 @@
 """The words of the Python API as JSON: `{"frame_placement": {"frame": "tool0", "placement": {...}}}`.
 
-A mapping with one of these words and the arguments of the function of that name stands for what the function
-returns. Lists stand for tuples, and placements are written with the arguments of `placement`.
+A mapping with one of these words and the arguments of the function of that name represents the function's
+result. Lists represent tuples, and placements have the arguments of `placement`.
 """
 
 import inspect
@@ -23,7 +23,7 @@ from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
 
 PLACEMENT_FIELDS = frozenset(inspect.signature(placement).parameters)
-"""What a mapping has that stands for a placement."""
+"""Members of a mapping that represents a placement."""
 
 
 _STATED = (name for name in requirements.__all__ if name[0].islower())
@@ -50,15 +50,15 @@ WORDS: Mapping[str, Callable[..., object]] = {
     "track": Track.through,
     "prediction": Prediction,
 }
-"""What a request can say, each as the function of its name."""
+"""Word -> function."""
 
 
 def value_of(node: Node) -> Any:
-    """Return what a part of a request stands for.
+    """Return the value of a part of a request.
 
     Raises:
         FileFormatError: If an argument of a word is unknown or missing.
-        TrajoptError: If the function that a word names refuses its arguments.
+        TrajoptError: If the function refuses its arguments.
     """
     value = node.value
     if isinstance(value, list):

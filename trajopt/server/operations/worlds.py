@@ -1,8 +1,7 @@
-"""What `trajopt.ros.commander.World(url=...)` asks: values whole, as a bundle holds them, and not in words.
+"""Operations of `trajopt.ros.commander.World(url=...)`, with whole values in the format of bundles.
 
-A scene, a problem and a result come back to the caller as what they are. What is read here may be from
-anybody: it is made of the kinds that a bundle may hold and of nothing else, and every motion is judged where
-it is read.
+Scenes, problems and results are returned as values. Input may be hostile: only the kinds of a bundle are
+constructed, and every motion is judged by its reader.
 """
 
 from collections.abc import Mapping
@@ -35,24 +34,24 @@ ANSWERING = 0.5
 
 
 def robot(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Return the robot of the session, whole: what `trajopt.ros.commander.World(url=...)` begins with."""
+    """Return the whole robot of the session: the first request of `trajopt.ros.commander.World(url=...)`."""
     arguments.only(())
     return Answer(message_of(state.scene.robot, {}))
 
 
 def scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Return what is around the robot of the session, whole, without the robot: what a mirror draws."""
+    """Return the whole scene of the session without its robot, for a mirror."""
     arguments.only(())
     return Answer(message_of(state.scene, {"robot": state.scene.robot}))
 
 
 def hold(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Have the session hold a scene, whole; where the robot stands does not change."""
+    """Replace the session's scene; the robot's positions stay."""
     return Answer({}, replace(state, scene=_scene(arguments.only(("scene",))["scene"], state, watch)))
 
 
 def call(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Carry out a function that a `World` asks for: plan, follow, pick or place, with values whole."""
+    """Run a function of a `World`: plan, follow, pick or place, with whole values."""
     arguments.only(("function", "arguments", "settings"))
     name = arguments["function"].text()
     if name not in FUNCTIONS:
@@ -78,9 +77,10 @@ def call(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def drive(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Drive the simulated robot along a trajectory, in a scene that may be another than the session's.
+    """Drive the simulated robot along a trajectory, in a scene that may differ from the session's.
 
-    `speed` is that of time: 1 as in the world, 0 as fast as the machine goes. Who cancels it stops the robot.
+    `speed` is that of simulated time: 1 for real time, 0 for as fast as possible. Cancellation stops the
+    robot.
     """
     arguments.only(("scene", "group", "trajectory", "speed"))
     speed, names = arguments["speed"].number(1.0), state.scene.robot.joint_names
@@ -111,7 +111,7 @@ def drive(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def _known(state: SessionState) -> dict[str, object]:
-    """Return what the caller has already, by the name that both sides use."""
+    """Return the values that the caller already has, by their common name."""
     return {"robot": state.scene.robot, "scene": state.scene}
 
 
@@ -126,10 +126,10 @@ def _scene(node: Node, state: SessionState, watch: Watch) -> Scene:
 
 
 def _fitting(node: Node, scene: Scene, state: SessionState) -> Scene:
-    """Return a scene, after making sure that it is one of the session's robot.
+    """Return a scene after checking that it is of the session's robot.
 
     Raises:
-        FileFormatError: If it is another's, or robot and scene do not fit together.
+        FileFormatError: If it is of another robot, or inconsistent.
     """
     if scene.robot is not state.scene.robot:
         raise node.error("is of another robot than the session's")

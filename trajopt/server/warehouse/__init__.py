@@ -1,4 +1,4 @@
-"""The warehouse: robots, scenes, problems, plans, states and constraints in one file, kept by name."""
+"""The warehouse: robots, scenes, problems, plans, states and constraints in one file, by name."""
 
 from trajopt.server.warehouse.kept import Constraints as Constraints
 from trajopt.server.warehouse.kept import Entry as Entry

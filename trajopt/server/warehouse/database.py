@@ -1,7 +1,7 @@
-"""Database: the file of a warehouse: its tables, who may write when, and what is refused.
+"""Database: the SQLite file of a warehouse: tables, locking and validation.
 
-SQLite's write-ahead log: readers see whole transactions only, one process writes at a time and others wait,
-and what was committed is on the disk before the call returns.
+With SQLite's write-ahead log readers see whole transactions only, one process writes at a time, and a
+committed transaction is on disk before the call returns.
 """
 
 import os
@@ -28,11 +28,11 @@ class Forked(ABC):
 
     @abstractmethod
     def disconnect(self) -> None:
-        """Close what is open; the lock is held."""
+        """Close open connections; the lock is held."""
 
 
 class _Forks:
-    """What is closed before each fork, and cannot be used by other threads until that is over."""
+    """Databases that are closed before each fork, and locked for other threads until it is over."""
 
     def __init__(self) -> None:
         self.known, self._held = WeakSet["Forked"](), list["Forked"]()
@@ -56,12 +56,11 @@ if hasattr(os, "register_at_fork"):
 
 
 APPLICATION = 0x74726A77
-"""Marks the file as a warehouse of trajopt's ("trjw"), in the header where SQLite has a place for that."""
+"""Application id of a warehouse ("trjw") in SQLite's header."""
 VERSION = 1
-"""Of the format. Later versions of trajopt read all earlier ones; what is newer is refused."""
+"""Version of the format. Later versions of trajopt read all earlier ones; newer ones are refused."""
 PATIENCE = 60.0
-"""How long a write waits for those of other processes [s]: each takes milliseconds, so there is something
-wrong with who writes so long."""
+"""Longest wait for writes of other processes [s], each of which takes milliseconds."""
 _TABLES = """
 CREATE TABLE entries (
   id INTEGER PRIMARY KEY, kind TEXT NOT NULL, name TEXT NOT NULL, version INTEGER NOT NULL,
@@ -82,24 +81,28 @@ CREATE TABLE memories (
   number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT NOT NULL, arrays TEXT NOT NULL, wins INTEGER NOT NULL,
   failures INTEGER NOT NULL, used INTEGER NOT NULL);
 """
-"""Names and what is said of entries; members by the digest of their content, so that equal ones are kept
-once; the last number that was given to a version; what experience remembers."""
+"""Names and descriptions of entries; members by the digest of their content, so that equal ones are stored
+once; the last used version number; memories of experience.
+"""
 Tables = dict[str, tuple[str, str]]
 
 
 class Database(Forked):
-    """The file of a warehouse. Threads take turns; it is closed before a fork, and both open it anew.
+    """The file of a warehouse.
+
+    Threads take turns; it is closed before a fork, and reopened in both processes.
 
     Attributes:
         path: The file.
     """
 
     def __init__(self, path: Path, *, create: bool) -> None:
-        """Open the file, and make it if it is not there and may be made.
+        """Open the file; create it if it does not exist and this is allowed.
 
         Raises:
-            FileFormatError: If it is missing, cannot be opened, is no warehouse, or newer than this trajopt.
-            ModelError: If a text has a lone surrogate, as those of all transactions.
+            FileFormatError: If it is missing, cannot be opened, is not a warehouse, or newer than this
+                trajopt.
+            ModelError: If a text has a lone surrogate; also in all transactions.
         """
         self.path, self._depth = path, 0
         self._connection: sqlite3.Connection | None = None
@@ -114,7 +117,7 @@ class Database(Forked):
             self._opened(create=create)
 
     def error(self, reason: str) -> FileFormatError:
-        """Return the error that says what is wrong with the file."""
+        """Return the error for a fault of the file."""
         return FileFormatError(str(self.path), reason)
 
     def close(self) -> None:
@@ -130,7 +133,7 @@ class Database(Forked):
 
     @contextmanager
     def reading(self) -> Generator[sqlite3.Connection]:
-        """Yield the connection: all that is read in the block is of one moment.
+        """Yield the connection, with a consistent snapshot for the block.
 
         Raises:
             FileFormatError: If the file is damaged.
@@ -140,7 +143,7 @@ class Database(Forked):
 
     @contextmanager
     def writing(self) -> Generator[sqlite3.Connection]:
-        """Yield the connection: what is written in the block is there as a whole after it, or not at all.
+        """Yield the connection in a transaction, which is committed as a whole or rolled back.
 
         Raises:
             FileFormatError: If the file cannot be written, or another process writes for too long.
@@ -150,7 +153,7 @@ class Database(Forked):
 
     @contextmanager
     def _transaction(self, begin: str) -> Generator[sqlite3.Connection]:
-        """Yield the connection in a transaction, or in a part of the one that this thread has begun."""
+        """Yield the connection in a transaction, or within the one that this thread has begun."""
         with self.lock, self._translated():
             connection = self._opened(create=False)
             part = bool(self._depth)
@@ -214,10 +217,10 @@ class Database(Forked):
         return connection
 
     def _prepared(self, connection: sqlite3.Connection, *, create: bool) -> None:
-        """Check the file, make the tables of a new one, and set how it is used.
+        """Check the file, create the tables of a new one, and configure it.
 
         Raises:
-            FileFormatError: If it is not a warehouse, or is empty and may not be made one.
+            FileFormatError: If it is not a warehouse, or is empty and may not become one.
         """
         connection.execute("PRAGMA trusted_schema = OFF")  # a file from a stranger may have views of its own
         connection.execute("PRAGMA foreign_keys = ON")
@@ -242,7 +245,7 @@ class Database(Forked):
         _in_log(connection)
 
     def _is_warehouse(self, connection: sqlite3.Connection) -> bool:
-        """Say whether it is one; an empty file is none yet.
+        """Return whether it is a warehouse; False for an empty file.
 
         Raises:
             FileFormatError: If it is something else, or newer.
@@ -275,7 +278,7 @@ def _folded(text: object) -> str:
 
 
 def _tables(connection: sqlite3.Connection) -> Tables:
-    """Return what a database consists of, by name: what it is, and the words that made it."""
+    """Return the schema of a database by name: kind and SQL text."""
     rows = connection.execute(
         "SELECT name, type, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'"
     )

@@ -1,4 +1,4 @@
-"""What can be asked of an entry without reading it: its robot, scene, goal and words."""
+"""Searchable descriptions of entries: robot, scene, goal and words."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,22 +18,22 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.trajectory import Trajectory
 
 Keepable: TypeAlias = Result | Plan | Problem | Scene | Robot | State | Constraints
-"""What a warehouse keeps."""
+"""Values that a warehouse stores."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Described:
-    """What is said of an entry.
+    """Description of an entry.
 
     Attributes:
-        kind: What it is.
+        kind: Its kind.
         robot: Name of the robot.
-        scene: What tells its scene from others, in hexadecimal digits; empty where it has none.
+        scene: Fingerprint of its scene, in hexadecimal digits; empty without one.
         goal: The goal in words.
-        ends: Where its motion, or its goal, has the joints that it says something of [rad | m].
-        status: How planning ended.
+        ends: Final or goal positions of the joints that it determines [rad | m].
+        status: Status of planning.
         duration: Of the motion [s].
-        words: All that is said of it, for whoever looks for a word.
+        words: All its words, for text search.
     """
 
     kind: Kind
@@ -89,7 +89,7 @@ def described(value: Keepable | Bundle) -> Described:
 
 
 def scene_fingerprint(scene: Scene) -> str:
-    """Return what tells a scene with its robot from others: the same for the same numbers."""
+    """Return a fingerprint of a scene and its robot, equal for equal numbers."""
     return digest_as_written(Writer(), scene)
 
 

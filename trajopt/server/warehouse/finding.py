@@ -10,7 +10,7 @@ from trajopt.server.warehouse.kept import Entry, Kind
 from trajopt.values.errors import EntryNotFound, ModelError, shown
 
 COLUMNS = "id, kind, name, version, made, robot, goal, status, duration, note, fingerprint"
-"""What an `Entry` is made of."""
+"""Columns of an `Entry`."""
 _TAGGED = "EXISTS (SELECT 1 FROM tags WHERE entry = id AND tag = ?)"
 _SAYS = (
     "(instr(words, ?) OR instr(folded(note), ?) OR EXISTS "
@@ -24,21 +24,21 @@ _NEWEST = (
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """Which entries are meant; what is left out does not matter.
+    """Conditions on entries; a missing one is ignored.
 
     Attributes:
         kind: Their kind.
         name: Their name.
         robot: Name of their robot.
-        goal: Words that their goal says; or joints with the positions that their motion ends at [rad | m].
-        within: How near to those positions [rad | m].
-        scene: Name of a scene that is kept: they are in it, in any of its versions.
-        text: Words that all occur in what is said of them.
+        goal: Words of their goal; or joints with the final positions of their motion [rad | m].
+        within: Tolerance of these positions [rad | m].
+        scene: Name of a stored scene, any version of which they use.
+        text: Words that all occur in their description.
         tags: Tags that they all have.
-        since: They were kept then or later.
-        until: They were kept before that.
+        since: Earliest time of storage.
+        until: End of the time of storage.
         solved: Whether planning found a motion.
-        newest: Whether only the last version of each name is meant.
+        newest: Whether only the last version of each name counts.
     """
 
     kind: Kind | None = None
@@ -71,10 +71,10 @@ class Conditions:
         return [(row[0], entry_of(connection, row)) for row in rows]
 
     def _ends_there(self, ends: str) -> bool:
-        """Say whether a motion ends at the positions of the goal.
+        """Return whether a motion ends at the positions of the goal.
 
         Raises:
-            sqlite3.DatabaseError: If the column does not hold positions by joint.
+            sqlite3.DatabaseError: If the column is damaged.
         """
         assert isinstance(self.goal, Mapping)
         try:
@@ -106,9 +106,9 @@ class Conditions:
 
 
 def moment(when: datetime) -> str:
-    """Return a time as it is written: in UTC, so that the order of texts is that of times.
+    """Return a time in UTC as text, whose order is that of times.
 
-    A time without a zone is meant where the computer is.
+    A time without a zone is local.
     """
     return when.astimezone(UTC).isoformat(timespec="microseconds")
 
@@ -142,10 +142,10 @@ def entry_of(connection: sqlite3.Connection, row: Sequence[object]) -> Entry:
 def the_one(
     connection: sqlite3.Connection, name: str, kind: Kind | None, version: int | None
 ) -> tuple[int, Entry]:
-    """Return an entry by name, the last version where none is stated.
+    """Return an entry by name, by default the last version.
 
     Raises:
-        EntryNotFound: If there is none of that name, kind and version, or the name is that of several kinds.
+        EntryNotFound: If there is none of that name, kind and version, or the name is ambiguous.
     """
     found = Conditions(kind=kind, name=name).found(connection)
     what = "entry" if kind is None else kind.name.lower()
@@ -164,10 +164,10 @@ def the_one(
 
 
 def _scenes(connection: sqlite3.Connection, name: str) -> list[str]:
-    """Return what tells the versions of a scene from others.
+    """Return the fingerprints of a scene's versions.
 
     Raises:
-        EntryNotFound: If no scene of that name is kept.
+        EntryNotFound: If no scene of that name is stored.
     """
     rows = connection.execute(
         "SELECT DISTINCT scene FROM entries WHERE kind = ? AND name = ?", (Kind.SCENE.name, name)

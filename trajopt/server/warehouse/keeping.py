@@ -1,4 +1,4 @@
-"""Entries written with all that belongs to them, and values made of them again."""
+"""Writing entries with their members, and restoring values from them."""
 
 import json
 import sqlite3
@@ -26,16 +26,16 @@ from trajopt.values.arrays import several
 from trajopt.values.errors import ModelError, shown
 
 LONGEST_NAME = 200
-"""Characters of a name or a tag: a line of a listing takes no more."""
+"""Characters of a name or a tag."""
 BUNDLED = (Kind.PROBLEM, Kind.PLAN)
-"""Kinds of which there are bundles."""
+"""Kinds that are stored as bundles."""
 
 
 def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
-    """Return what something is kept as.
+    """Return the members that store a value.
 
     Raises:
-        ModelError: If it holds code of the caller's.
+        ModelError: If it contains code of the caller.
         FileFormatError: If a mesh cannot be read.
     """
     match what:
@@ -51,10 +51,10 @@ def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
 
 
 def kept_in(members: Members, kind: Kind, meshes: Path | str | None = None) -> Any:
-    """Return what members make: of a problem or a plan the bundle, else the value itself.
+    """Return the value of members: for a problem or a plan the bundle.
 
     Raises:
-        FileFormatError: If they do not make one.
+        FileFormatError: If they are invalid.
     """
     if kind in BUNDLED:
         return bundle_of(members, meshes)
@@ -81,19 +81,19 @@ def keep(
     note: str,
     made: str = "",
 ) -> Entry:
-    """Write an entry with all that belongs to it, in one transaction.
+    """Write an entry with its members, in one transaction.
 
     Args:
         database: The file.
         name: Its name.
-        about: What is said of it.
-        members: What it consists of.
-        tags: Words to find it by.
-        note: Whatever is to be said of it.
-        made: When it was kept; now when empty.
+        about: Its description.
+        members: Its members.
+        tags: Tags for search.
+        note: A free note.
+        made: Time of storage; now if empty.
 
     Raises:
-        ModelError: If a name or tag is none.
+        ModelError: If a name or tag is invalid.
         FileFormatError: If the file cannot be written.
     """
     _check_word("name", name)
@@ -116,7 +116,7 @@ def keep(
 
 
 def _next_version(connection: sqlite3.Connection, kind: Kind, name: str) -> int:
-    """Return the number of the next version of a name; that of what was removed is not given again."""
+    """Return the next version number of a name; numbers of removed versions are not reused."""
     named = (kind.name, name)
     connection.execute(
         "INSERT INTO numbers VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET last = last + 1", named
@@ -126,14 +126,14 @@ def _next_version(connection: sqlite3.Connection, kind: Kind, name: str) -> int:
 
 
 def _fingerprint(members: Mapping[str, bytes]) -> str:
-    """Return what tells contents from others; a bundle's description has the digests of the rest."""
+    """Return the fingerprint of contents; a bundle's description has the digests of the rest."""
     if DESCRIPTION in members:
         return digest(members[DESCRIPTION])
     return digest("".join(f"{each} {digest(members[each])}\n" for each in sorted(members)).encode())
 
 
 def _check_word(what: str, word: str) -> None:
-    """Refuse what cannot be typed, or read in a listing."""
+    """Refuse words that cannot be typed, or read in a list."""
     if not word.strip() or len(word) > LONGEST_NAME or not word.isprintable():
         raise ModelError(
             f"{what} must be 1 to {LONGEST_NAME} characters that can be printed, is {shown(word)}"
@@ -141,10 +141,10 @@ def _check_word(what: str, word: str) -> None:
 
 
 def checked_tags(tags: Sequence[str]) -> tuple[str, ...]:
-    """Return tags sorted, each once.
+    """Return sorted tags without duplicates.
 
     Raises:
-        ModelError: If one is empty, too long, or cannot be printed.
+        ModelError: If one is empty, too long, or not printable.
     """
     words = several("tags", tags, str)
     for word in words:
@@ -153,18 +153,18 @@ def checked_tags(tags: Sequence[str]) -> tuple[str, ...]:
 
 
 class StoredMembers(Members):
-    """The members of one entry, read one by one."""
+    """The members of one entry, read on demand."""
 
     def __init__(self, database: Database, entry: int, label: str) -> None:
-        """Look up what there is.
+        """List the members.
 
         Args:
             database: The file.
-            entry: The number of the entry in it.
+            entry: Number of the entry in it.
             label: The entry in words.
 
         Raises:
-            FileFormatError: If there is more than an entry can have.
+            FileFormatError: If there are more than an entry can have.
         """
         super().__init__(Path(f"{database.path}: {label}"))
         self._database = database
@@ -189,7 +189,7 @@ class StoredMembers(Members):
         return tuple(self._digests)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return what a member holds; see `Members.read`."""
+        """Return the content of a member; see `Members.read`."""
         if name not in self._digests:
             raise self.error(f"has no member {shown(name)}")
         key, size = self._digests[name]
@@ -213,9 +213,9 @@ class StoredMembers(Members):
 
 
 def packed_for(database: Database, members: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the members that are not there yet as they will be written, by digest.
+    """Return the missing members in their stored form, by digest.
 
-    Packing takes long where there are meshes: it is done before the others have to wait.
+    Packing of meshes is slow, so it is done before the lock is taken.
     """
     found = {digest(data): data for data in members.values()}
     with database.reading() as connection:
@@ -226,13 +226,13 @@ def packed_for(database: Database, members: Mapping[str, bytes]) -> dict[str, by
 def keep_members(
     connection: sqlite3.Connection, entry: int, members: Mapping[str, bytes], packed: Mapping[str, bytes]
 ) -> None:
-    """Write the members of an entry; what is there already is not written again.
+    """Write the missing members of an entry.
 
     Args:
-        connection: In a transaction that writes.
-        entry: The number of the entry.
-        members: What they hold, by name.
-        packed: What `packed_for` returned.
+        connection: In a writing transaction.
+        entry: Number of the entry.
+        members: Their content, by name.
+        packed: Result of `packed_for`.
     """
     for name, data in members.items():
         key = digest(data)
@@ -244,7 +244,7 @@ def keep_members(
 
 
 def drop_unused(connection: sqlite3.Connection) -> None:
-    """Remove contents that no entry has any more."""
+    """Delete contents that no entry uses."""
     connection.execute("DELETE FROM contents WHERE digest NOT IN (SELECT digest FROM members)")
 
 

@@ -1,4 +1,4 @@
-"""What a warehouse keeps: kinds, entries, and the values that have no class elsewhere."""
+"""Kinds, entries, and named values of a warehouse."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from trajopt.values.errors.arguments import checked
 
 
 class Kind(Enum):
-    """Kinds of what a warehouse keeps; each value says what it is."""
+    """Kinds of entries; each value describes its kind."""
 
     ROBOT = "a robot"
     SCENE = "a robot among objects"
@@ -24,9 +24,9 @@ class Kind(Enum):
 @checked
 @dataclass(frozen=True, eq=False)
 class State(Value):
-    """Positions of a robot's joints that are worth a name: what MoveIt calls a named state.
+    """Named positions of a robot's joints, like a named state of MoveIt.
 
-    `Problem` takes `positions` as its start or its goal.
+    `Problem` accepts `positions` as its start or goal.
 
     Attributes:
         robot: The robot's name.
@@ -40,9 +40,9 @@ class State(Value):
         """Check names and numbers.
 
         Raises:
-            ProblemError: If they are none.
+            ProblemError: If they are missing.
             ModelError: If a name has a lone surrogate.
-            ShapeError: If a position is no number, or not finite.
+            ShapeError: If a position is not a finite number.
         """
         one_of("robot", self.robot, str)
         positions = mapping("positions", self.positions)
@@ -56,12 +56,12 @@ class State(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Constraints(Value):
-    """Requirements that are worth a name, for the constraints or the goal of problems: as MoveIt has them.
+    """Named requirements, for the constraints or the goal of problems, as in MoveIt.
 
     Attributes:
         robot: The robot's name.
-        requirements: What must hold.
-        group: The group that they are for; empty for any.
+        requirements: The requirements.
+        group: Their group; empty for any.
     """
 
     robot: str
@@ -72,27 +72,27 @@ class Constraints(Value):
         """Check the kinds.
 
         Raises:
-            ProblemError: If one is no requirement.
+            ProblemError: If one is not a requirement.
         """
         object.__setattr__(self, "requirements", several("requirements", self.requirements, Requirement))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Entry(Value):
-    """What a warehouse says of something that it keeps; `Warehouse.load` returns the thing itself.
+    """Description of a stored value; `Warehouse.load` returns the value.
 
     Attributes:
-        kind: What it is.
+        kind: Its kind.
         name: Its name.
-        version: 1 for what was kept first under that name, then 2, ...; numbers are not used again.
-        made: When it was kept (UTC, as ISO 8601 has it).
+        version: 1 for the first value of that name, then 2, ...; numbers are not reused.
+        made: Time of storage (UTC, ISO 8601).
         robot: Name of the robot.
-        goal: The goal in words; empty where there is none.
-        status: How planning ended ("SOLVED"); empty where nothing was planned.
-        duration: Of the motion [s]; None where there is none.
-        note: What the user has to say of it.
-        tags: Words that it was marked with, sorted.
-        fingerprint: The same for the same content, in hexadecimal digits.
+        goal: The goal in words; empty without one.
+        status: Status of planning ("SOLVED"); empty if not planned.
+        duration: Of the motion [s]; None without one.
+        note: The user's note.
+        tags: Its tags, sorted.
+        fingerprint: Equal for equal content, in hexadecimal digits.
     """
 
     kind: Kind
@@ -124,7 +124,7 @@ class Entry(Value):
         }
 
     def __str__(self) -> str:
-        """Say in a line what it is."""
+        """Return a line that describes it."""
         parts = [self.kind.name.lower(), shown(self.name), f"version {self.version}", f"robot {self.robot}"]
         if self.status:
             took = "" if self.duration is None else f", {self.duration:.3f} s"
@@ -133,7 +133,7 @@ class Entry(Value):
 
 
 def oldest_first(entries: Iterable[Entry]) -> list[Entry]:
-    """Sort entries by date, and those of one kind and name by version, whatever a clock did between them."""
+    """Sort entries by date, and those of one kind and name by version, also if the clock was set back."""
     versions: dict[tuple[Kind, str], list[Entry]] = {}
     for each in sorted(entries, key=lambda each: each.version):
         versions.setdefault((each.kind, each.name), []).append(each)

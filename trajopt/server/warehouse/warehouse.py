@@ -38,10 +38,10 @@ from trajopt.values.errors.arguments import checked
 
 
 class Warehouse:
-    """A file that keeps what is worth keeping, by name and version.
+    """A file that stores values by name and version.
 
-    What a call has kept stays, whatever happens to the process or the machine afterwards; several processes
-    and threads may use one file at once. `with Warehouse("cell.warehouse") as kept:` closes it in the end.
+    A completed call is durable, whatever happens to the process or machine; several processes
+    and threads may use one file. `with Warehouse("cell.warehouse") as kept:` closes it.
 
     Attributes:
         path: The file.
@@ -52,11 +52,11 @@ class Warehouse:
         """Open a file.
 
         Args:
-            path: The file, on a disk of this machine: SQLite's locks do not hold across a network.
-            create: Whether it is made where there is none.
+            path: The file, on a local disk: SQLite's locks do not work across a network.
+            create: Whether a missing file is created.
 
         Raises:
-            FileFormatError: If it cannot be opened, is no warehouse, or is newer than this trajopt.
+            FileFormatError: If it cannot be opened, is not a warehouse, or is newer than this trajopt.
         """
         self.path = as_path("path", path)
         self._database = Database(self.path, create=create)
@@ -82,9 +82,9 @@ class Warehouse:
         self._database.close()
 
     def together(self) -> AbstractContextManager[object]:
-        """Have all that is kept, marked and removed in a block be there as a whole after it, or not at all.
+        """Make all changes in a block one transaction.
 
-        Other threads and processes wait with what they write until the block is over.
+        Other threads and processes wait with their writes until the block ends.
         """
         return self._database.writing()
 
@@ -98,20 +98,20 @@ class Warehouse:
         note: str = "",
         explained: bool = True,
     ) -> Entry:
-        """Keep something; what was kept under the name before stays, as an earlier version.
+        """Store a value; the previous value of that name stays as an earlier version.
 
         Args:
-            name: Its name, of its kind.
-            what: A result, whatever became of it; a plan, problem, scene, robot, state, or constraints.
-            tags: Words to find it by.
-            note: Whatever is to be said of it.
-            explained: Whether a failure is explained in it, which takes up to some seconds.
+            name: Its name, unique within its kind.
+            what: A result of any status; a plan, problem, scene, robot, state, or constraints.
+            tags: Tags for search.
+            note: A free note.
+            explained: Whether to include the explanation of a failure, which takes up to some seconds.
 
         Returns:
-            The entry, once it is on the disk.
+            The entry, once it is on disk.
 
         Raises:
-            ModelError: If it holds code of the caller's, or a name or tag is none.
+            ModelError: If the value contains code of the caller, or a name or tag is invalid.
             FileFormatError: If the file cannot be written.
         """
         about, members = described(what), members_of(what, explained=explained)
@@ -121,16 +121,16 @@ class Warehouse:
     def add_bundle(
         self, path: Path | str, name: str = "", *, tags: Sequence[str] = (), note: str = ""
     ) -> Entry:
-        """Keep a bundle's file.
+        """Store a bundle's file.
 
         Args:
             path: The file.
-            name: Its name; that of its problem when empty.
-            tags: Words to find it by.
-            note: Whatever is to be said of it.
+            name: Its name; that of its problem if empty.
+            tags: Tags for search.
+            note: A free note.
 
         Raises:
-            FileFormatError: If it is no bundle, or cannot be kept.
+            FileFormatError: If it is not a bundle, or cannot be stored.
         """
         archive = Archive(path)
         bundle = bundle_of(archive)
@@ -156,25 +156,25 @@ class Warehouse:
         solved: bool | None = None,
         newest: bool = False,
     ) -> tuple[Entry, ...]:
-        """Return entries, the last that was kept first; all where nothing is stated.
+        """Return entries, the latest first; all without conditions.
 
         Args:
             kind: Of this kind.
             name: Of this name.
             robot: Of the robot of this name.
-            goal: These words occur in the goal; or joints and positions that the motion, the goal or the
-                state ends at [rad | m].
-            within: How near to those positions [rad | m].
-            scene: In the scene that is kept under this name, in any of its versions.
-            text: These words all occur in what is said of it: names, objects, requirements, reasons, notes.
-            tags: Marked with all of these.
-            since: Kept then or later.
-            until: Kept before that.
-            solved: Whether planning found a motion; what was not planned has neither.
+            goal: With these words in the goal; or joints and final positions of the motion, goal or
+                state [rad | m].
+            within: Tolerance of these positions [rad | m].
+            scene: In the stored scene of this name, in any of its versions.
+            text: With all these words in the description: names, objects, requirements, reasons, notes.
+            tags: With all of these tags.
+            since: Stored then or later.
+            until: Stored before then.
+            solved: Whether planning found a motion; unplanned entries match neither value.
             newest: Whether only the last version of each name is returned.
 
         Raises:
-            EntryNotFound: If no scene of that name is kept.
+            EntryNotFound: If no scene of that name is stored.
         """
         conditions = Conditions(
             kind=kind, name=name, robot=robot, goal=goal, within=within, scene=scene, text=text,
@@ -185,30 +185,30 @@ class Warehouse:
 
     @checked
     def entry(self, name: str, *, kind: Kind | None = None, version: int | None = None) -> Entry:
-        """Return what is said of something.
+        """Return the description of an entry.
 
         Args:
             name: Its name.
-            kind: Its kind; None where only one has something of that name.
-            version: Its version; the last when None.
+            kind: Its kind; may be None if the name is unambiguous.
+            version: Its version; the last if None.
 
         Raises:
             EntryNotFound: If there is none.
-            ModelError: If things of several kinds have the name.
+            ModelError: If entries of several kinds have the name.
         """
         with self._database.reading() as connection:
             return the_one(connection, name, kind, version)[1]
 
     @checked
     def load(self, entry: Entry, *, meshes: Path | str | None = None) -> Any:
-        """Return what an entry stands for: of a problem or a plan the bundle, else the value itself.
+        """Return the value of an entry: for a problem or a plan the bundle.
 
         Args:
             entry: The entry.
-            meshes: A folder to unpack the meshes to that a viewer draws.
+            meshes: A folder for the meshes that a viewer draws.
 
         Raises:
-            EntryNotFound: If it is no longer there.
+            EntryNotFound: If it no longer exists.
             FileFormatError: If it is damaged.
         """
         return kept_in(self._members(entry), entry.kind, meshes)
@@ -225,7 +225,7 @@ class Warehouse:
 
     @checked
     def problem(self, name: str, *, version: int | None = None) -> Problem:
-        """Return a problem that nobody planned yet; see `robot`. That of a plan is in its bundle."""
+        """Return an unplanned problem; see `robot`. That of a plan is in its bundle."""
         bundle: Bundle = self.load(self.entry(name, kind=Kind.PROBLEM, version=version))
         return bundle.problem
 
@@ -246,11 +246,11 @@ class Warehouse:
 
     @checked
     def mark(self, entry: Entry, *, tags: Sequence[str] | None = None, note: str | None = None) -> Entry:
-        """Change the tags or the note of an entry; what is None stays.
+        """Change the tags or the note of an entry; None leaves them.
 
         Raises:
-            EntryNotFound: If it is no longer there.
-            ModelError: If a tag is none.
+            EntryNotFound: If it no longer exists.
+            ModelError: If a tag is invalid.
         """
         words = None if tags is None else checked_tags(tags)
         with self._database.writing() as connection:
@@ -264,19 +264,19 @@ class Warehouse:
 
     @checked
     def remove(self, name: str, *, kind: Kind | None = None, version: int | None = None) -> tuple[Entry, ...]:
-        """Remove something for good.
+        """Delete entries permanently.
 
         Args:
-            name: Its name.
-            kind: Its kind; None where only one has something of that name.
-            version: The version to remove; all when None.
+            name: Their name.
+            kind: Their kind; may be None if the name is unambiguous.
+            version: The version to delete; all if None.
 
         Returns:
-            What was removed.
+            The deleted entries.
 
         Raises:
             EntryNotFound: If there is none.
-            ModelError: If things of several kinds have the name.
+            ModelError: If entries of several kinds have the name.
         """
         with self._database.writing() as connection:
             number, last = the_one(connection, name, kind, version)
@@ -289,11 +289,11 @@ class Warehouse:
 
     @checked
     def export(self, entry: Entry, path: Path | str) -> None:
-        """Write a problem or a plan as a bundle's file, which every command takes.
+        """Write a problem or a plan as a bundle's file, for all commands.
 
         Raises:
-            ModelError: If it is neither: `copy_to` takes everything.
-            EntryNotFound: If it is no longer there.
+            ModelError: If it is neither; `copy_to` accepts every kind.
+            EntryNotFound: If it no longer exists.
             FileFormatError: If the file cannot be written.
         """
         if entry.kind not in BUNDLED:
@@ -307,18 +307,18 @@ class Warehouse:
     def copy_to(self, other: "Warehouse", entries: Sequence[Entry] | None = None) -> tuple[Entry, ...]:
         """Copy entries to another warehouse, with their dates, tags and notes.
 
-        What is there already, of the same name, date and content, is not copied again; what has only the same
-        name becomes another version of it.
+        Entries with the same name, date and content are not copied again; others of the same name become
+        further versions.
 
         Args:
             other: The other warehouse.
-            entries: Which; all when None.
+            entries: The entries; all if None.
 
         Returns:
-            What was copied, as it is named there.
+            The copies, with their names there.
 
         Raises:
-            EntryNotFound: If one is no longer there.
+            EntryNotFound: If one no longer exists.
             FileFormatError: If one is damaged, or the other file cannot be written.
         """
         chosen = self.find() if entries is None else several("entries", entries, Entry)
@@ -339,14 +339,15 @@ class Warehouse:
 
     @checked
     def experience(self, *, most: int = 1000, learning: bool = True) -> Experience:
-        """Return the experience that this file keeps: `plan(problem, experience=kept.experience())`.
+        """Return the experience stored in this file: `plan(problem, experience=kept.experience())`.
 
         Args:
-            most: Memories at most; then what has not won for longest is forgotten.
+            most: Largest number of memories; beyond it the one without a success for the longest time is
+                deleted.
             learning: Whether it changes; without, equal calls have equal answers.
 
         Raises:
-            ProblemError: If nothing could be remembered.
+            ProblemError: If the number is not positive.
         """
         return Experience(StoredMemories(self._database), most, learning)
 
@@ -359,7 +360,7 @@ class Warehouse:
 
 
 _COUNTED = ("EXPERIENCE", "")
-"""Where the version is, among the numbers that were given."""
+"""Key of the memories' version among the version numbers."""
 _ARRAYS = ("start", "goal", "scene", "knots")
 
 
@@ -372,7 +373,7 @@ class StoredMemories:
 
     @property
     def version(self) -> int:
-        """How often they were changed, by any process."""
+        """Number of changes by all processes."""
         with self._database.reading() as connection:
             return _version(connection)
 
@@ -400,7 +401,7 @@ class StoredMemories:
     def change(
         self, *, new: Memory | None = None, changed: Iterable[Memory] = (), gone: Iterable[int] = ()
     ) -> tuple[int, Memory | None]:
-        """Add, change and remove memories in one step; see `trajopt.planning.experience.Storage.change`.
+        """Add, change and delete memories in one transaction; see `Storage.change`.
 
         Raises:
             FileFormatError: If the file cannot be written.
@@ -436,7 +437,7 @@ def _arrays(document: Mapping[str, object]) -> Mapping[str, Floats]:
 
     Raises:
         KeyError: If one is missing.
-        ShapeError: If one is of another shape.
+        ShapeError: If one has another shape.
     """
     start = floats("start", cast("list[float]", document["start"]), (None,))
     knots = floats("knots", cast("list[float]", document["knots"]), (None, len(start)))
