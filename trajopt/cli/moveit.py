@@ -13,7 +13,7 @@ from trajopt.cli.options import LimitsOption, PackageOption, RobotOption, RobotS
 from trajopt.files.moveit import read_scene
 
 ScriptArgument = Annotated[
-    Path, typer.Argument(help="Python script that imports moveit_commander, rospy, ...")
+    Path, typer.Argument(help="Python script that imports moveit_commander and rospy, or moveit and rclpy.")
 ]
 WordsArgument = Annotated[list[str] | None, typer.Argument(help="Arguments of the script.")]
 SceneOption = Annotated[

@@ -11,7 +11,9 @@ from collections.abc import Sequence
 
 from trajopt.ros.commander import conversions as conversions
 from trajopt.ros.commander import geometry_msgs as geometry_msgs
+from trajopt.ros.commander import moveit as moveit
 from trajopt.ros.commander import moveit_msgs as moveit_msgs
+from trajopt.ros.commander import rclpy as rclpy
 from trajopt.ros.commander import rospy as rospy
 from trajopt.ros.commander import sensor_msgs as sensor_msgs
 from trajopt.ros.commander import shape_msgs as shape_msgs

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from trajopt.files.moveit.state_message import state_message
 from trajopt.geometry import Query
@@ -13,7 +14,7 @@ from trajopt.ros.commander.geometry_msgs.msg import PoseStamped
 from trajopt.ros.commander.group_base import GroupBase
 from trajopt.ros.commander.moveit_msgs.msg import PlannerInterfaceDescription, RobotState
 from trajopt.ros.commander.robot_states import joint_names, state_positions, within_bounds
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.server.move_group.settings import PIPELINE, PLANNERS
 from trajopt.values.arrays import Floats, floats
 
@@ -117,15 +118,31 @@ class GroupState(GroupBase):
             axes of the world, with a column a joint.
         """
         values = floats("joint_values", joint_values, (len(self._group.joints),))
-        point = floats("reference_point", reference_point or (0.0, 0.0, 0.0), (3,))
         reduced = reduce_model(self._world.scene, self._group.name, self._world.positions)
-        query, (joint, where) = Query(reduced), reduced.attachment(self._link(""))
-        kinematics = query.kinematics(values[None])
-        carrier = kinematics.rotation[:, joint] @ (where * point) + kinematics.translation[:, joint]
-        linear = query.point_jacobian(kinematics.jacobian, np.array([joint], dtype=np.int64), carrier)
-        angular = query.angular_jacobian(kinematics.jacobian, joint)
-        return np.concatenate((linear[0], angular[0])).tolist()
+        point = (0.0, 0.0, 0.0) if reference_point is None else reference_point
+        return jacobian(reduced, self._link(""), values, point).tolist()
 
     def _pose(self, link: str, positions: Floats) -> PoseStamped:
         where = self._world.scene.placement_of(self._link(link), positions)
         return stamped(where, self._planning_frame)
+
+
+def jacobian(reduced: ReducedModel, link: str, values: Floats, reference_point: ArrayLike) -> Floats:
+    """Return the Jacobian of a point of a link, shape (6, n).
+
+    Args:
+        reduced: The robot in its scene, the group's joints free.
+        link: The link.
+        values: Positions of the group's joints, shape (n,) [rad | m].
+        reference_point: The point in the link's frame, shape (3,) [m].
+
+    Returns:
+        Three rows of the linear and three of the angular velocity, in the axes of the world.
+    """
+    point = floats("reference_point", reference_point, (3,))
+    query, (joint, where) = Query(reduced), reduced.attachment(link)
+    kinematics = query.kinematics(values[None])
+    carrier = kinematics.rotation[:, joint] @ (where * point) + kinematics.translation[:, joint]
+    linear = query.point_jacobian(kinematics.jacobian, np.array([joint], dtype=np.int64), carrier)
+    angular = query.angular_jacobian(kinematics.jacobian, joint)
+    return np.concatenate((linear[0], angular[0]))

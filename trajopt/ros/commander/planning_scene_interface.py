@@ -95,6 +95,13 @@ class PlanningSceneInterface:
         whole = AttachedCollisionObject(carrier, message.object, touched)
         self._apply(document_of(whole, "attached object"), apply_attached)
 
+    def process_attached(self, message: Any) -> None:
+        """Do what an AttachedCollisionObject says: attach or detach."""
+        if message.object.operation == CollisionObject.REMOVE:
+            self.remove_attached_object(message.link_name or None, message.object.id or None)
+        else:
+            self.attach_object(message, message.link_name, message.touch_links)
+
     def attach_mesh(
         self,
         link: str,

@@ -22,6 +22,16 @@ HERE = "trajopt.ros.commander"
 PACKAGES = {
     "moveit_commander": ("conversions", "exception", "move_group", "planning_scene_interface", "robot"),
     "rospy": (),
+    "rclpy": ("logging",),
+    "moveit": (
+        "planning",
+        "core",
+        "core.kinematic_constraints",
+        "core.planning_scene",
+        "core.robot_model",
+        "core.robot_state",
+        "core.robot_trajectory",
+    ),
     "tf": ("transformations",),
     **{
         f"{package}_msgs": ("msg",)
@@ -45,6 +55,10 @@ REASONS = {
     **dict.fromkeys(
         ("rospy.Service", "rospy.ServiceProxy", "rospy.wait_for_service"),
         "there are no services in a simulated world; the commanders' methods do what MoveIt's services do",
+    ),
+    **dict.fromkeys(
+        ("rclpy.create_node", "rclpy.node"),
+        "there are no nodes in a simulated world; MoveItPy's methods do what MoveIt's services do",
     ),
     "rospy.Timer": "scripts run in one thread here; call the function in a loop with rospy.Rate",
     **dict.fromkeys(
@@ -104,7 +118,8 @@ def stand_ins() -> dict[str, ModuleType]:
         for module in modules:
             inner = StandIn(f"{package}.{module}", import_module(f"{source}.{module}"))
             found[inner.__name__] = inner
-            setattr(found[package], module, inner)
+            parent, _, last = inner.__name__.rpartition(".")
+            setattr(found[parent], last, inner)
     for module in (found[name] for name in found if name.startswith("moveit_commander")):
         for key, kind in UNCHANGED.items():
             if key in vars(module):

@@ -67,19 +67,12 @@ class Publisher:
             case CollisionObject():
                 scene.add_object(message)
             case AttachedCollisionObject():
-                self._attach(scene, message)
+                scene.process_attached(message)
             case PlanningScene():
                 scene.apply_planning_scene(message)
             case _:
                 pass
         _LOG.info("%s: %s", self.name, _told(message))
-
-    @staticmethod
-    def _attach(scene: PlanningSceneInterface, message: AttachedCollisionObject) -> None:
-        if message.object.operation == CollisionObject.REMOVE:
-            scene.remove_attached_object(message.link_name or None, message.object.id or None)
-        else:
-            scene.attach_object(message, message.link_name, message.touch_links)
 
 
 def _is_message(value: object, kind: type) -> bool:

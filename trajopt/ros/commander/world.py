@@ -121,14 +121,10 @@ class World:
     def group(self, name: str) -> Group:
         """Return a group by its name, which may have the robot's name in front or leave it out.
 
-        MoveIt's own Panda has called its hand `hand` and `panda_hand`, and scripts are of either time.
-
         Raises:
             GroupNotFound: If there is no such group.
         """
-        groups, prefix = self.robot.groups, f"{self.robot.name}_"
-        alike = (one_of("group", name, str), f"{prefix}{name}", name.removeprefix(prefix))
-        return self.robot.group(next((each for each in alike if each in groups), name))
+        return group_named(self.robot, name)
 
     @property
     def executor(self) -> Executor:
@@ -262,6 +258,19 @@ def _served(
     except ModuleNotFoundError as error:
         raise MissingExtra(str(error.name), "server") from error
     return Served(url, robot, token=token)
+
+
+def group_named(robot: Robot, name: str) -> Group:
+    """Return a group by its name, which may have the robot's name in front or leave it out.
+
+    MoveIt's own Panda has called its hand `hand` and `panda_hand`, and scripts are of either time.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+    """
+    prefix = f"{robot.name}_"
+    alike = (one_of("group", name, str), f"{prefix}{name}", name.removeprefix(prefix))
+    return robot.group(next((each for each in alike if each in robot.groups), name))
 
 
 def current_world() -> World | None:

@@ -1,0 +1,73 @@
+"""Stands for `moveit.core.kinematic_constraints`: constraints messages."""
+
+from collections.abc import Sequence
+
+from trajopt.ros.commander.geometry_msgs.msg import Point, Pose, Quaternion
+from trajopt.ros.commander.moveit.core.robot_model import JointModelGroup
+from trajopt.ros.commander.moveit.core.robot_state import RobotState
+from trajopt.ros.commander.moveit_msgs.msg import (
+    BoundingVolume,
+    Constraints,
+    JointConstraint,
+    OrientationConstraint,
+    PositionConstraint,
+)
+from trajopt.ros.commander.shape_msgs.msg import SolidPrimitive
+from trajopt.ros.commander.std_msgs.msg import Header
+from trajopt.server.move_group.outcome import MoveItCommanderException
+
+
+def construct_joint_constraint(
+    robot_state: RobotState, joint_model_group: JointModelGroup, tolerance: float = 0.01
+) -> Constraints:
+    """Return constraints that hold a group's joints where a state has them, within a tolerance [rad | m]."""
+    names = joint_model_group.active_joint_model_names
+    values = robot_state.joint_positions
+    held = [JointConstraint(name, values[name], tolerance, tolerance, 1.0) for name in names]
+    return Constraints(joint_constraints=held)
+
+
+def construct_link_constraint(
+    link_name: str,
+    source_frame: str,
+    cartesian_position: Sequence[float] | None = None,
+    cartesian_position_tolerance: float | None = None,
+    orientation: Sequence[float] | None = None,
+    orientation_tolerance: float | None = None,
+) -> Constraints:
+    """Return constraints that hold a link.
+
+    Args:
+        link_name: The link.
+        source_frame: The frame that position and orientation are in.
+        cartesian_position: x, y, z [m].
+        cartesian_position_tolerance: Radius of the sphere around the position [m].
+        orientation: x, y, z, w.
+        orientation_tolerance: About each axis [rad].
+
+    Raises:
+        MoveItCommanderException: If there is neither position nor orientation, or one has no tolerance.
+    """
+    if cartesian_position is None and orientation is None:
+        raise MoveItCommanderException("construct_link_constraint: give a position, an orientation or both")
+    made, header = Constraints(), Header(frame_id=source_frame)
+    if cartesian_position is not None:
+        radius = _stated("cartesian_position_tolerance", cartesian_position_tolerance)
+        region = BoundingVolume(
+            [SolidPrimitive(SolidPrimitive.SPHERE, [radius])], [Pose(Point(*cartesian_position))]
+        )
+        held = PositionConstraint(header, link_name, constraint_region=region, weight=1.0)
+        made.position_constraints.append(held)
+    if orientation is not None:
+        angle = _stated("orientation_tolerance", orientation_tolerance)
+        turned = Quaternion(*orientation)
+        made.orientation_constraints.append(
+            OrientationConstraint(header, turned, link_name, angle, angle, angle, weight=1.0)
+        )
+    return made
+
+
+def _stated(name: str, tolerance: float | None) -> float:
+    if tolerance is None:
+        raise MoveItCommanderException(f"construct_link_constraint: {name} is missing")
+    return tolerance

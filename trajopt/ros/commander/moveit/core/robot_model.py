@@ -1,0 +1,138 @@
+"""Stands for `moveit.core.robot_model`: a robot and its groups."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from trajopt.robot.load import load
+from trajopt.robot.loading.groups import Group
+from trajopt.robot.robot import Robot
+from trajopt.ros.commander.robot_states import joint_names, link_names
+from trajopt.ros.commander.world import group_named
+from trajopt.scene.scene import Scene
+from trajopt.server.move_group.outcome import NoStandIn, speaks_moveit
+from trajopt.values.arrays import floats
+from trajopt.values.errors import GroupNotFound
+
+
+class InPart:
+    """A class of moveit_py whose other members have no stand-in."""
+
+    def __getattr__(self, name: str) -> object:
+        """Refuse a member that is not here.
+
+        Raises:
+            NoStandIn: Always, but for names of the language itself.
+        """
+        if name.startswith("_"):
+            raise AttributeError(name)
+        there = sorted(each for each in dir(type(self)) if not each.startswith("_"))
+        raise NoStandIn(f"{type(self).__name__}.{name} has no stand-in; there are: {', '.join(there)}")
+
+
+@speaks_moveit
+class JointModelGroup(InPart):
+    """A group of joints."""
+
+    def __init__(self, robot: Robot, group: Group) -> None:
+        """Choose a group; `RobotModel.get_joint_model_group` does."""
+        self._robot, self._group = robot, group
+
+    @property
+    def name(self) -> str:
+        """Name of the group."""
+        return self._group.name
+
+    @property
+    def joint_model_names(self) -> list[str]:
+        """All joints, fixed and mimicking ones included."""
+        return joint_names(self._robot, self._group)
+
+    @property
+    def active_joint_model_names(self) -> list[str]:
+        """Joints that are planned for."""
+        return list(self._group.joints)
+
+    @property
+    def link_model_names(self) -> list[str]:
+        """Links of the group."""
+        return link_names(self._robot, self._group)
+
+    @property
+    def eef_name(self) -> str:
+        """Name of the end effector whose group this is; empty if it is not one."""
+        effectors = self._robot.end_effectors.items()
+        return next((name for name, each in effectors if each.group == self._group.name), "")
+
+    def satisfies_position_bounds(self, values: Sequence[float], margin: float = 0.0) -> bool:
+        """Return whether positions of the active joints are within their limits [rad | m]."""
+        given = floats("values", values, (len(self._group.joints),))
+        limits, columns = self._robot.limits, self._robot.index(self._group.joints)
+        lower, upper = limits.lower[columns] - margin, limits.upper[columns] + margin
+        return bool(((lower <= given) & (given <= upper)).all())
+
+
+@speaks_moveit
+class RobotModel(InPart):
+    """A robot.
+
+    Attributes:
+        robot: The robot, as trajopt has it.
+        scene: The robot alone.
+        rng: Draws random positions.
+    """
+
+    def __init__(self, urdf_xml_path: str, srdf_xml_path: str) -> None:
+        """Load a robot from its files."""
+        self._take(load(urdf_xml_path, srdf=srdf_xml_path), np.random.default_rng(0))
+
+    @classmethod
+    def of(cls, robot: Robot, rng: np.random.Generator) -> "RobotModel":
+        """Return the model of a robot."""
+        model = cls.__new__(cls)
+        model._take(robot, rng)
+        return model
+
+    def _take(self, robot: Robot, rng: np.random.Generator) -> None:
+        self.robot, self.rng, self.scene = robot, rng, Scene(robot)
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.robot.name
+
+    @property
+    def model_frame(self) -> str:
+        """The root link."""
+        return self.robot.links[0]
+
+    @property
+    def joint_model_group_names(self) -> list[str]:
+        """Names of the groups."""
+        return list(self.robot.groups)
+
+    @property
+    def joint_model_groups(self) -> list[JointModelGroup]:
+        """The groups."""
+        return [JointModelGroup(self.robot, group) for group in self.robot.groups.values()]
+
+    @property
+    def end_effectors(self) -> list[JointModelGroup]:
+        """The groups of the end effectors."""
+        return [self.get_joint_model_group(each.group) for each in self.robot.end_effectors.values()]
+
+    def has_joint_model_group(self, joint_model_group_name: str) -> bool:
+        """Return whether there is a group of that name, with or without the robot's name in front."""
+        try:
+            group_named(self.robot, joint_model_group_name)
+        except GroupNotFound:
+            return False
+        return True
+
+    def get_joint_model_group(self, joint_model_group_name: str) -> JointModelGroup:
+        """Return a group."""
+        return JointModelGroup(self.robot, group_named(self.robot, joint_model_group_name))
+
+    def get_model_info(self) -> str:
+        """Return the robot in words."""
+        return repr(self.robot)

@@ -1,0 +1,214 @@
+"""Stands for `moveit.core.robot_state`: positions of all joints of a robot, which a script may change."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.files.moveit.pose import pose_of
+from trajopt.files.moveit.scene_edits import without_collisions
+from trajopt.files.moveit.state_message import state_message
+from trajopt.optimise.kinematics import Validity, inverse_kinematics, validity
+from trajopt.problem.requirements import Requirement, frame_placement
+from trajopt.ros.commander.conversions import placement_of
+from trajopt.ros.commander.geometry_msgs.msg import Pose
+from trajopt.ros.commander.group_state import jacobian
+from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
+from trajopt.ros.commander.moveit_msgs.msg import RobotState as RobotStateMessage
+from trajopt.scene.group_tools import end_link
+from trajopt.scene.reduced import reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
+from trajopt.values.arrays import Floats, floats
+from trajopt.values.errors import shown
+
+DRAWS = 100
+"""Random positions are drawn so often at most until the robot does not collide with itself."""
+
+
+@speaks_moveit
+class RobotState(InPart):
+    """Positions of all joints.
+
+    Attributes:
+        robot_model: The robot.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+    """
+
+    def __init__(self, robot_model: RobotModel) -> None:
+        """Put each joint at 0, or in the middle of its limits if 0 is outside of them."""
+        self.robot_model = robot_model
+        self.set_to_default_values()
+
+    def __copy__(self) -> "RobotState":
+        """Return another state with the same positions."""
+        state = RobotState(self.robot_model)
+        state.positions = self.positions
+        return state
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "RobotState":
+        """Return another state with the same positions."""
+        return self.__copy__()
+
+    @property
+    def joint_positions(self) -> dict[str, float]:
+        """Positions of all joints by name [rad | m]."""
+        return dict(zip(self.robot_model.robot.joint_names, self.positions.tolist(), strict=True))
+
+    @joint_positions.setter
+    def joint_positions(self, values: Mapping[str, float]) -> None:
+        """Change the positions of the joints that are named [rad | m]."""
+        robot = self.robot_model.robot
+        robot.index(values)  # names the joint that does not exist
+        stated = {**self.joint_positions, **values}
+        self.positions = robot.positions(
+            {name: at for name, at in stated.items() if name not in robot.mimics}
+        )
+
+    @property
+    def dirty(self) -> bool:
+        """Whether transforms are out of date: they never are."""
+        return False
+
+    def update(self, force: bool = False, category: str = "all") -> None:
+        """Do nothing: transforms are computed when they are asked for."""
+
+    def set_to_default_values(self, joint_model_group: Any = None, name: str = "") -> bool:
+        """Take the positions of a group's named state, or the defaults of all joints without a name."""
+        robot = self.robot_model.robot
+        if not name:
+            lower, upper = robot.limits.lower, robot.limits.upper
+            outside = (lower > 0.0) | (upper < 0.0)
+            middle = np.where(outside, (lower + upper) / 2.0, 0.0)
+            self.positions: Floats = robot.followed(middle)
+        else:
+            group = getattr(joint_model_group, "name", joint_model_group)
+            self.joint_positions = dict(
+                robot.state(name, group=self.robot_model.get_joint_model_group(group).name)
+            )
+        return True
+
+    def set_to_random_positions(self, joint_model_group: Any = None) -> None:
+        """Draw positions within limits: of a group, or of all joints.
+
+        They are drawn again while the robot would collide with itself, `DRAWS` times at most.
+        """
+        robot = self.robot_model.robot
+        joints = [name for name in robot.joint_names if name not in robot.mimics]
+        if joint_model_group is not None:
+            joints = joint_model_group.active_joint_model_names
+        columns = robot.index(joints)
+        lower = np.maximum(robot.limits.lower[columns], -np.pi)
+        upper = np.minimum(robot.limits.upper[columns], np.pi)
+        groups = self.robot_model.joint_model_group_names
+        for _ in range(DRAWS):
+            drawn = self.robot_model.rng.uniform(lower, upper).tolist()
+            self.joint_positions = dict(zip(joints, drawn, strict=True))
+            if not any(
+                each.examination.collisions for each in judged(self.robot_model.scene, groups, self.positions)
+            ):
+                break
+
+    def get_joint_group_positions(self, joint_model_group_name: str) -> Floats:
+        """Return positions of a group's joints, shape (n,) [rad | m]."""
+        return self.positions[self.robot_model.robot.index(self._joints(joint_model_group_name))].copy()
+
+    def set_joint_group_positions(self, joint_model_group_name: str, position_values: ArrayLike) -> None:
+        """Set positions of a group's joints, shape (n,) [rad | m]."""
+        joints = self._joints(joint_model_group_name)
+        values = floats("position_values", position_values, (len(joints),))
+        self.joint_positions = dict(zip(joints, values.tolist(), strict=True))
+
+    set_joint_group_active_positions = set_joint_group_positions
+
+    def get_pose(self, link_name: str) -> Pose:
+        """Return where a link is, in the root link."""
+        return pose_of(self.robot_model.scene.placement_of(link_name, self.positions))
+
+    def get_frame_transform(self, frame_id: str) -> Floats:
+        """Return where a link or tool frame is, in the root link, shape (4, 4)."""
+        return self.robot_model.scene.placement_of(frame_id, self.positions).homogeneous
+
+    get_global_link_transform = get_frame_transform
+
+    def get_jacobian(
+        self,
+        joint_model_group_name: str,
+        *where: Any,
+        reference_point_position: Any = None,
+        link_name: str = "",
+    ) -> Floats:
+        """Return the Jacobian of a point of a link, shape (6, n), in the axes of the world.
+
+        Args:
+            joint_model_group_name: The group.
+            where: The link, unless it is the group's last, and the point.
+            reference_point_position: The point in the link's frame, shape (3,) [m].
+            link_name: The link.
+        """
+        link = next((each for each in where if isinstance(each, str)), link_name)
+        points = [each for each in where if not isinstance(each, str | bool)]
+        point = points[0] if points else reference_point_position
+        group = self.robot_model.get_joint_model_group(joint_model_group_name).name
+        reduced = reduce_model(self.robot_model.scene, group, self.positions)
+        values = self.get_joint_group_positions(group)
+        return jacobian(reduced, link or end_link(self.robot_model.robot, group), values, point)
+
+    def set_from_ik(
+        self, joint_model_group_name: str, geometry_pose: Any, tip_name: str, timeout: float = 0.0
+    ) -> bool:
+        """Move a group to the nearest positions that bring a link to a pose, in collision or not.
+
+        Args:
+            joint_model_group_name: The group.
+            geometry_pose: A Pose, in the root link.
+            tip_name: The link.
+            timeout: As in MoveIt; the search ends by itself.
+
+        Returns:
+            Whether there are such positions; if not, nothing is changed.
+        """
+        group = self.robot_model.get_joint_model_group(joint_model_group_name).name
+        reduced = reduce_model(without_collisions(self.robot_model.scene), group, self.positions)
+        found = inverse_kinematics(reduced, frame_placement(tip_name, placement_of(geometry_pose))).free
+        if len(found):
+            self.positions = reduced.all_positions(found[0])
+        return bool(len(found))
+
+    def message(self) -> RobotStateMessage:
+        """Return the positions as a message."""
+        return state_message(self.robot_model.scene, self.positions)
+
+    def _joints(self, group: str) -> list[str]:
+        return self.robot_model.get_joint_model_group(group).active_joint_model_names
+
+
+def robotStateToRobotStateMsg(state: RobotState, copy_attached_bodies: bool = True) -> RobotStateMessage:
+    """Return a state as a message."""
+    return state.message()
+
+
+def judged(
+    scene: Scene, groups: Sequence[str], positions: Floats, required: Sequence[Requirement] = ()
+) -> list[Validity]:
+    """Judge positions of all joints [rad | m], for each of some groups."""
+    found: list[Validity] = []
+    for group in groups:
+        reduced = reduce_model(scene, group, positions)
+        here = positions[scene.robot.index(reduced.joint_names)]
+        found.append(validity(reduced, here, requirements=required))
+    return found
+
+
+def of_robot(state: Any) -> RobotState:
+    """Return a state that a script gives.
+
+    Raises:
+        MoveItCommanderException: If it is not a RobotState of moveit_py.
+    """
+    if not isinstance(state, RobotState):
+        raise MoveItCommanderException(
+            f"robot_state must be a moveit.core.robot_state.RobotState, is {shown(state)}"
+        )
+    return state

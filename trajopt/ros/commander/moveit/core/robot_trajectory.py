@@ -1,0 +1,59 @@
+"""Stands for `moveit.core.robot_trajectory`: a motion of a group."""
+
+from collections.abc import Iterator
+
+from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
+from trajopt.ros.commander.moveit.core.robot_state import RobotState
+from trajopt.ros.commander.moveit_msgs.msg import RobotTrajectory as RobotTrajectoryMessage
+
+
+class RobotTrajectory(InPart):
+    """A motion.
+
+    Attributes:
+        robot_model: The robot.
+        joint_model_group_name: Name of the group.
+    """
+
+    def __init__(self, robot_model: RobotModel) -> None:
+        """Begin without points."""
+        self.robot_model, self.joint_model_group_name = robot_model, ""
+        self._start, self._message = RobotState(robot_model), RobotTrajectoryMessage()
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        points = self._message.joint_trajectory.points
+        return points[-1].time_from_start.to_sec() if points else 0.0
+
+    @property
+    def average_segment_duration(self) -> float:
+        """Mean time from one point to the next [s]."""
+        return self.duration / max(len(self) - 1, 1)
+
+    def get_waypoint_durations(self) -> list[float]:
+        """Return the time from each point to the one before, the first 0 [s]."""
+        times = [point.time_from_start.to_sec() for point in self._message.joint_trajectory.points]
+        return [after - before for before, after in zip([0.0, *times], times, strict=False)]
+
+    def get_robot_trajectory_msg(self, joint_filter: object = None) -> RobotTrajectoryMessage:
+        """Return it as a message."""
+        return self._message
+
+    def set_robot_trajectory_msg(self, robot_state: RobotState, msg: RobotTrajectoryMessage) -> None:
+        """Take a motion from a message; joints that it leaves out are as in a state."""
+        self._start, self._message = robot_state.__copy__(), msg
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self._message.joint_trajectory.points)
+
+    def __getitem__(self, index: int) -> RobotState:
+        """Return the state at a point."""
+        motion, state = self._message.joint_trajectory, self._start.__copy__()
+        state.joint_positions = dict(zip(motion.joint_names, motion.points[index].positions, strict=True))
+        return state
+
+    def __iter__(self) -> Iterator[RobotState]:
+        """Iterate over the states at the points."""
+        return (self[index] for index in range(len(self)))

@@ -1,0 +1,391 @@
+"""Stands for `moveit.planning`: MoveItPy, its planning components and its planning scene."""
+
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from trajopt.ros.commander.moveit.core.planning_scene import PlanningScene
+from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
+from trajopt.ros.commander.moveit.core.robot_state import RobotState, of_robot
+from trajopt.ros.commander.moveit.core.robot_trajectory import RobotTrajectory
+from trajopt.ros.commander.moveit_msgs.msg import Constraints, MotionPlanRequest, MoveItErrorCodes
+from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
+from trajopt.ros.commander.robot_states import state_positions
+from trajopt.ros.commander.unchanged import UnchangedMoveGroup
+from trajopt.ros.commander.world import World, world_or_current
+from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
+from trajopt.values.errors import shown
+
+POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-3, 1e-2
+"""Tolerances of MoveIt for a goal that is a pose [m, rad]."""
+
+
+@dataclass(init=False)
+class PlanRequestParameters(InPart):
+    """How to plan; the defaults are MoveIt's.
+
+    Attributes:
+        planner_id: The method; OMPL's planners are not here, and trajopt's own plans in their place.
+        planning_pipeline: The pipeline, likewise.
+        planning_attempts: How often to plan; the motion of least duration is taken.
+        planning_time: Time to plan for [s].
+        max_velocity_scaling_factor: Factor in (0, 1] on the velocity limits.
+        max_acceleration_scaling_factor: Factor in (0, 1] on the acceleration limits.
+    """
+
+    planner_id: str = ""
+    planning_pipeline: str = ""
+    planning_attempts: int = 1
+    planning_time: float = 1.0
+    max_velocity_scaling_factor: float = 1.0
+    max_acceleration_scaling_factor: float = 1.0
+
+    def __init__(self, moveit_py: Any = None, ns: str = "") -> None:
+        """Take the defaults: parameters of a node are not here."""
+
+
+@dataclass(init=False)
+class MultiPipelinePlanRequestParameters(InPart):
+    """How to plan with several pipelines; there is one here, which plans once.
+
+    Attributes:
+        multi_plan_request_parameters: The parameters of each pipeline.
+    """
+
+    multi_plan_request_parameters: list[PlanRequestParameters] = field(
+        default_factory=list[PlanRequestParameters]
+    )
+
+    def __init__(self, moveit_py: Any, planning_pipeline_names: Sequence[str]) -> None:
+        """Take the defaults for each name."""
+        self.multi_plan_request_parameters = [
+            PlanRequestParameters(moveit_py) for _ in planning_pipeline_names
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionPlanResponse(InPart):
+    """How planning ended; true if there is a motion.
+
+    Attributes:
+        trajectory: The motion; without points if there is none.
+        planning_time: Process time that planning took [s].
+        error_code: MoveIt's number, and the reason.
+        start_state: Where the motion begins.
+        planner_id: The method.
+    """
+
+    trajectory: RobotTrajectory
+    planning_time: float
+    error_code: MoveItErrorCodes
+    start_state: RobotState
+    planner_id: str
+
+    def __bool__(self) -> bool:
+        """Return whether there is a motion."""
+        return self.error_code.val == MoveItErrorCodes.SUCCESS
+
+
+@dataclass(frozen=True)
+class ExecutionStatus(InPart):
+    """How an execution ended; true if the robot has arrived, or has begun to move.
+
+    Attributes:
+        status: "SUCCEEDED" or "ABORTED".
+    """
+
+    status: str
+
+    def __bool__(self) -> bool:
+        """Return whether it succeeded."""
+        return self.status == "SUCCEEDED"
+
+
+class _Group(UnchangedMoveGroup):
+    """A group whose goal may be constraints messages.
+
+    Attributes:
+        goals: Constraints of which any one is the goal; if there are none, what was set otherwise.
+    """
+
+    goals: Sequence[Constraints] = ()
+
+    def construct_motion_plan_request(self) -> MotionPlanRequest:
+        """Return the request that `plan` plans, as a message."""
+        request = super().construct_motion_plan_request()
+        if self.goals:
+            request.goal_constraints = list(self.goals)
+        return request
+
+
+@speaks_moveit
+class PlanningComponent(InPart):
+    """Plans motions of one group."""
+
+    def __init__(self, joint_model_group_name: str, moveit_py_instance: "MoveItPy") -> None:
+        """Choose a group; `MoveItPy.get_planning_component` does."""
+        self._moveit, self._world = moveit_py_instance, moveit_py_instance.world
+        self._group = _Group(joint_model_group_name, world=self._world)
+        self._group.set_goal_position_tolerance(POSITION_TOLERANCE)
+        self._group.set_goal_orientation_tolerance(ROTATION_TOLERANCE)
+        self._start: RobotState | None = None
+
+    @property
+    def planning_group_name(self) -> str:
+        """Name of the group."""
+        return self._group.get_name()
+
+    @property
+    def named_target_states(self) -> list[str]:
+        """Names of the group's states."""
+        return self._group.get_named_targets()
+
+    def get_named_target_state_values(self, name: str) -> dict[str, float]:
+        """Return the positions of a state, joint -> position [rad | m]."""
+        return self._group.get_named_target_values(name)
+
+    def set_start_state_to_current_state(self) -> bool:
+        """Plan from where the robot is."""
+        self._start = None
+        self._group.set_start_state_to_current_state()
+        return True
+
+    def set_start_state(self, configuration_name: str | None = None, robot_state: Any = None) -> bool:
+        """Plan from a state: a name, or a RobotState.
+
+        Raises:
+            MoveItCommanderException: If it is not exactly one of them, or the name is unknown.
+        """
+        _one_of(configuration_name=configuration_name, robot_state=robot_state)
+        start = self._moveit.current_state() if robot_state is None else of_robot(robot_state).__copy__()
+        if configuration_name is not None:
+            start.joint_positions = self.get_named_target_state_values(configuration_name)
+        self._start = start
+        self._group.set_start_state(start.message())
+        return True
+
+    def get_start_state(self) -> RobotState:
+        """Return the state that is planned from."""
+        return self._moveit.current_state() if self._start is None else self._start.__copy__()
+
+    def set_goal_state(
+        self,
+        configuration_name: str | None = None,
+        robot_state: Any = None,
+        pose_stamped_msg: Any = None,
+        pose_link: str | None = None,
+        motion_plan_constraints: Sequence[Constraints] | None = None,
+    ) -> bool:
+        """Plan to a state by its name, a RobotState, a pose of a link, or any one of several constraints.
+
+        Raises:
+            MoveItCommanderException: If it is not exactly one of them, or names what does not exist.
+        """
+        _one_of(
+            configuration_name=configuration_name,
+            robot_state=robot_state,
+            pose_stamped_msg=pose_stamped_msg,
+            motion_plan_constraints=motion_plan_constraints,
+        )
+        if (pose_stamped_msg is None) != (pose_link is None):
+            raise MoveItCommanderException("set_goal_state: pose_stamped_msg and pose_link belong together")
+        self._group.clear_pose_targets()
+        self._group.goals = tuple(motion_plan_constraints or ())
+        if configuration_name is not None:
+            self._group.set_named_target(configuration_name)
+        elif robot_state is not None:
+            names = self._group.get_active_joints()
+            values = of_robot(robot_state).joint_positions
+            self._group.set_joint_value_target({name: values[name] for name in names})
+        elif pose_stamped_msg is not None:
+            self._group.set_pose_target(pose_stamped_msg, pose_link or "")
+        return True
+
+    def set_path_constraints(self, path_constraints: Constraints) -> bool:
+        """Hold constraints all the way."""
+        self._group.set_path_constraints(path_constraints)
+        return True
+
+    def set_workspace(
+        self, min_x: float, min_y: float, min_z: float, max_x: float, max_y: float, max_z: float
+    ) -> None:
+        """Set the box in which a mobile base may be [m]."""
+        self._group.set_workspace([min_x, min_y, min_z, max_x, max_y, max_z])
+
+    def unset_workspace(self) -> None:
+        """Lift the limits of the workspace."""
+        self._group.set_workspace([])
+
+    def plan(
+        self,
+        single_plan_parameters: PlanRequestParameters | None = None,
+        multi_plan_parameters: MultiPipelinePlanRequestParameters | None = None,
+        *,
+        parameters: PlanRequestParameters | None = None,
+    ) -> MotionPlanResponse:
+        """Plan a motion, and have it judged.
+
+        Args:
+            single_plan_parameters: How to plan.
+            multi_plan_parameters: How several pipelines would plan; the parameters of the first count.
+            parameters: Another name of `single_plan_parameters`.
+        """
+        chosen = single_plan_parameters or parameters or PlanRequestParameters()
+        if multi_plan_parameters is not None:
+            chosen = multi_plan_parameters.multi_plan_request_parameters[0]
+        group = self._group
+        group.set_planning_pipeline_id(chosen.planning_pipeline)
+        group.set_planner_id(chosen.planner_id)
+        group.set_num_planning_attempts(chosen.planning_attempts)
+        group.set_planning_time(chosen.planning_time)
+        group.set_max_velocity_scaling_factor(chosen.max_velocity_scaling_factor)
+        group.set_max_acceleration_scaling_factor(chosen.max_acceleration_scaling_factor)
+        _, message, seconds, code = group.plan()
+        start, model = self.get_start_state(), self._moveit.get_robot_model()
+        trajectory = RobotTrajectory(model)
+        trajectory.joint_model_group_name = group.get_name()
+        trajectory.set_robot_trajectory_msg(start, message)
+        return MotionPlanResponse(trajectory, seconds, code, start, group.get_planner_id())
+
+
+@speaks_moveit
+class PlanningSceneMonitor(InPart):
+    """Lets a script read and change the scene of a world."""
+
+    def __init__(self, robot_model: RobotModel, world: World) -> None:
+        """Watch a world; `MoveItPy.get_planning_scene_monitor` does."""
+        self._model, self._world = robot_model, world
+
+    @property
+    def name(self) -> str:
+        """Name of the monitor."""
+        return "planning_scene_monitor"
+
+    @contextmanager
+    def read_only(self) -> Generator[PlanningScene]:
+        """Enter the scene, to read it."""
+        yield PlanningScene(self._model, self._world, writable=False)
+
+    @contextmanager
+    def read_write(self) -> Generator[PlanningScene]:
+        """Enter the scene, to change it: each change is there at once."""
+        yield PlanningScene(self._model, self._world, writable=True)
+
+    def process_collision_object(self, collision_object_msg: Any, color_msg: Any = None) -> bool:
+        """Do what a CollisionObject says; colours are ignored."""
+        with self.read_write() as scene:
+            scene.apply_collision_object(collision_object_msg)
+        return True
+
+    def process_attached_collision_object(self, attached_collision_object_msg: Any) -> bool:
+        """Do what an AttachedCollisionObject says."""
+        with self.read_write() as scene:
+            scene.process_attached_collision_object(attached_collision_object_msg)
+        return True
+
+    def new_planning_scene_message(self, scene: Any) -> bool:
+        """Replace the scene by that of a message, or change it if that is a difference."""
+        return PlanningSceneInterface(world=self._world).apply_planning_scene(scene)
+
+    def wait_for_current_robot_state(self, *_: object) -> bool:
+        """Return: where the robot is is known."""
+        return True
+
+
+@speaks_moveit
+class MoveItPy(InPart):
+    """The robot of a world, its groups and its scene.
+
+    Attributes:
+        world: The world.
+    """
+
+    def __init__(
+        self,
+        node_name: str = "moveit_py",
+        name_space: str = "",
+        launch_params_filepaths: Sequence[str] = (),
+        config_dict: Any = None,
+        provide_planning_service: bool = True,
+        remappings: Any = None,
+        *,
+        world: World | None = None,
+    ) -> None:
+        """Choose a world.
+
+        Args:
+            node_name: The script's name.
+            name_space: As in MoveIt; there are no namespaces.
+            launch_params_filepaths: As in MoveIt; the world has the robot.
+            config_dict: As in MoveIt; the world has the robot.
+            provide_planning_service: As in MoveIt; there are no services.
+            remappings: As in MoveIt; names are not mapped to others.
+            world: The world; the one of the block around when None.
+        """
+        self.world = world_or_current(world)
+        self.world.node.name = node_name
+        self._model = RobotModel.of(self.world.robot, self.world.rng)
+
+    def get_planning_component(self, planning_component_name: str) -> PlanningComponent:
+        """Return what plans for a group."""
+        return PlanningComponent(planning_component_name, self)
+
+    def get_planning_scene_monitor(self) -> PlanningSceneMonitor:
+        """Return what reads and changes the scene."""
+        return PlanningSceneMonitor(self._model, self.world)
+
+    def get_robot_model(self) -> RobotModel:
+        """Return the robot."""
+        return self._model
+
+    def current_state(self) -> RobotState:
+        """Return where the robot is now."""
+        state = RobotState(self._model)
+        state.positions = state_positions(None, self.world)
+        return state
+
+    def execute(
+        self,
+        *given: Any,
+        robot_trajectory: RobotTrajectory | None = None,
+        group_name: str = "",
+        blocking: bool = True,
+        controllers: Sequence[str] = (),
+    ) -> ExecutionStatus:
+        """Drive a motion.
+
+        Args:
+            given: The motion; in some versions of MoveIt the name of the group stands in front of it.
+            robot_trajectory: The motion.
+            group_name: The group; the motion's own counts.
+            blocking: Whether to return when the robot has arrived, or when it has begun to move.
+            controllers: As in MoveIt; there is one controller.
+
+        Raises:
+            MoveItCommanderException: If there is no motion among the arguments.
+        """
+        motions = [each for each in (*given, robot_trajectory) if isinstance(each, RobotTrajectory)]
+        if len(motions) != 1:
+            raise MoveItCommanderException(f"execute: give one RobotTrajectory, not {shown(given)}")
+        blocking = next((each for each in given if isinstance(each, bool)), blocking)
+        group = UnchangedMoveGroup(motions[0].joint_model_group_name or group_name, world=self.world)
+        done = group.execute(motions[0].get_robot_trajectory_msg(), wait=blocking)
+        return ExecutionStatus("SUCCEEDED" if done else "ABORTED")
+
+    def shutdown(self) -> None:
+        """Call what the script wants to be called at its end."""
+        self.world.node.end()
+
+
+def _one_of(**given: object) -> None:
+    """Refuse arguments of which not exactly one is given.
+
+    Raises:
+        MoveItCommanderException: If that is so.
+    """
+    stated = [name for name, value in given.items() if value is not None]
+    if len(stated) != 1:
+        raise MoveItCommanderException(
+            f"give one of {', '.join(given)}" + (f", not {' and '.join(stated)}" if stated else "")
+        )

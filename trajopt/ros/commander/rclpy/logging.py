@@ -1,0 +1,43 @@
+"""Stands for `rclpy.logging`: loggers that write to the logger `trajopt.ros.commander`."""
+
+import logging
+
+_LOG = logging.getLogger("trajopt.ros.commander")
+
+
+class Logger:
+    """A logger by a name, which stands before each of its lines."""
+
+    def __init__(self, name: str) -> None:
+        """Take a name."""
+        self.name = name
+
+    def debug(self, message: str, **_: object) -> None:
+        """Log details for programmers."""
+        self._log(logging.DEBUG, message)
+
+    def info(self, message: str, **_: object) -> None:
+        """Log progress."""
+        self._log(logging.INFO, message)
+
+    def warning(self, message: str, **_: object) -> None:
+        """Log a warning."""
+        self._log(logging.WARNING, message)
+
+    warn = warning
+
+    def error(self, message: str, **_: object) -> None:
+        """Log an error."""
+        self._log(logging.ERROR, message)
+
+    def fatal(self, message: str, **_: object) -> None:
+        """Log the reason why a script ends."""
+        self._log(logging.CRITICAL, message)
+
+    def _log(self, level: int, message: str) -> None:
+        _LOG.log(level, "%s: %s", self.name, message)
+
+
+def get_logger(name: str) -> Logger:
+    """Return a logger."""
+    return Logger(name)
