@@ -57,6 +57,17 @@ def test_cloud_stamped_ahead_does_not_keep_out_those_that_come_after_it(problem:
     assert supervisor.scene.objects["camera"].parts[0][0] is wall
 
 
+def test_clouds_count_after_the_clock_is_set_back(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    arm.advance(60.0)
+    assert supervisor.see_cloud("camera", None)
+    arm.advance(-50.0)
+    wall = seen(in_the_way(problem), "surprise")
+    assert supervisor.see_cloud("camera", wall)
+    assert not supervisor.see_cloud("camera", None, arm.now() - 0.1)
+    assert supervisor.scene.objects["camera"].parts[0][0] is wall
+
+
 def test_cloud_stamped_a_little_ahead_counts_as_now(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     assert supervisor.see_cloud("camera", None, arm.now() + 0.005)
@@ -99,6 +110,21 @@ def test_command_stamped_a_little_ahead_counts_as_now() -> None:
         servo.tick()
         arm.advance(PERIOD)
     assert said + 0.1 < servo.events[0].time < said + 0.1 + 1.5 * PERIOD
+
+
+def test_command_does_not_outlive_its_sender_where_the_clock_is_set_back() -> None:
+    arm, servo = led(asked("panda"), ServoOptions(period=PERIOD, timeout=0.1))
+    for _ in range(20):
+        servo.command(ASIDE, arm.now())
+        servo.tick()
+        arm.advance(PERIOD)
+    end = servo.committed.end
+    arm.advance(-5.0)
+    for _ in range(int(6.0 / PERIOD)):
+        servo.tick()
+        arm.advance(PERIOD)
+    assert servo.committed.end == end
+    assert [str(event.words) for event in servo.events] == ["the executor's clock was set back"]
 
 
 def test_scene_of_a_servo_stamped_ahead_is_refused() -> None:

@@ -176,6 +176,10 @@ class Servo(CommitLoop):
         if self._command is None:
             return
         command, stated = self._command
+        if now < stated:
+            self._command = None
+            commitment.journal.note(EventKind.STOPPING, "the executor's clock was set back")
+            return
         if now - stated > self.options.timeout:
             self._command = None
             commitment.journal.note(EventKind.STOPPING, f"no command for {now - stated:.3f} s")

@@ -178,7 +178,8 @@ class Supervisor(CommitLoop):
             ModelError: If the name belongs to the robot, or to an object that is not a cloud.
         """
         measured = self._on_clock(stamp)
-        if measured < self._cloud_stamps.get(name, -np.inf):
+        # A clock that was set back says nothing about which image is newer: the one that comes counts.
+        if measured < self._cloud_stamps.get(name, -np.inf) <= self.executor.now():
             return False
         world = self.world
         self.see(world.scene.with_cloud(name, cloud), world.stamp)
