@@ -1,9 +1,9 @@
-"""Campaigns: plans by the thousand and the million, on one core, on all, on a cluster.
+"""Campaigns: thousands to millions of plans, on one core, one machine or a cluster.
 
     from trajopt.lab.campaign import Campaign, random_motions, run_campaign
     run_campaign(Campaign("reach", [random_motions(scene, 10_000)]), "out/reach")
 
-What is interrupted goes on with `resume_campaign`; `CampaignFolder.open(folder).rows()` yields the results.
+`resume_campaign` continues an interrupted one; `CampaignFolder.open(folder).rows()` yields the results.
 """
 
 from trajopt.lab.campaign.campaign import Campaign as Campaign

@@ -27,12 +27,12 @@ class Options:
     """Method, options and budget, as plain data.
 
     Attributes:
-        method: Name of the method; the one that planning chooses when None.
-        improve: Whether a motion shorter than along its path is looked for.
-        every_goal: Whether all goals of a set are planned to.
-        seconds: Process time that one problem may take [s]: its answer then depends on the machine.
-        work: Configurations that one problem may evaluate: an exact number.
-        attempts: Seeds that one problem may try.
+        method: Name of the method; the default of planning if None.
+        improve: Whether to search for a motion shorter than along its path.
+        every_goal: Whether to plan to all goals of a set.
+        seconds: CPU time of one problem [s]; results then depend on the machine.
+        work: Number of configurations that one problem may evaluate.
+        attempts: Number of seeds of one problem.
     """
 
     method: str | None = None
@@ -43,7 +43,7 @@ class Options:
     attempts: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what planning would refuse.
+        """Refuse options that planning would refuse.
 
         Raises:
             SolverNotFound: If there is no method of that name.
@@ -55,11 +55,11 @@ class Options:
 
     @property
     def budget(self) -> Budget:
-        """The bounds as a budget; time is that of the process, for others share its cores."""
+        """The bounds as a budget, with CPU time, since other processes share the cores."""
         return Budget(self.seconds, self.work, self.attempts, clock=time.process_time)
 
     def plan(self, problem: Problem, seed: int) -> Result:
-        """Plan a problem so; seed 0 gives what `plan` gives without one."""
+        """Plan a problem with these options; seed 0 is the default of `plan`."""
         return plan(
             problem,
             method=self.method,
@@ -70,34 +70,35 @@ class Options:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what differs from the default, as plain data that JSON can hold."""
+        """Return the non-default options, as plain data for JSON."""
         changed = (item for item in fields(self) if getattr(self, item.name) != item.default)
         return {item.name: getattr(self, item.name) for item in changed}
 
 
 DEFAULT_OPTIONS = (Options(),)
-"""How problems are planned where nothing else is said: as `plan(problem)` does."""
+"""The defaults of `plan(problem)`."""
 LONGEST = 300.0
-"""Wall-clock time after which a problem counts as hanging [s]: a thousand times what one usually takes, so
-that a machine that others use as well ends none that would have ended."""
+"""Wall-clock time after which a problem counts as hanging [s]: a thousand times the usual time, so that a
+shared machine ends no problem too early.
+"""
 SYSTEM = frozenset({"python", "machine"})
 """Versions that are noted, and do not make another row."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One row to be: a problem, and how it is planned.
+    """A row to be planned: a problem with its options.
 
     Attributes:
-        id: Hash of the problem, of how it is planned, and of the versions that plan it.
+        id: Hash of the problem, its options and the package versions.
         problem_id: Hash of the problem's contents and of the seed.
-        family: What it is counted with.
-        number: Its number there.
-        robot: Name of the robot; empty where only making the problem tells.
-        seed: Of planning itself.
-        options: How it is planned: the number of that among the campaign's.
-        recipe: How it is made, as JSON.
-        parameters: Numbers that say where in a study it stands, by name.
+        family: Its set in the statistics.
+        number: Its number in the set.
+        robot: Name of the robot; empty if unknown before the problem is made.
+        seed: Seed of planning.
+        options: Index of the options among the campaign's.
+        recipe: Its recipe, as JSON.
+        parameters: Its parameters in a study, by name.
     """
 
     id: str
@@ -118,9 +119,9 @@ class Campaign:
 
     Attributes:
         name: For reports.
-        sources: Where the problems come from.
-        options: How each is planned: methods, options, budgets.
-        seeds: Each problem is planned with each of these; 0 is what `plan` does by itself.
+        sources: Sources of the problems.
+        options: Methods, options and budgets of each problem.
+        seeds: Seeds of planning for each problem; 0 is the default of `plan`.
         most_seconds: Wall-clock time after which a problem counts as hanging, and is ended [s].
     """
 
@@ -131,11 +132,11 @@ class Campaign:
     most_seconds: float = LONGEST
 
     def __post_init__(self) -> None:
-        """Refuse what has nothing to plan.
+        """Refuse an empty campaign.
 
         Raises:
             ProblemError: If there is no source, no options or no seed, or a seed is negative.
-            ShapeError: If the time is no number.
+            ShapeError: If the time is not a number.
         """
         for label, kind in (("sources", Source), ("options", Options), ("seeds", int)):
             object.__setattr__(self, label, several(label, getattr(self, label), kind))
@@ -147,11 +148,11 @@ class Campaign:
             raise ProblemError(f"most_seconds must be positive, is {self.most_seconds:g}")
 
     def __len__(self) -> int:
-        """Return the number of rows, of which some may be equal."""
+        """Return the number of rows, some of which may be equal."""
         return sum(source.count for source in self.sources) * len(self.options) * len(self.seeds)
 
     def __repr__(self) -> str:
-        """Say name and number of rows."""
+        """Return name and number of rows."""
         return f"Campaign({self.name!r}, {len(self)} rows)"
 
     def tasks(self, packer: Packer) -> Iterator[Task]:
@@ -177,7 +178,7 @@ class Campaign:
                         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what belongs to all rows, as plain data that JSON can hold."""
+        """Return the data common to all rows, as plain data for JSON."""
         return {
             "name": self.name,
             "options": [each.as_dict() for each in self.options],

@@ -1,8 +1,8 @@
 """Ray: the engine that plans on the machines of a cluster.
 
-An actor holds one core and watches one worker process, as this machine's engine does, so that a problem that
-crashes costs a row and not the actor. It returns rows as bytes, and the driver writes them: the folder of the
-campaign has to be seen by the driver alone, and no writer waits for a core that the actors hold.
+An actor holds one core and supervises one worker process, like this machine's engine, so that a crashing
+problem costs a row and not the actor. It returns rows as bytes, and the driver writes them: only the driver
+needs access to the campaign's folder, and no writer waits for a core held by actors.
 """
 
 import logging
@@ -25,20 +25,20 @@ from trajopt.values.errors import CampaignError, MissingExtra
 from trajopt.values.errors.arguments import checked
 
 LOOK = 2.0
-"""How often it is looked for nodes that came or went [s]: Ray itself notices within some seconds."""
+"""Period of checks for nodes that came or left [s]; Ray itself notices within some seconds."""
 PATIENCE = 300.0
-"""A cluster on which no worker comes up for so long is given up [s]; nodes of a cloud take minutes."""
+"""Longest wait for the first worker of a cluster [s]; nodes of a cloud take minutes."""
 
 
 @checked
 @dataclass(frozen=True)
 class Ray:
-    """Workers on the machines of a Ray cluster; each has to have the same trajopt installed.
+    """Workers on the machines of a Ray cluster; each needs the same trajopt installed.
 
     Attributes:
-        address: Of a running cluster, such as "10.0.0.1:6379", or "auto" on one of its machines; when empty
-            one is started on this machine, and ended with the campaign.
-        workers: How many; as many as the cluster has cores, whatever comes and goes, when 0.
+        address: Of a running cluster, such as "10.0.0.1:6379", or "auto" on one of its machines; if empty,
+            a cluster is started on this machine, and ended with the campaign.
+        workers: Their number; 0 for the present number of cores of the cluster.
     """
 
     address: str = ""
@@ -101,7 +101,7 @@ class Planner:
         """Do nothing: who gets an answer knows that the actor is there."""
 
     def plan(self, tasks: Sequence[Task]) -> Planned:
-        """Plan a block; what is returned does not hold it."""
+        """Plan a block; return its rows without the block."""
         return planned(Block(()), self._supervisor.run(tasks))
 
 
@@ -109,12 +109,12 @@ class RayPool:
     """Actors of a cluster, as many as it has cores at the time."""
 
     def __init__(self, ray: Any, setup: Setup, most: int) -> None:
-        """Begin to start actors.
+        """Start actors.
 
         Args:
             ray: The module, connected.
-            setup: What workers are told first.
-            most: How many actors at most; as many as there are cores when 0.
+            setup: Initial message to each worker.
+            most: Largest number of actors; 0 for the number of cores.
         """
         self._ray, self._most = ray, most
         self._setup = ray.put(setup)
@@ -128,21 +128,21 @@ class RayPool:
 
     @property
     def workers(self) -> int:
-        """How many there are at most: the cores of the cluster now, or fewer where that is asked."""
+        """Largest number of workers: the cluster's present cores, or the requested number if smaller."""
         return max(1, min(self._most or self._cores, self._cores))
 
     @property
     def idle(self) -> int:
-        """How many blocks can be submitted now."""
+        """Number of blocks that can be submitted now."""
         return len(self._free)
 
     def submit(self, block: Block) -> None:
-        """Hand a block to an actor: first to one that has none."""
+        """Pass a block to an actor, preferably an idle one."""
         actor = self._free.pop(0)
         self._busy[actor.plan.remote(list(block.tasks))] = actor, block
 
     def wait(self, seconds: float) -> Sequence[Planned | Lost]:
-        """Return what ended, waiting for it for so long at most [s].
+        """Return finished blocks; wait at most a number of seconds.
 
         Raises:
             CampaignError: If workers cannot be started, or no machine of the cluster has a core.
@@ -162,10 +162,10 @@ class RayPool:
             self._ray.kill(actor)
 
     def _grow(self) -> None:
-        """Start actors on cores that came.
+        """Start actors on new cores.
 
         Raises:
-            CampaignError: If there has been no worker for long.
+            CampaignError: If there has been no worker for a long time.
         """
         now = time.monotonic()
         if self._free or self._busy:
@@ -181,7 +181,7 @@ class RayPool:
             self._starting[actor.ready.remote()] = actor
 
     def _ended(self, future: Any) -> Sequence[Planned | Lost]:
-        """Return what became of blocks; nothing where an actor has come up, or has not, or was lost before.
+        """Return the outcomes of blocks; empty if an actor started, failed to start, or was lost before.
 
         Raises:
             CampaignError: If workers cannot be started.
@@ -204,7 +204,7 @@ class RayPool:
         return (replace(told, block=block),)
 
     def _told(self, future: Any, actor: Any) -> tuple[Any, str]:
-        """Return what an actor answers, and why it was lost, if it was; then it is left alone.
+        """Return an actor's answer, and the reason if it was lost.
 
         Raises:
             CampaignError: If workers cannot be started.
@@ -224,7 +224,7 @@ class RayPool:
             return None, f"{type(error).__name__}: {_first_line(error)}"
 
     def _lost(self, actor: Any, why: str) -> Sequence[Lost]:
-        """Return the blocks of an actor that was lost: it was at the one that it had first."""
+        """Return the blocks of a lost actor; it was working on the first one."""
         his = [future for future, (each, _) in self._busy.items() if each is actor]
         blocks = [self._busy.pop(future)[1] for future in his]
         return [Lost(block, why, begun=place == 0) for place, block in enumerate(blocks)]

@@ -1,6 +1,6 @@
-"""Columns of a campaign's tables, and the tables as bytes of Parquet.
+"""Columns of a campaign's tables, and the tables as Parquet.
 
-What `Row` and `Task` are called here is what the files say; docs/campaigns.md lists every column.
+docs/campaigns.md lists every column.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ from trajopt.values.documents.whole import written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, MissingExtra
 
 Row = Mapping[str, Any]
-"""One row of the results, by column."""
+"""One result, by column."""
 TIMES = ("cpu_seconds", "wall_seconds", "process")
 """Columns that differ from run to run; all others are the same wherever the row is made."""
 REPEATED = (
@@ -32,12 +32,14 @@ REPEATED = (
     "stopped",
     "won_by",
 )
-"""Columns of which many rows have the same value."""
+"""Columns with few distinct values."""
 NUMBERS = ("times", "positions", "velocities", "accelerations")
-"""Columns of numbers that never repeat: written byte by byte of each, they take a third less, and a tenth of
-the time that looking for repetitions takes."""
+"""Columns of distinct numbers: written with byte stream splitting they take a third less space, and a tenth
+of
+the time of a dictionary.
+"""
 ROWS_AT_ONCE = 1000
-"""Rows of a table that are read at once: a megabyte or a few, whatever the size of the table."""
+"""Rows read in one batch: a few megabytes."""
 
 
 def need_parquet() -> None:
@@ -103,7 +105,7 @@ def encoded(rows: Sequence[Row]) -> bytes:
 
 
 def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
-    """Write the table of problems, row by row, in one step; equal rows once.
+    """Write the table of problems atomically, without duplicates.
 
     Returns:
         The number of rows.
@@ -159,7 +161,7 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
 
 
 def size_of(path: Path) -> tuple[int, frozenset[str]]:
-    """Return how many rows a table has, and the names of its columns.
+    """Return the number of rows of a table, and the names of its columns.
 
     Raises:
         CampaignError: If it is missing or damaged.
@@ -175,20 +177,20 @@ def size_of(path: Path) -> tuple[int, frozenset[str]]:
 
 
 def _is_map(item: object) -> bool:
-    """Say whether a value is a mapping as Arrow returns it: a list of pairs."""
+    """Return whether a value is a mapping as Arrow returns it: a list of pairs."""
     return isinstance(item, list) and (not item or isinstance(item[0], tuple))  # pyright: ignore[reportUnknownArgumentType]
 
 
 def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Table":
-    """Return rows as a table; what a row does not have is null there.
+    """Return rows as a table; missing values become null.
 
     Args:
-        rows: Values by the name of their column: text, whole numbers, reals, truth values, sequences and
+        rows: Values by column: text, whole numbers, reals, truth values, sequences and
             mappings of these, or None.
-        columns: The names and kinds of all columns.
+        columns: Names and types of all columns.
 
     Raises:
-        TypeError: If a column is of another kind.
+        TypeError: If a column has another type.
     """
     import pyarrow as pa
 
@@ -197,10 +199,10 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Tab
 
 
 def _array(values: Sequence[Any], kind: "pa.DataType") -> "pa.Array":
-    """Return values of one kind, of which any may be None.
+    """Return values of one type, any of which may be None.
 
     Raises:
-        TypeError: If that kind is none that tables of campaigns have.
+        TypeError: If the type is not supported in tables of campaigns.
     """
     import pyarrow as pa
 
@@ -223,7 +225,7 @@ def _array(values: Sequence[Any], kind: "pa.DataType") -> "pa.Array":
 
 
 def _items(values: Sequence[Sequence[Any]], kind: "pa.ListType") -> "pa.Array":
-    """Return what sequences hold, one after the other."""
+    """Return the concatenated items of sequences."""
     import pyarrow as pa
 
     if kind.value_type == pa.float64() and values:
@@ -233,7 +235,7 @@ def _items(values: Sequence[Sequence[Any]], kind: "pa.ListType") -> "pa.Array":
 
 
 def _pairs(values: Sequence[Mapping[str, Any]], kind: "pa.MapType") -> "pa.Array":
-    """Return the keys of mappings with what they stand for, one after the other."""
+    """Return the concatenated keys and values of mappings."""
     import pyarrow as pa
 
     keys = _array(list(chain.from_iterable(values)), kind.key_field.type)
@@ -251,7 +253,7 @@ def _built(
 
 
 def _ends(values: Iterable[Sequence[Any]]) -> NDArray[np.int32]:
-    """Return where values that are laid one after the other begin, and where the last one ends."""
+    """Return the offsets of concatenated values."""
     return np.cumsum([0, *map(len, values)], dtype=np.int32)
 
 

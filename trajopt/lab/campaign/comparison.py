@@ -18,11 +18,11 @@ Key = tuple[str, int]
 
 @dataclass(frozen=True)
 class Change:
-    """A problem that ended otherwise in the second campaign.
+    """A problem with another outcome in the second campaign.
 
     Attributes:
         id: Of its row in the second campaign.
-        family: What it is counted with.
+        family: Its set in the statistics.
         before: Its status in the first.
         after: Its status in the second.
     """
@@ -35,22 +35,22 @@ class Change:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What differs between two campaigns on the problems that both have.
+    """Differences of two campaigns on their common problems.
 
     Attributes:
         first: Name of the first.
         second: Name of the second.
-        common: Problems that both have a row of.
-        only_first: Problems that only the first has.
-        only_second: Problems that only the second has.
+        common: Number of common problems.
+        only_first: Number of problems of the first only.
+        only_second: Number of problems of the second only.
         verified: Verified motions of the common problems, in the first and in the second.
-        gained: What the second solved and the first did not.
-        lost: What the first solved and the second did not.
-        chance: How likely so uneven a change is by chance, by McNemar's exact test.
-        cpu_ratio: Process time of the second over that of the first, the median over the common problems.
-        faster: Common problems that took the second less process time, and more.
-        speed_chance: How likely so uneven a count is by chance, by the exact sign test.
-        duration_ratio: The same as `cpu_ratio` of the motions' durations, where both have one.
+        gained: Problems solved only by the second.
+        lost: Problems solved only by the first.
+        chance: Probability of such an uneven change by chance, by McNemar's exact test.
+        cpu_ratio: CPU time of the second over the first, the median over the common problems.
+        faster: Numbers of common problems that took the second less CPU time, and more.
+        speed_chance: Probability of such an uneven count by chance, by the exact sign test.
+        duration_ratio: Likewise `cpu_ratio` for the motions' durations.
     """
 
     first: str
@@ -77,8 +77,8 @@ def compare_campaigns(first: CampaignFolder, second: CampaignFolder) -> Comparis
     """Compare two campaigns, problem by problem.
 
     Args:
-        first: The one.
-        second: The other: another method, other options, another version.
+        first: The first campaign.
+        second: The second campaign, with another method, options or version.
 
     Raises:
         CampaignError: If they have no problem in common.
@@ -115,7 +115,7 @@ def compare_campaigns(first: CampaignFolder, second: CampaignFolder) -> Comparis
 
 
 def _rows(folder: CampaignFolder) -> Mapping[Key, Row]:
-    """Return the rows by problem; where each problem was planned in one way, whatever that is called."""
+    """Return the rows by problem; without the options if each problem has only one."""
     one = len(folder.options) == 1
     return {(str(row["problem_id"]), 0 if one else int(row["options"])): row for row in folder.rows(COLUMNS)}
 

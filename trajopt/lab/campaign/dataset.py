@@ -1,4 +1,4 @@
-"""Data sets for training: the verified motions of a campaign as arrays of one shape, by numpy alone."""
+"""Data sets for training: the verified motions of a campaign as arrays of one shape, with numpy only."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,17 +20,17 @@ SHARES = 2**32
 
 @dataclass(frozen=True, eq=False)
 class Dataset(Value):
-    """Verified motions, each at as many points evenly spread over its time.
+    """Verified motions, each at the same number of points, evenly spaced in time.
 
     Attributes:
         joint_names: The joints.
         ids: Of the rows, shape (N,).
         problem_ids: Of their problems, shape (N,).
-        families: What the problems are counted with, shape (N,).
+        families: Sets of the problems, shape (N,).
         positions: Shape (N, T, n) [rad | m]; the start is the first point, the goal the last.
         velocities: Shape (N, T, n) [rad/s | m/s].
         durations: Of the motions, shape (N,) [s].
-        clearances: Smallest proven clearance, nan where nothing can be met, shape (N,) [m].
+        clearances: Smallest proven clearance, NaN without pairs, shape (N,) [m].
     """
 
     joint_names: tuple[str, ...]
@@ -66,11 +66,11 @@ class Dataset(Value):
 
     @checked
     def batches(self, size: int, *, rng: np.random.Generator) -> Iterator["Dataset"]:
-        """Yield all motions once in random order, so many at a time; the last batch may be smaller.
+        """Yield all motions once in random order, in batches; the last batch may be smaller.
 
         Args:
             size: Motions of a batch.
-            rng: Draws the order.
+            rng: Random generator.
 
         Raises:
             ShapeError: If the size is not positive.
@@ -137,10 +137,10 @@ def dataset(folder: CampaignFolder, points: int = 64) -> Dataset:
 
 @checked
 def read_dataset(path: Path | str) -> Dataset:
-    """Read what `Dataset.write` wrote.
+    """Read a file written by `Dataset.write`.
 
     Raises:
-        FileFormatError: If the file is missing or holds no such data set.
+        FileFormatError: If the file is missing or is not a data set.
     """
     try:
         with np.load(path, allow_pickle=False) as file:

@@ -1,6 +1,6 @@
-"""What problems share, as documents by the hash of their contents: robots, scenes, problems to vary.
+"""Shared values of problems, as documents by content hash: robots, scenes, base problems.
 
-A worker may be another process or another machine: it is sent documents, never live objects, and makes each
+A worker may be another process or machine: it receives documents, never live objects, and constructs each
 robot and scene once.
 """
 
@@ -29,15 +29,16 @@ from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError
 
 DOCUMENT = "document.json"
-"""The member of a document's file that states the value; arrays and meshes are beside it."""
+"""The member of a document's file with the value; arrays and meshes are further members."""
 SUFFIX, MESHES = ".zip", "meshes/"
 KEPT = 16
-"""Robots, scenes and problems that a process keeps, with what was computed of them: campaigns go through
-their scenes one after the other, and each takes some megabytes."""
+"""Number of robots, scenes and problems that a process keeps: campaigns process their scenes in sequence, and
+each takes some megabytes.
+"""
 SHARED = (Robot, Scene)
-"""What other documents only name."""
+"""Kinds that other documents refer to by key."""
 NO_MATTER = frozenset({"visuals", "mesh_notes", "notes", "left_out", "urdf_path"})
-"""Of a robot: what planning does not see. It does not count for the hash."""
+"""Fields of a robot that planning does not use; they are left out of the hash."""
 
 Kind = TypeVar("Kind")
 Documents: TypeAlias = Path | Mapping[str, Mapping[str, bytes]]
@@ -57,10 +58,10 @@ class Packer:
         self._known: dict[int, tuple[object, str]] = {}
 
     def key(self, value: Robot | Scene | Problem) -> str:
-        """Return the key of a value's document, which is kept.
+        """Store a value's document; return its key.
 
         Raises:
-            ModelError: If it holds code of the caller's, which no file can hold.
+            ModelError: If it contains code of the caller, which cannot be stored.
         """
         known = self._known.get(id(value))
         if known is not None:
@@ -74,10 +75,10 @@ class Packer:
         return key
 
     def statement(self, problem: Problem) -> dict[str, object]:
-        """Return a problem as plain data that stands by itself, but for the scene that it names.
+        """Return a problem as plain data, complete except for its scene, which it refers to by key.
 
         Raises:
-            ModelError: If it holds code of the caller's, which no file can hold.
+            ModelError: If it contains code of the caller, which cannot be stored.
         """
         writer = _Parts(self, problem)
         document = writer.document(problem, "problem")
@@ -111,12 +112,12 @@ class Library:
     """Makes values of documents, each once as long as it is kept."""
 
     def __init__(self, documents: Documents, *, meshes: Path | None = None) -> None:
-        """Say where the documents are.
+        """Open a library.
 
         Args:
             documents: Their folder, or the members of each by its key.
-            meshes: A folder to unpack the meshes to that a viewer draws; they are left where they are when
-                None, for planning does not look at them.
+            meshes: A folder for unpacked meshes for a viewer; None to leave them packed,
+                since planning does not use them.
         """
         self._documents, self._meshes = documents, meshes
         self._made: LruCache[str, object] = LruCache(KEPT)
@@ -158,7 +159,7 @@ class Library:
         )
 
     def _file(self, members: Members, name: str) -> Path:
-        """Return where a mesh is, after unpacking it where a folder is given; of other files the name."""
+        """Return the path of a mesh, unpacked if a folder is given; for other files the name."""
         if self._meshes is None or name not in members.names:
             return Path(Path(name).name)
         target = self._meshes / f"{members.path.stem[:12]}_{Path(name).name}"
@@ -171,7 +172,7 @@ class Sent(Members):
     """The members of a document that were sent from elsewhere."""
 
     def __init__(self, key: str, documents: Mapping[str, Mapping[str, bytes]]) -> None:
-        """Take those of a key among all."""
+        """Select the members of a key."""
         super().__init__(Path(key))
         self._held = documents.get(key, {})
 
@@ -181,7 +182,7 @@ class Sent(Members):
         return tuple(self._held)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return what a member holds.
+        """Return the content of a member.
 
         Raises:
             FileFormatError: If it was not sent.
@@ -201,7 +202,7 @@ def sent_from(folder: Path) -> Mapping[str, Mapping[str, bytes]]:
 
 
 class _Whole(Reader):
-    """Reads a value; what it names by a key is taken from the library."""
+    """Reads a value; references by key are resolved in the library."""
 
     def __init__(
         self,
@@ -223,7 +224,7 @@ def digest(*parts: object) -> str:
 
 
 def _key(document: object, members: Mapping[str, bytes]) -> str:
-    """Return the hash of what planning sees of a value."""
+    """Return the hash of the parts of a value that planning uses."""
     seen = sha256(_json(_essence(document)))
     for name in sorted(_named(_essence(document)) & members.keys()):
         seen.update(members[name])

@@ -18,11 +18,11 @@ AHEAD = 2
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Problems that are handed to one worker at once.
+    """Problems passed to one worker together.
 
     Attributes:
         tasks: The problems.
-        losses: Times that a machine was lost under its one problem; 0 as long as it has several.
+        losses: Number of lost machines under its single problem; 0 while it has several.
     """
 
     tasks: Sequence[Task]
@@ -31,13 +31,13 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """A block whose problems all have a row.
+    """A finished block.
 
     Attributes:
         block: The block.
-        shard: The rows, as `encoded` returns them.
+        shard: The rows, as from `encoded`.
         seconds: Wall-clock time of making and planning its problems [s].
-        busy: Process time of planning [s].
+        busy: CPU time of planning [s].
         waited: Wall-clock time that its worker waited for it [s].
         verified: Rows with a verified motion.
     """
@@ -56,8 +56,8 @@ class Lost:
 
     Attributes:
         block: The block.
-        why: What the engine says of it.
-        begun: Whether it was planned at the time; else it waited, and has nothing to do with the loss.
+        why: The engine's reason.
+        begun: Whether it was being planned; a waiting block is not a possible cause.
     """
 
     block: Block
@@ -66,24 +66,24 @@ class Lost:
 
 
 class Pool(Protocol):
-    """Workers that take blocks."""
+    """Workers that plan blocks."""
 
     @property
     def workers(self) -> int:
-        """How many there are at most."""
+        """Largest number of workers."""
         ...
 
     @property
     def idle(self) -> int:
-        """How many blocks can be submitted now."""
+        """Number of blocks that can be submitted now."""
         ...
 
     def submit(self, block: Block) -> None:
-        """Hand a block to a worker: first to one that has none."""
+        """Pass a block to a worker, preferably an idle one."""
         ...
 
     def wait(self, seconds: float) -> Sequence[Planned | Lost]:
-        """Return what ended, waiting for it for so long at most [s].
+        """Return finished blocks; wait at most a number of seconds.
 
         Raises:
             CampaignError: If there are no workers, and will be none.
@@ -110,18 +110,18 @@ def check_workers(workers: int) -> None:
 
 
 MARK = Struct("<Qd")
-"""Written by a worker that begins a problem: how many it has begun, and when, by the monotonic clock [s]."""
+"""Written by a worker at the start of a problem: number of started problems, and monotonic time [s]."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What a worker is told first.
+    """Initial message to a worker.
 
     Attributes:
-        documents: What the problems share: its folder, or the members of each document by its key.
-        options: The ways in which problems are planned.
-        versions: With which the campaign was begun.
-        most_seconds: Wall-clock time after which a problem is given up [s].
+        documents: Shared values: their folder, or the members of each document by its key.
+        options: The options of the campaign.
+        versions: Package versions at the start of the campaign.
+        most_seconds: Wall-clock time limit of a problem [s].
     """
 
     documents: Documents
@@ -132,18 +132,18 @@ class Setup:
 
 @dataclass(frozen=True)
 class Ready:
-    """The worker waits for problems; why not, where it cannot plan."""
+    """The worker is ready, or the reason why it cannot plan."""
 
     reason: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class Bunch:
-    """Rows of some problems, which the worker tells at once.
+    """Rows of some problems, sent together.
 
     Attributes:
-        rows: In the order in which it was given them.
-        waited: Wall-clock time that it waited for problems since it told of others [s].
+        rows: In the order of the problems.
+        waited: Wall-clock time spent waiting for problems since the last message [s].
     """
 
     rows: Sequence[Row]

@@ -1,4 +1,4 @@
-"""Single rows of a campaign: the problem made again, the motion, a bundle that says all."""
+"""Single rows of a campaign: its problem, its motion, or a bundle; and experience from all."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 MOTIONS = ("joint_names", "times", "positions", "velocities", "accelerations")
-"""Columns that a motion is made of."""
+"""Columns of a motion."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class Extracted:
     Attributes:
         path: The bundle.
         row: The row's id.
-        same: Whether planning anew gave the motion of the row, or its status where it has none; None where
-            there was nothing to plan anew.
+        same: Whether planning again returned the row's motion, or its status without one; None if
+            nothing was planned.
     """
 
     path: Path
@@ -43,12 +43,12 @@ def problem_of(folder: CampaignFolder, row_id: str, *, meshes: Path | str | None
 
     Args:
         folder: The campaign.
-        row_id: The row's id, or the beginning of it.
-        meshes: A folder to unpack the meshes to that a viewer draws; without them when None.
+        row_id: The row's id, or a prefix of it.
+        meshes: A folder for unpacked meshes for a viewer; none if None.
 
     Raises:
         CampaignError: If there is no such row, or several.
-        TrajoptError: What making the problem raises, where the row says `INVALID`.
+        TrajoptError: The error of a problem whose status is `INVALID`.
     """
     shop = Workshop(Library(folder.documents, meshes=None if meshes is None else Path(meshes)))
     return read(folder.task(row_id).recipe).problem(shop)
@@ -56,15 +56,15 @@ def problem_of(folder: CampaignFolder, row_id: str, *, meshes: Path | str | None
 
 @checked
 def extract(folder: CampaignFolder, row_id: str, path: Path | str) -> Extracted:
-    """Write a row as a bundle: the problem planned anew, as it was, or the problem alone where that crashes.
+    """Write a row as a bundle, after planning its problem again; the problem alone if planning crashed.
 
     Args:
         folder: The campaign.
-        row_id: The row's id, or the beginning of it.
-        path: The bundle, whose name ends in ".trajopt" by custom. Meshes are unpacked beside it.
+        row_id: The row's id, or a prefix of it.
+        path: The bundle, by convention with the suffix ".trajopt". Meshes are unpacked beside it.
 
     Raises:
-        CampaignError: If there is no such row, or several, or the versions are not those that planned it.
+        CampaignError: If there is no such row, or several, or the package versions differ.
         FileFormatError: If the bundle cannot be written.
     """
     folder.check_versions()
@@ -84,7 +84,7 @@ def extract(folder: CampaignFolder, row_id: str, path: Path | str) -> Extracted:
 
 @checked
 def motion_of(row: Row) -> Trajectory | None:
-    """Return the motion of a row; None where it has none.
+    """Return the motion of a row, or None.
 
     Args:
         row: A row of the results, with the columns of the motion.
@@ -108,7 +108,7 @@ def motion_of(row: Row) -> Trajectory | None:
 
 
 def _equal(a: Trajectory | None, b: Trajectory | None) -> bool:
-    """Say whether two motions are the same to the last digit; what is no verified motion is none."""
+    """Return whether two motions are equal to the last digit; an unverified one counts as none."""
     if a is None or b is None:
         return a is None
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in MOTIONS[1:])
@@ -116,16 +116,16 @@ def _equal(a: Trajectory | None, b: Trajectory | None) -> bool:
 
 @checked
 def remember(folder: CampaignFolder, experience: Experience) -> int:
-    """Have experience remember the verified motions of a campaign, in the campaign's order, until it is full.
+    """Store the verified motions of a campaign as experience, in the campaign's order, until it is full.
 
-    A problem as near as one that is remembered adds nothing: its motion is left out.
+    Problems close to a stored one are skipped.
 
     Args:
         folder: The campaign.
-        experience: What remembers: that of a warehouse, `Warehouse.experience()`, stays.
+        experience: The experience; that of a warehouse, `Warehouse.experience()`, is stored permanently.
 
     Returns:
-        How many are remembered now that were not before.
+        The number of new memories.
 
     Raises:
         FileFormatError: If a document of the campaign, or the file of a warehouse, is damaged.

@@ -1,4 +1,4 @@
-"""The folder of a campaign: what is to be planned, what all of it shares, and the results so far."""
+"""The folder of a campaign: problems, shared values and results."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,7 +23,7 @@ from trajopt.values.errors.arguments import checked
 FORMAT = "trajopt campaign"
 VERSION = 1
 DESCRIPTION, PROBLEMS, DOCUMENTS, RESULTS = "campaign.json", "problems.parquet", "documents", "results"
-"""What is in the folder: written in this order but the description, whose being there says that all is."""
+"""Names in the folder; the description is written last and marks a complete campaign."""
 Ids = NDArray[np.bytes_]
 """Ids of rows, in order, each once."""
 
@@ -35,10 +35,10 @@ class CampaignFolder:
     Attributes:
         path: The folder.
         name: The campaign's name.
-        options: How each problem is planned.
-        most_seconds: Wall-clock time of one problem [s].
-        total: Rows that there are to be.
-        versions: Of Python, trajopt and what it stands on, with which it was begun.
+        options: The options of each problem.
+        most_seconds: Wall-clock time limit of one problem [s].
+        total: Total number of rows.
+        versions: Versions of Python, trajopt and its dependencies at the start.
     """
 
     path: Path
@@ -51,16 +51,16 @@ class CampaignFolder:
     @staticmethod
     @checked
     def begin(campaign: Campaign, path: Path | str) -> "CampaignFolder":
-        """Write what is to be planned into a folder.
+        """Write the problems of a campaign into a folder.
 
         Args:
             campaign: The campaign.
-            path: The folder, which holds no other campaign.
+            path: The folder, without another campaign.
 
         Raises:
             MissingExtra: If pyarrow is not installed.
-            CampaignError: If the folder holds a campaign already, or cannot be written.
-            ModelError: If a problem holds code of the caller's, which no file can hold.
+            CampaignError: If the folder has a campaign already, or cannot be written.
+            ModelError: If a problem contains code of the caller, which cannot be stored.
         """
         need_parquet()
         target = Path(path)
@@ -84,11 +84,11 @@ class CampaignFolder:
     @staticmethod
     @checked
     def open(path: Path | str) -> "CampaignFolder":
-        """Read what a folder says of its campaign.
+        """Open the campaign of a folder.
 
         Raises:
             MissingExtra: If pyarrow is not installed.
-            CampaignError: If it holds none, or one of a later version of trajopt.
+            CampaignError: If there is none, or it is from a later version of trajopt.
         """
         need_parquet()
         try:
@@ -112,12 +112,12 @@ class CampaignFolder:
 
     @property
     def documents(self) -> Path:
-        """The folder of what the problems share."""
+        """The folder of shared values."""
         return self.path / DOCUMENTS
 
     @property
     def shards(self) -> list[Path]:
-        """The files of the results so far."""
+        """The files of the present results."""
         return sorted((self.path / RESULTS).glob("[!.]*.parquet"))
 
     def tasks(self) -> Iterator[Task]:
@@ -127,10 +127,10 @@ class CampaignFolder:
 
     @checked
     def task(self, row_id: str) -> Task:
-        """Return a row to be, by its id or the beginning of it.
+        """Return a task by its id or a prefix of it.
 
         Raises:
-            CampaignError: If there is none, or several begin so.
+            CampaignError: If there is none, or the prefix is ambiguous.
         """
         found = [task for task in self.tasks() if task.id.startswith(row_id)]
         if len(found) != 1:
@@ -140,7 +140,7 @@ class CampaignFolder:
         return found[0]
 
     def done(self) -> Ids:
-        """Return the ids of the results so far."""
+        """Return the ids of the present results."""
         ids = [row["id"] for shard in self.shards for row in read_rows(shard, ("id",))]
         return np.unique(np.array(ids, dtype="S32"))
 
@@ -154,10 +154,10 @@ class CampaignFolder:
 
     @checked
     def rows(self, columns: Sequence[str] | None = None) -> Iterator[Row]:
-        """Yield the results so far, each once, in no order.
+        """Yield the present results, each once, in no particular order.
 
         Args:
-            columns: Which columns; all when None.
+            columns: The columns; all if None.
         """
         seen: set[bytes] = set()
         wanted = None if columns is None else list(dict.fromkeys(("id", *columns)))
@@ -169,11 +169,11 @@ class CampaignFolder:
                     yield row
 
     def statuses(self) -> Counter[str]:
-        """Return how many results there are of each status."""
+        """Return the number of results of each status."""
         return Counter(str(row["status"]) for row in self.rows(("status",)))
 
     def write(self, shard: bytes) -> None:
-        """Add rows, as `encoded` returns them; the same ones are the same file.
+        """Add rows, as from `encoded`; equal rows have the same file.
 
         Raises:
             FileFormatError: If they cannot be written.
@@ -183,19 +183,19 @@ class CampaignFolder:
             draft.write_bytes(shard)
 
     def check_versions(self) -> None:
-        """Make sure that what plans now is what the rows say that planned.
+        """Check that the package versions are those of the present rows.
 
         Raises:
-            CampaignError: If it is not.
+            CampaignError: If they are not.
         """
         check_versions(self.versions, str(self.path))
 
 
 def check_versions(begun: Mapping[str, str], what: str) -> None:
-    """Make sure that a campaign goes on with the versions with which it was begun.
+    """Check that a campaign continues with the versions of its start.
 
     Raises:
-        CampaignError: If a version differs: then rows would be of two kinds under one name.
+        CampaignError: If a version differs: rows of two kinds would have one name.
     """
     now = versions()
     changed = [

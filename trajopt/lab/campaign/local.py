@@ -21,7 +21,7 @@ class Local:
     """Processes of this machine.
 
     Attributes:
-        workers: How many; as many as this process may use cores when 0.
+        workers: Their number; 0 for the number of usable cores.
     """
 
     workers: int = 0
@@ -48,13 +48,13 @@ class LocalPool:
     """Workers on this machine."""
 
     def __init__(self, setup: Setup, workers: int) -> None:
-        """Note how many there may be; each is started with its first block."""
+        """Store the number of workers; each is started with its first block."""
         self._setup, self.workers = setup, workers
         self._blocks: dict[Supervisor, deque[Block]] = {}
 
     @property
     def idle(self) -> int:
-        """How many blocks can be submitted now."""
+        """Number of blocks that can be submitted now."""
         return AHEAD * self.workers - sum(map(len, self._blocks.values()))
 
     def submit(self, block: Block) -> None:
@@ -67,7 +67,7 @@ class LocalPool:
         least.give(block.tasks)
 
     def wait(self, seconds: float) -> Sequence[Planned | Lost]:
-        """Return what ended, waiting for it for so long at most [s].
+        """Return finished blocks; wait at most a number of seconds.
 
         Raises:
             CampaignError: If workers cannot be started.
@@ -89,11 +89,11 @@ class LocalPool:
 
 
 def planned(block: Block, worked: Worked) -> Planned:
-    """Return what is told of a block whose problems all have a row.
+    """Return the report of a finished block.
 
     Args:
         block: The block.
-        worked: What came of it.
+        worked: Its results.
     """
     rows = worked.rows
     busy = sum(row["cpu_seconds"]["total"] for row in rows if row.get("cpu_seconds"))
@@ -103,12 +103,12 @@ def planned(block: Block, worked: Worked) -> Planned:
 
 
 def setup_of(folder: CampaignFolder) -> Setup:
-    """Return what the workers of a campaign are told first."""
+    """Return the initial message to the workers of a campaign."""
     return Setup(folder.documents, folder.options, folder.versions, folder.most_seconds)
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of usable cores."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # only Linux says so

@@ -1,4 +1,4 @@
-"""The report of a campaign: as lines of text, and as one HTML page that needs nothing beside itself."""
+"""The report of a campaign, as text or as a self-contained HTML page."""
 
 from collections.abc import Sequence
 from html import escape
@@ -28,8 +28,8 @@ def lines(found: Summary, beside: Comparison | None = None) -> list[str]:
     """Return a report as aligned lines.
 
     Args:
-        found: What came of a campaign.
-        beside: How it differs from another.
+        found: The summary of a campaign.
+        beside: Its differences from another.
     """
     rows = [HEAD, *(_cells(each) for each in _groups(found))]
     told = [
@@ -48,8 +48,8 @@ def page(found: Summary, beside: Comparison | None = None) -> str:
     """Return a report as a page.
 
     Args:
-        found: What came of a campaign.
-        beside: How it differs from another.
+        found: The summary of a campaign.
+        beside: Its differences from another.
     """
     rows = [[escape(cell) for cell in _cells(each)] for each in _groups(found)]
     by = found.by_family if len(found.by_family) > 1 else found.by_robot
@@ -83,13 +83,13 @@ def map_of(places: PlaceMap) -> str:
 
 
 def place_sentence(places: PlaceMap) -> str:
-    """Say where the base does best."""
+    """Describe the best place of the base."""
     x, y, yaw, held = places.best
     return f"the base does best at x {x:g} m, y {y:g} m, turned by {yaw:g} rad: {held:.1%} verified there"
 
 
 def comparison_sentences(found: Comparison) -> list[str]:
-    """Say what differs between two campaigns."""
+    """Describe the differences of two campaigns."""
     before, after = found.verified
     said = [
         f"{found.common} problems in common with {found.first}: verified {before} there, {after} here; "
@@ -123,7 +123,7 @@ def _changes(title: str, changes: Sequence[Change]) -> str:
 
 
 def _groups(found: Summary) -> list[Group]:
-    """Return all groups that say more than the whole."""
+    """Return the groups that differ from the whole."""
     parts = [each for each in (found.by_robot, found.by_family, found.by_options) if len(each) > 1]
     return [found.whole, *(each for part in parts for each in part)]
 
@@ -167,11 +167,11 @@ MOST_POINTS = 400
 
 
 def distribution(times: Floats, name: str) -> str:
-    """Return how many of the values are at most so large, over a logarithmic axis.
+    """Draw the cumulative distribution of values, over a logarithmic axis.
 
     Args:
         times: Values, ascending, positive.
-        name: What they are, with the unit.
+        name: Their name, with the unit.
     """
     low, high = floor(log10(times[0])), ceil(log10(times[-1]))
     high = max(high, low + 1)
@@ -195,10 +195,10 @@ def distribution(times: Floats, name: str) -> str:
 
 
 def shares(names: Sequence[str], values: Sequence[tuple[float, float, float]]) -> str:
-    """Return shares as bars with their intervals.
+    """Draw shares as bars with their intervals.
 
     Args:
-        names: What each is of.
+        names: Their labels.
         values: Share and the ends of its interval, each in [0, 1].
     """
     row, left = 24, 200
@@ -218,12 +218,12 @@ def shares(names: Sequence[str], values: Sequence[tuple[float, float, float]]) -
 
 
 def heat_map(x: Floats, y: Floats, values: Floats, mark: tuple[float, float] | None = None) -> str:
-    """Return a map of shares, white for none and dark for all; x to the right, y upward.
+    """Draw a map of shares, white for none and dark for all; x to the right, y upward.
 
     Args:
         x: Places along x, shape (a,) [m].
         y: Places along y, shape (b,) [m].
-        values: Shares in [0, 1], shape (b, a); nan where there is none.
+        values: Shares in [0, 1], shape (b, a); NaN without data.
         mark: A place to mark [m].
     """
     rows, columns = values.shape

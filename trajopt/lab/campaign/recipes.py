@@ -26,12 +26,11 @@ from trajopt.values.errors import CampaignError, ProblemError, shown
 from trajopt.values.placement import WORLD, Placement, placement
 
 KEPT = 4
-"""Scenes with the robot elsewhere, or with a group's joints free, that a process keeps: the problems of one
-come one after the other."""
+"""Number of derived scenes and models that a process keeps: the problems of one follow each other."""
 
 
 class Workshop:
-    """Where problems are made: the library, and what was made of it last.
+    """The library, with a cache of recent scenes and models.
 
     Attributes:
         library: Robots, scenes and problems by key.
@@ -44,7 +43,7 @@ class Workshop:
         self._reduced: LruCache[tuple[Scene, str], ReducedModel] = LruCache(KEPT)
 
     def reduced(self, scene: Scene, group: str) -> ReducedModel:
-        """Return a scene's robot with a group's joints free, the others where they are by default."""
+        """Return a scene's robot with a group's joints free, the others in the default configuration."""
         return self._reduced.get(
             (scene, group), lambda: reduce_model(scene, group, scene.robot.positions(None))
         )
@@ -55,7 +54,7 @@ class Workshop:
 
 
 class Recipe(Protocol):
-    """How one problem is made: plain data, which is the problem's identity."""
+    """Recipe of one problem: plain data that identifies the problem."""
 
     def problem(self, shop: Workshop, /) -> Problem:
         """Make the problem."""
@@ -83,10 +82,10 @@ class FromMessages:
 
     Attributes:
         robot: Key of the robot.
-        name: What complaints and the problem are called after.
+        name: Name of the problem, also in error messages.
         scene: `PlanningScene` in YAML.
         request: `MotionPlanRequest` in YAML.
-        motions: How objects move, in YAML; nothing moves when empty.
+        motions: Motions of objects, in YAML; may be empty.
     """
 
     robot: str
@@ -108,13 +107,13 @@ class FromMessages:
 
 @dataclass(frozen=True)
 class JointToJoint:
-    """From one configuration to another, in a scene that others share.
+    """A motion between two configurations in a shared scene.
 
     Attributes:
         scene: Key of the scene.
         group: The group that moves.
-        start: Positions of its joints, the others being where they are by default [rad | m].
-        goal: The same at the end.
+        start: Positions of its joints; the others are in the default configuration [rad | m].
+        goal: Positions at the end [rad | m].
     """
 
     scene: str
@@ -130,13 +129,13 @@ class JointToJoint:
 
 @dataclass(frozen=True)
 class RandomMotion:
-    """From one random free configuration to another.
+    """A motion between two random free configurations.
 
     Attributes:
         scene: Key of the scene.
         group: The group that moves.
-        seed: Of all drawings of the campaign.
-        number: Of this one among them.
+        seed: Of the campaign's random generator.
+        number: Its number in the sequence.
     """
 
     scene: str
@@ -161,14 +160,14 @@ class RandomMotion:
 
 @dataclass(frozen=True)
 class Perturbed:
-    """A problem whose objects stand a little elsewhere.
+    """A problem with randomly displaced objects.
 
     Attributes:
         base: Key of the problem.
-        seed: Of all drawings of the campaign.
-        number: Of this one among them.
-        shift: Along each axis an object is moved by at most so much [m].
-        turn: About the vertical through its origin it is turned by at most so much [rad].
+        seed: Of the campaign's random generator.
+        number: Its number in the sequence.
+        shift: Largest shift along each axis [m].
+        turn: Largest turn about the vertical through the object's origin [rad].
     """
 
     base: str
@@ -178,7 +177,7 @@ class Perturbed:
     turn: float
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem: what stands in the world is displaced, each object by itself."""
+        """Make the problem: each object in the world is displaced independently."""
         base = shop.library.problem(self.base)
         rng, scene = np.random.default_rng((self.seed, self.number)), base.scene
         for name, item in base.scene.objects.items():
@@ -194,7 +193,7 @@ class Perturbed:
 
 @dataclass(frozen=True)
 class BasePlaced:
-    """A problem whose robot stands elsewhere: goals in the world stay where they are.
+    """A problem with another placement of the robot's base; goals in the world stay.
 
     Attributes:
         base: Key of the problem.

@@ -1,4 +1,4 @@
-"""One row of the results: a problem made and planned, or the reason why there is nothing to tell."""
+"""One row of the results, and the worker process that plans rows."""
 
 import ctypes
 import os
@@ -25,7 +25,7 @@ from trajopt.values.errors import TrajoptError, shown
 
 
 class Fate(Enum):
-    """What a row says as its status where planning did not end by itself; each value says what it means."""
+    """Statuses of rows whose planning did not end normally; each value describes itself."""
 
     INVALID = "the problem is malformed, or asks what its robot or scene does not have"
     FAILED = "trajopt raised an error of its own"
@@ -36,12 +36,12 @@ class Fate(Enum):
 def row_of(task: Task, options: Options, shop: Workshop) -> dict[str, Any]:
     """Make and plan a problem, and return its row.
 
-    Whatever is raised on the way costs this row only.
+    An exception affects this row only.
 
     Args:
         task: The problem.
-        options: How it is planned.
-        shop: Where it is made.
+        options: Its options.
+        shop: Makes the problem.
     """
     wall, begin = time.perf_counter(), time.process_time()
     try:
@@ -60,7 +60,7 @@ def row_of(task: Task, options: Options, shop: Workshop) -> dict[str, Any]:
 
 
 def known(task: Task) -> dict[str, Any]:
-    """Return what a row says before its problem is planned."""
+    """Return the columns that are known before planning."""
     return {
         "id": task.id,
         "problem_id": task.problem_id,
@@ -74,11 +74,11 @@ def known(task: Task) -> dict[str, Any]:
 
 
 def fate_columns(fate: Fate, why: str) -> dict[str, Any]:
-    """Return what a row says where planning did not end by itself.
+    """Return the columns of a row whose planning did not end normally.
 
     Args:
-        fate: What became of the problem.
-        why: The particulars.
+        fate: Its status.
+        why: The details.
     """
     first = why.partition(":")[0] if fate in (Fate.INVALID, Fate.FAILED) else ""
     return {
@@ -90,19 +90,19 @@ def fate_columns(fate: Fate, why: str) -> dict[str, Any]:
 
 
 def lost_row(task: Task, fate: Fate, why: str, wall: float) -> dict[str, Any]:
-    """Return the row of a problem that did not come back.
+    """Return the row of a lost problem.
 
     Args:
         task: The problem.
-        fate: What became of it.
-        why: The particulars.
-        wall: Wall-clock time that it took [s].
+        fate: Its status.
+        why: The details.
+        wall: Elapsed wall-clock time [s].
     """
     return {**known(task), **fate_columns(fate, why), "wall_seconds": wall}
 
 
 def _told(result: Result) -> dict[str, Any]:
-    """Return what a row says of a result."""
+    """Return the columns of a result."""
     certificate, motion, path = result.certificate, result.trajectory, result.path
     clearance = None if certificate is None else certificate.clearance
     told: dict[str, Any] = {
@@ -128,7 +128,7 @@ def _told(result: Result) -> dict[str, Any]:
 
 
 def _motion(result: Result) -> Mapping[str, Any]:
-    """Return the motion as columns: points one after the other, each with all joints."""
+    """Return the motion as columns, point by point."""
     motion = result.trajectory
     if motion is None:
         return {}
@@ -138,19 +138,21 @@ def _motion(result: Result) -> Mapping[str, Any]:
 
 
 BUNCH, BUNCH_SECONDS = 16, 0.25
-"""Rows that are told at once, at most, and after how long those that are there are told [s]. Telling each by
-itself costs half a millisecond of two processes, mostly in waking the other one; what is not told when the
-worker ends is planned again. A quarter of what the worker is sent ahead, so that it has always more to do."""
+"""Largest number of rows sent together, and longest delay [s]. Sending each row costs half a millisecond of
+two
+processes, mostly wake-ups; unsent rows of a lost worker are planned again. A quarter of the problems that the
+worker has in advance, so that it never waits.
+"""
 DEATH_SIGNAL = 1
 """Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
 
 
 def serve(pipe: "Connection[object, object]", marks: int) -> None:
-    """Plan what comes down the pipe until it is closed.
+    """Plan problems from a pipe until it is closed.
 
     Args:
-        pipe: Where problems come from, and rows go to.
-        marks: Number of the file where it is said that a problem begins.
+        pipe: Source of problems and sink of rows.
+        marks: File number for marks at the start of each problem.
     """
     try:
         setup = pipe.recv()
@@ -167,10 +169,10 @@ def serve(pipe: "Connection[object, object]", marks: int) -> None:
 
 
 def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
-    """Plan what comes, for ever.
+    """Plan problems in an endless loop.
 
     Raises:
-        EOFError: If the pipe is closed; or one of the errors of a pipe whose other end is.
+        EOFError: If the pipe is closed; or an error of a broken pipe.
     """
     shop, begun = Workshop(Library(setup.documents)), 0
     rows, waited, last = list[Row](), 0.0, time.monotonic()
@@ -192,7 +194,7 @@ def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
 
 
 def die_with_parent() -> None:
-    """Have the system end this process when its parent ends, where it can: even in the midst of a core."""
+    """Make the system end this process with its parent, if supported, also during native code."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
 

@@ -16,36 +16,34 @@ from trajopt.values.errors import CampaignError, FileFormatError
 from trajopt.values.errors.arguments import checked
 
 BLOCK_SECONDS = 5.0
-"""Work of a block [s]: what a lost machine costs of each of its workers at most. Writing one takes a
-hundredth of a second."""
+"""Work of a block [s]: the largest loss per worker of a lost machine. Writing a block takes 10 ms."""
 FIRST, MOST = 2, 2000
-"""Problems of a block: as long as nobody knows how long they take; and whatever they take, for a block is
-held in memory."""
+"""Problems of a block: before their duration is known; and at most, since blocks are held in memory."""
 LEAST_SECONDS = 0.25
-"""Work of a block at the end [s]: below that handing it over, and a file for it, count for more."""
+"""Least work of a block [s]: below that its overhead dominates."""
 SHARE = 4
-"""Blocks that each worker is to get of what is left, at least, so that all end at the same time. Source:
-Polychronopoulos and Kuck, Guided self-scheduling, 1987."""
+"""Least number of remaining blocks for each worker, so that all end simultaneously. Source:
+Polychronopoulos and Kuck, Guided self-scheduling, 1987.
+"""
 LOSSES = 5
-"""Times that the machine under a problem alone may be lost before the problem is held responsible: machines
-that come and go by themselves hardly ever meet the same one so often."""
+"""Number of lost machines after which a single problem counts as their cause."""
 FAILURES = 3
 """Shards in a row that cannot be written before the campaign ends: a disk that is full stays so."""
 LOOK = 1.0
-"""How often progress is told, at least [s]."""
+"""Longest interval between progress reports [s]."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a campaign is.
+    """Progress of a campaign.
 
     Attributes:
-        done: Rows there are, those of earlier runs included.
-        total: Rows there are to be.
+        done: Number of rows, including those of earlier runs.
+        total: Total number of rows.
         verified: Rows of this run with a verified motion.
         planned: Rows of this run.
         seconds: Wall-clock time of this run [s].
-        busy: Process time of planning in this run [s].
+        busy: CPU time of planning in this run [s].
         waited: Wall-clock time that workers waited for work in this run [s].
         losses: Blocks whose worker was lost with its machine.
         unwritten: Blocks whose rows could not be written, and were planned again.
@@ -80,21 +78,21 @@ def run_campaign(
     *,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignFolder:
-    """Plan every problem of a campaign, and keep a row of each in a folder.
+    """Plan every problem of a campaign, and store a row for each in a folder.
 
     Args:
         campaign: The campaign.
-        folder: Where it is kept; it holds no other campaign.
-        engine: What plans: processes of this machine when None.
-        progress: Called now and then, at least every second or so.
+        folder: The folder, without another campaign.
+        engine: The engine; processes of this machine if None.
+        progress: Called at least about every second.
 
     Returns:
-        The folder with all rows. What was interrupted is gone on with by `resume_campaign`.
+        The folder with all rows. `resume_campaign` continues an interrupted campaign.
 
     Raises:
-        MissingExtra: If pyarrow, or what the engine stands on, is not installed.
-        CampaignError: If the folder holds a campaign, rows cannot be written, or workers cannot be started.
-        ModelError: If a problem holds code of the caller's, which no worker can be sent.
+        MissingExtra: If pyarrow, or a package of the engine, is not installed.
+        CampaignError: If the folder has a campaign, rows cannot be written, or workers cannot be started.
+        ModelError: If a problem contains code of the caller, which cannot be sent to a worker.
     """
     return resume_campaign(CampaignFolder.begin(campaign, folder).path, engine, progress=progress)
 
@@ -106,16 +104,16 @@ def resume_campaign(
     *,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignFolder:
-    """Plan what has no row yet.
+    """Plan the problems without a row.
 
     Args:
         folder: The folder of the campaign.
-        engine: What plans: processes of this machine when None.
-        progress: Called now and then, at least every second or so.
+        engine: The engine; processes of this machine if None.
+        progress: Called at least about every second.
 
     Raises:
-        MissingExtra: If pyarrow, or what the engine stands on, is not installed.
-        CampaignError: If the folder holds no campaign or one of other versions, rows cannot be written, or
+        MissingExtra: If pyarrow, or a package of the engine, is not installed.
+        CampaignError: If the folder has no campaign or one of other versions, rows cannot be written, or
             workers cannot be started.
     """
     opened = CampaignFolder.open(folder)
@@ -128,7 +126,7 @@ def resume_campaign(
 
 
 class _Run:
-    """One run of a campaign: what waits, what went wrong so far, and how fast it goes."""
+    """One run of a campaign: its queue, failures and rate."""
 
     def __init__(
         self,
@@ -145,10 +143,10 @@ class _Run:
         self._state, self._begun = Progress(done, folder.total), time.monotonic()
 
     def go(self) -> None:
-        """Plan until every problem has its row.
+        """Plan until every problem has a row.
 
         Raises:
-            CampaignError: If rows cannot be written, or there are no workers any more.
+            CampaignError: If rows cannot be written, or no worker is left.
         """
         while True:
             while self._pool.idle and (block := self._next()) is not None:
@@ -166,7 +164,7 @@ class _Run:
             self._note(seconds=time.monotonic() - self._begun)
 
     def _next(self) -> Block | None:
-        """Return what is handed to the next worker; None where nothing is left."""
+        """Return the next block, or None."""
         if self._again:
             return self._again.popleft()
         size = FIRST
@@ -179,10 +177,10 @@ class _Run:
         return Block(tasks) if tasks else None
 
     def _keep(self, ended: Planned) -> None:
-        """Write the rows of a block; what cannot be written is planned again.
+        """Write the rows of a block; after a failure the block is planned again.
 
         Raises:
-            CampaignError: If that happens several times in a row.
+            CampaignError: If that fails several times in a row.
         """
         count = len(ended.block.tasks)
         self._pace = ended.seconds / count
@@ -208,7 +206,7 @@ class _Run:
         )
 
     def _lost(self, ended: Lost) -> None:
-        """Hand a block to another worker, in halves: a problem that takes its machine down is found so."""
+        """Requeue a lost block in halves, which isolates a problem that takes its machine down."""
         block = ended.block
         if not ended.begun:
             self._again.appendleft(block)  # before those that were at work when a machine was lost

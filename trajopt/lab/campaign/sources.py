@@ -1,4 +1,4 @@
-"""Sources: where the problems of a campaign come from."""
+"""Sources of a campaign's problems."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,14 +31,14 @@ from trajopt.values.errors.arguments import checked
 
 @dataclass(frozen=True)
 class Posed:
-    """One problem of a campaign, not yet made.
+    """One problem of a campaign, before it is made.
 
     Attributes:
-        family: What it is counted with.
-        number: Its number there.
-        robot: Name of the robot; empty where only making the problem tells.
-        recipe: How it is made.
-        parameters: Numbers that say where in a study it stands, by name.
+        family: Its set in the statistics.
+        number: Its number in the set.
+        robot: Name of the robot; empty if unknown before the problem is made.
+        recipe: Its recipe.
+        parameters: Its parameters in a study, by name.
     """
 
     family: str
@@ -53,9 +53,9 @@ class Source:
     """Some problems of a campaign.
 
     Attributes:
-        name: What it is called.
-        count: How many there are.
-        pose: Yields them, the same every time; the values that they share are packed.
+        name: Its name.
+        count: Number of problems.
+        pose: Yields them, reproducibly; shared values are packed.
     """
 
     name: str
@@ -63,17 +63,17 @@ class Source:
     pose: Callable[[Packer], Iterator[Posed]]
 
     def __repr__(self) -> str:
-        """Say name and number."""
+        """Return name and number."""
         return f"Source({shown(self.name)}, {self.count})"
 
 
 @checked
 def from_problems(name: str, listed: Sequence[Problem]) -> Source:
-    """Return problems as they are.
+    """Return a source of given problems.
 
     Args:
-        name: What they are called together.
-        listed: The problems: plain data throughout, as for a bundle.
+        name: Name of the set.
+        listed: The problems: plain data, as for a bundle.
     """
     kept = several("listed", listed, Problem)
 
@@ -91,14 +91,14 @@ def from_folder(
     """Return the problems of a folder of MoveIt files: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
 
     Args:
-        path: The folder, as `trajopt bench` takes it.
-        robot: The robot they are for.
-        sets: Names of the sets to take; all when empty.
-        limit: How many of each set to take at most, lowest numbers first.
+        path: The folder, as for `trajopt bench`.
+        robot: The robot of the problems.
+        sets: Names of the sets; all if empty.
+        limit: Largest number of problems of each set, lowest numbers first.
 
     Raises:
-        FileFormatError: If the folder does not exist or holds no problem.
-        NameNotFound: If a set is not there.
+        FileFormatError: If the folder does not exist or has no problem.
+        NameNotFound: If a set does not exist.
     """
     found = find_instances(Path(path), robot, sets, limit=limit)
 
@@ -114,16 +114,16 @@ def from_folder(
 
 @checked
 def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> Source:
-    """Return the problems of a Parquet table, a row each.
+    """Return the problems of a Parquet table, one per row.
 
-    Its columns are `scene`, `request` and perhaps `motions`: MoveIt's messages as text, YAML or JSON; or
-    `start` and `goal`: positions of the group's joints [rad | m], in the scene that is given. `family` and
-    `number` say what a problem is counted with; without them that is the file's name and the row.
+    Its columns are `scene`, `request` and optionally `motions`: MoveIt's messages as text, YAML or JSON; or
+    `start` and `goal`: positions of the group's joints [rad | m], in the given scene. `family` and
+    `number` define the set in the statistics; by default the file's name and the row.
 
     Args:
         path: The file.
-        around: The robot; or of starts and goals the scene that it is in.
-        group: Of starts and goals: the group that moves, which may be left out where the robot has one only.
+        around: The robot; or, for starts and goals, the scene.
+        group: For starts and goals: the group that moves; may be omitted if the robot has only one.
 
     Raises:
         MissingExtra: If pyarrow is not installed.
@@ -158,14 +158,14 @@ def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> S
 def random_motions(
     scene: Scene, count: int, *, group: str = "", seed: int = 0, name: str = "random motions"
 ) -> Source:
-    """Return motions from one random free configuration to another, in one scene.
+    """Return motions between random free configurations in one scene.
 
     Args:
         scene: The scene.
-        count: How many.
-        group: The group that moves; may be left out where the robot has one only.
-        seed: Of the drawings; the first thousand are the same whatever the count.
-        name: What they are called together.
+        count: Number of motions.
+        group: The group that moves; may be omitted if the robot has only one.
+        seed: Of the random generator; the first thousand are the same for any count.
+        name: Name of the set.
 
     Raises:
         GroupNotFound: If there is no such group.
@@ -185,14 +185,14 @@ def random_motions(
 
 @checked
 def perturbed(problem: Problem, count: int, *, shift: float, turn: float = 0.0, seed: int = 0) -> Source:
-    """Return a problem among objects that stand a little elsewhere each time: how robust is the answer?
+    """Return variants of a problem with randomly displaced objects, to test robustness.
 
     Args:
         problem: The problem.
-        count: How many.
-        shift: Along each axis an object of the world is moved by at most so much [m].
-        turn: About the vertical it is turned by at most so much [rad].
-        seed: Of the drawings.
+        count: Number of variants.
+        shift: Largest shift of an object along each axis [m].
+        turn: Largest turn of an object about the vertical [rad].
+        seed: Of the random generator.
 
     Raises:
         ProblemError: If the count is not positive.
@@ -221,19 +221,19 @@ def base_placements(
     z: Sequence[float] = (0.0,),
     yaw: Sequence[float] = (0.0,),
 ) -> Source:
-    """Return problems from every placement of the robot's base on a grid: where should the base stand?
+    """Return problems for every placement of the robot's base on a grid, to find the best one.
 
-    Goals and objects stay where they are in the world, the start stays the same in the joints.
+    Goals and objects stay in the world, the start stays in joint space.
 
     Args:
-        tasks: What the robot must be able to do, wherever it stands.
-        x: Where its root is in the world [m].
-        y: The same [m].
-        z: The same [m].
-        yaw: Its turn about the vertical [rad].
+        tasks: The problems that the robot must solve.
+        x: Places of its root in the world [m].
+        y: Places of its root in the world [m].
+        z: Heights of its root in the world [m].
+        yaw: Its turns about the vertical [rad].
 
     Raises:
-        ProblemError: If there is no task or no placement, or a robot whose base moves by itself.
+        ProblemError: If there is no task or no placement, or a robot has a moving base.
         ShapeError: If a number is not finite.
     """
     kept = several("tasks", tasks, Problem)
@@ -264,11 +264,11 @@ def installed(name: str, count: int = 1) -> Source:
 
     Args:
         name: Its name.
-        count: How many.
+        count: Number of instances.
 
     Raises:
         ProblemNotFound: If there is none of that name.
-        ProblemError: If it has no random instances, and more than one is asked for.
+        ProblemError: If it has no random instances, and more than one is requested.
     """
     definition, total = installed_definitions((name,))[0], _count(count)
     if total > 1:

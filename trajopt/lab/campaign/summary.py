@@ -1,4 +1,4 @@
-"""What came of a campaign: success and times by robot and set, causes, and the places of a base."""
+"""Summary of a campaign: success and times by robot and set, causes, and places of a base."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,12 +17,12 @@ from trajopt.values.errors.arguments import checked
 LEVEL = 0.95
 """Confidence of every interval."""
 NORMAL = 1.959963984540054
-"""Quantile of the normal distribution for it."""
+"""Quantile of the normal distribution for 95 %."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number, and where it may be as far as the sample tells.
+    """A number with its confidence interval.
 
     Attributes:
         value: The number.
@@ -41,8 +41,8 @@ def share(count: int, total: int) -> Estimate:
     Source: Wilson, Probable inference, the law of succession, and statistical inference, 1927.
 
     Args:
-        count: How many did.
-        total: Of how many, at least 1.
+        count: Number of successes.
+        total: Number of trials, at least 1.
     """
     part, square = count / total, NORMAL**2
     middle = (part + square / (2.0 * total)) / (1.0 + square / total)
@@ -51,16 +51,16 @@ def share(count: int, total: int) -> Estimate:
 
 
 def quantile(values: Sequence[float] | Floats, level: float) -> Estimate:
-    """Return a quantile with its interval, whatever the distribution: two of the values themselves.
+    """Return a quantile with its distribution-free interval, whose ends are two of the values.
 
-    How many of n values lie below the quantile is binomial. Of fewer values than it takes for an interval
-    at 95 % the ends are the least and the largest.
+    The number of n values below the quantile is binomial. With too few values for an interval
+    at 95 % the ends are the smallest and the largest.
 
     Source: David and Nagaraja, Order Statistics, 2003, section 7.1.
 
     Args:
         values: The values, at least one.
-        level: Which quantile, in (0, 1).
+        level: The level, in (0, 1).
     """
     from scipy.stats import binom
 
@@ -93,22 +93,22 @@ COLUMNS = (
     *("problem_id", "robot", "family", "options", "status", "verified", "cause", "clearance", "duration"),
     *("cpu_seconds", "parameters"),
 )
-"""What a summary reads of the results: not the motions."""
+"""Columns that a summary reads; not the motions."""
 AXES = ("x", "y", "yaw")
-"""Parameters that say where a base stands."""
+"""Parameters of a base's placement."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """Some rows of a campaign.
+    """Statistics of some rows of a campaign.
 
     Attributes:
-        name: What they have in common.
-        rows: How many there are.
+        name: Their common property.
+        rows: Their number.
         verified: Those with a verified motion.
         success: Their share.
-        cpu_median: Process time of one problem, all included [s]; None where none was measured.
-        cpu_p90: The same that nine of ten do not exceed [s].
+        cpu_median: Median CPU time of one problem [s]; None if not measured.
+        cpu_p90: 90th percentile of the CPU time [s].
         duration: Median duration of the verified motions [s]; None without any.
         clearance: The smallest proven clearance [m]; None without any.
     """
@@ -125,14 +125,14 @@ class Group:
 
 @dataclass(frozen=True)
 class PlaceMap(Value):
-    """How well each place of a base does, over all turns and tasks.
+    """Success of each place of a base, over all turns and tasks.
 
     Attributes:
         x: Places along x, shape (a,) [m].
         y: Places along y, shape (b,) [m].
         verified: Rows with a verified motion by place, shape (b, a).
         rows: Rows by place, shape (b, a).
-        best: Where most is verified: x, y [m], yaw [rad], and the share of the tasks there.
+        best: The best placement: x, y [m], yaw [rad], and its share of verified tasks.
     """
 
     x: Floats
@@ -144,18 +144,18 @@ class PlaceMap(Value):
 
 @dataclass(frozen=True)
 class Summary(Value):
-    """What came of a campaign.
+    """Summary of a campaign.
 
     Attributes:
-        name: The campaign's.
-        total: Rows that there are to be.
-        whole: All rows there are.
+        name: The campaign's name.
+        total: Total number of rows.
+        whole: All present rows.
         by_robot: Groups by robot.
-        by_family: Groups by what the problems are counted with.
+        by_family: Groups by set.
         by_options: Groups by method and options.
-        causes: How often each cause of failure is there, most often first.
-        times: Process time of every row that has one, ascending [s].
-        places: Where bases stood; None where the campaign is not about that.
+        causes: Number of failures by cause, the most frequent first.
+        times: CPU times of all rows, ascending [s].
+        places: Success by place of the base; None if the campaign does not vary it.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Summary(Value):
 
 @checked
 def summary(folder: CampaignFolder) -> Summary:
-    """Sum up the results of a campaign so far.
+    """Summarise the present results of a campaign.
 
     Args:
         folder: The campaign.
@@ -217,7 +217,7 @@ def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[Group, ...]
 
     Args:
         rows: The rows.
-        name: Says of each where it belongs.
+        name: Returns the group name of a row.
     """
     found: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
@@ -226,10 +226,10 @@ def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[Group, ...]
 
 
 def group(name: str, rows: Sequence[Row]) -> Group:
-    """Return what rows have come to.
+    """Return statistics of rows.
 
     Args:
-        name: What they have in common.
+        name: Their common property.
         rows: The rows, at least one.
     """
     solved = [row for row in rows if row["verified"]]
@@ -248,7 +248,7 @@ def group(name: str, rows: Sequence[Row]) -> Group:
 
 
 def place_map(rows: Iterable[Row]) -> PlaceMap | None:
-    """Return how well each place of a base does; None where no row says where a base stood."""
+    """Return the success of each place of a base; None if no row has a placement."""
     at: dict[tuple[float, float, float], list[bool]] = defaultdict(list)
     for row in rows:
         if set(AXES) <= row["parameters"].keys():

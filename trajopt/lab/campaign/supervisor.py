@@ -1,4 +1,4 @@
-"""A worker watched by a clock: a problem that crashes or runs over costs one row, and the others go on."""
+"""Supervision of a worker: a problem that crashes or runs over time costs one row."""
 
 import os
 import signal
@@ -19,26 +19,27 @@ from trajopt.lab.campaign.row import Fate, lost_row
 from trajopt.values.errors import CampaignError
 
 START = 120.0
-"""A worker that is not ready after so long is given up [s]: it has to import trajopt from a slow disk."""
+"""Time-out of a worker's start [s]: trajopt may be imported from a slow disk."""
 ATTEMPTS = 2
-"""Times that a problem may end its process: once may be the machine's fault, such as too little memory."""
+"""Number of crashes of a problem before it gets a row: one may be the machine's fault, such as low memory."""
 AHEAD, LETTERS = 64, 2**15
-"""Problems that are sent before the first of them has its row, at most, and letters of their recipes beyond
-the first: a worker goes on by itself while whoever watches it is busy. All of them have room in the socket of
-a worker that reads nothing, so that sending never waits for one that hangs."""
+"""Largest number of problems sent ahead, and of letters of their recipes beyond the first one: a worker
+continues while
+its supervisor is busy. All fit into the socket of a worker that does not read, so that sending never blocks.
+"""
 ROOM = 2**18
-"""Bytes that a socket is asked to hold: some systems give eight thousand unasked, Linux 200,000."""
+"""Requested socket buffer [bytes]: the default is eight thousand on some systems, 200,000 on Linux."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""The libraries' own threads would take the cores of the other workers."""
+"""Environment that keeps libraries from using the cores of other workers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Worked:
-    """What came of a block.
+    """Results of a block.
 
     Attributes:
-        rows: A row of each of its problems.
-        waited: Wall-clock time that the worker waited for them [s].
+        rows: A row for each problem.
+        waited: Wall-clock time that the worker waited for problems [s].
     """
 
     rows: Sequence[Row]
@@ -46,7 +47,7 @@ class Worked:
 
 
 class Supervisor:
-    """Keeps one worker, gives it blocks of problems, and answers for those that it does not survive."""
+    """Manages one worker, passes blocks of problems to it, and writes the rows of crashed problems."""
 
     def __init__(self, setup: Setup) -> None:
         """Start a worker; it is not yet ready when this returns."""
@@ -62,12 +63,12 @@ class Supervisor:
 
     @property
     def pipe(self) -> "Connection[object, object]":
-        """What is ready to be read when the worker has said something, or has ended."""
+        """Handle that becomes readable when the worker sends a message, or ends."""
         return self._pipe
 
     @property
     def until(self) -> float:
-        """When it has to have said something, by the monotonic clock [s]."""
+        """Deadline of the next message, on the monotonic clock [s]."""
         return self._until
 
     def give(self, block: Sequence[Task]) -> None:
@@ -78,10 +79,10 @@ class Supervisor:
             self._hand_over()
 
     def advance(self) -> Worked | None:
-        """Take what the worker says, if it says anything, and look at the clock.
+        """Process messages of the worker, and check the deadline.
 
         Returns:
-            What came of its first block, once each of the problems has a row; None before.
+            The results of its first block once complete; None before.
 
         Raises:
             CampaignError: If workers cannot be started.
@@ -100,7 +101,7 @@ class Supervisor:
         return worked
 
     def run(self, block: Sequence[Task]) -> Worked:
-        """Plan a block, and return what came of it.
+        """Plan a block, and return its results.
 
         Raises:
             CampaignError: If workers cannot be started.
@@ -111,7 +112,7 @@ class Supervisor:
         return worked
 
     def close(self) -> None:
-        """End the worker, whatever it does, and wait until it has ended."""
+        """Kill the worker, and wait for its end."""
         self._pipe.close()
         self._marks.close()
         if self._process.poll() is None:
@@ -148,7 +149,7 @@ class Supervisor:
         self._say(self._setup)
 
     def _hand_over(self) -> None:
-        """Send as much as the worker may have, once half of it is planned; at least one to one that waits."""
+        """Send problems up to the limits, once half of them are planned; at least one to an idle worker."""
         if len(self._sent) > AHEAD // 2:
             return
         waits = not self._sent
@@ -172,20 +173,20 @@ class Supervisor:
             pass  # it has ended, which the next reading tells
 
     def _begin(self) -> None:
-        """Set the clock for the problem that the worker is at, or is to begin now."""
+        """Set the deadline of the worker's present problem."""
         self._read_marks()
         if self._marked <= self._told:
             self._begun = time.monotonic()
         self._until = self._begun + self._setup.most_seconds if self._sent else float("inf")
 
     def _read_marks(self) -> None:
-        """Note how many problems the worker has begun, and when the last of them."""
+        """Read the number of started problems, and the last start time."""
         marks = self._marks.read(2 * AHEAD * MARK.size)
         if marks:
             self._marked, self._begun = MARK.unpack(marks[-MARK.size :])
 
     def _at(self) -> Task:
-        """Return what the worker is at, or was last, of the problems that it has not told of."""
+        """Return the index of the worker's present problem among the unreported ones."""
         self._read_marks()
         return self._sent[min(max(self._marked - self._told, 1), len(self._sent)) - 1]
 
@@ -218,10 +219,10 @@ class Supervisor:
         self._again()
 
     def _ran_over(self) -> None:
-        """Give up the problem that the worker is at, unless it began that later than was known.
+        """Give up the present problem, unless it started later than known.
 
         Raises:
-            CampaignError: If the worker has not come up.
+            CampaignError: If the worker has not started.
         """
         if not self._ready:
             raise CampaignError(f"a worker was not ready after {START:g} s")
@@ -234,19 +235,19 @@ class Supervisor:
         self._again()
 
     def _give_up(self, task: Task, fate: Fate, why: str) -> None:
-        """Write the row of a problem that does not come back."""
+        """Write the row of a lost problem."""
         self._sent.remove(task)
         self._rows[task.id] = lost_row(task, fate, why, time.monotonic() - self._begun)
 
     def _again(self) -> None:
-        """Start another worker, which is sent what the last one did not tell of once it is ready."""
+        """Start another worker, which receives the unreported problems once it is ready."""
         self._marks.close()
         self._unsent.extendleft(reversed(self._sent))
         self._sent.clear()
         self._start()
 
     def _ending(self) -> str:
-        """End the worker if it has not ended, and say how it ended."""
+        """End the worker if it runs, and describe its end."""
         self._pipe.close()
         try:
             code = self._process.wait(1.0)

@@ -1,7 +1,7 @@
-"""Perception: what cameras measure becomes obstacles, and what that is worth is said.
+"""Perception: measurements of cameras as obstacles, with stated assumptions.
 
-A cloud contains what was measured: the certificate of a motion among it says "clear of the measured points,
-each with its ball", and never "clear of the world".
+A cloud contains the measured points: the certificate of a motion reads "clear of the measured points, each
+with its ball", never "clear of the world".
 """
 
 from trajopt.lab.perception.camera_info import read_camera_info as read_camera_info

@@ -14,24 +14,25 @@ MODELS: Mapping[str, tuple[int, ...]] = {
     "none": (0,),
     "": (0,),
 }
-"""How many numbers each of the models that are undone has."""
+"""Number of coefficients of each supported distortion model."""
 OTHERS = ("equidistant", "fisheye", "thin_prism_fisheye")
-"""Models of which the rays are found by other rules."""
+"""Unsupported distortion models with other projections."""
 
 
 def read_camera_info(path: Path | str) -> Intrinsics:
-    """Read which way a camera's pixels look.
+    """Read the intrinsics of a camera.
 
-    Both forms are read: the calibrator's (`image_width`, `camera_matrix`, `distortion_coefficients`) and the
+    Both forms are supported: the calibrator's (`image_width`, `camera_matrix`, `distortion_coefficients`) and
+    the
     message as ROS 1 or 2 prints it (`width`, `K` or `k`, `D` or `d`). The lens is that of the raw image:
-    where images are rectified, take its numbers out of the file.
+    for rectified images, remove its coefficients from the file.
 
     Args:
         path: A YAML or JSON file.
 
     Raises:
-        FileFormatError: If it is missing or malformed; if the lens is of a model that is not undone, which it
-            names; or if pixels are binned, cut off or skewed.
+        FileFormatError: If it is missing or malformed; if the distortion model is not supported; or if pixels
+            are binned, cropped or skewed.
     """
     document = read_document(path_of("path", path))
     if document.has("camera_matrix"):

@@ -1,7 +1,7 @@
-"""Cells of a grid about the world's origin: those in which something was measured, each once.
+"""Occupied cells of a grid about the world's origin.
 
-A cell (i, j, k) is the cube from (i, j, k) * edge to (i + 1, j + 1, k + 1) * edge. Cells are kept as one
-whole number each, in rising order, so that sets of them are joined by sorting.
+A cell (i, j, k) is the cube from (i, j, k) * edge to (i + 1, j + 1, k + 1) * edge. Cells are stored as one
+whole number each, in rising order, so that sets are merged by sorting.
 """
 
 from collections.abc import Sequence
@@ -53,7 +53,7 @@ def once(keys: NDArray[np.signedinteger]) -> NDArray[np.signedinteger]:
 
 @dataclass(frozen=True, eq=False)
 class Grid(Value):
-    """The cells in which something may have been measured.
+    """The range of cells that may be occupied.
 
     Attributes:
         edge: Of a cell [m].
@@ -67,14 +67,14 @@ class Grid(Value):
 
     @staticmethod
     def around(where: Placement, reach: float, edge: float, workspace: Workspace | None) -> "Grid":
-        """Return the cells that a workspace meets; without one those within reach of a sensor.
+        """Return the cells that intersect a workspace, or else those within reach of a sensor.
 
-        Where the workspace does not end at a multiple of the edge, its last cells reach beyond it: a surface
+        If the workspace does not end at a multiple of the edge, its last cells extend beyond it: a surface
         measured inside the workspace is always in a cell.
 
         Args:
-            where: The sensor in the world.
-            reach: How far it measures [m].
+            where: Placement of the sensor in the world.
+            reach: Its range [m].
             edge: Of a cell [m].
             workspace: None for everything.
         """
@@ -90,7 +90,7 @@ class Grid(Value):
 
     @property
     def across(self) -> float:
-        """How far it reaches along its longest axis [m]."""
+        """Its extent along the longest axis [m]."""
         return float(self.count.max()) * self.edge
 
     def placed(self, where: Placement) -> tuple[Singles, Singles]:
@@ -131,9 +131,9 @@ class Grid(Value):
 
 
 def leaders(numbers: NDArray[np.signedinteger]) -> NDArray[np.signedinteger]:
-    """Leave out numbers -1, and what equals its left or upper neighbour in a picture.
+    """Drop numbers -1, and those equal to their left or upper neighbour in an image.
 
-    The first of each number, row by row, has no equal before it, and stays.
+    The first occurrence of each number, row by row, has no equal before it, and stays.
     """
     first = numbers >= 0
     first[..., 1:] &= numbers[..., 1:] != numbers[..., :-1]

@@ -1,4 +1,4 @@
-"""Clusters: what of a cloud hangs together, each in an oriented box that contains its balls."""
+"""Clusters: connected parts of a cloud, each in an oriented box that contains its balls."""
 
 from dataclasses import dataclass
 
@@ -34,14 +34,13 @@ class Cluster(Value):
 @checked
 @dataclass(frozen=True)
 class Clustering(Value):
-    """What counts as one thing.
+    """Parameters of a cluster.
 
     Attributes:
-        gap: Points nearer to each other than this always are of one cluster, and points farther than
-            four times this never are, unless others lead from one to the other [m].
-        least: A cluster has so many points at least: fewer are mostly noise.
-        upright: Whether boxes stand upright, as things on a table do; otherwise they are turned to be as
-            small as they can.
+        gap: Points closer than this are always in one cluster, and points farther apart than
+            four times this never are, unless others connect them [m].
+        least: Least number of points of a cluster: smaller ones are mostly noise.
+        upright: Whether boxes are upright, like things on a table; otherwise they have the smallest volume.
     """
 
     gap: float = 0.02
@@ -59,14 +58,13 @@ DEFAULT = Clustering()
 
 @checked
 def clusters(cloud: Points, clustering: Clustering = DEFAULT) -> tuple[Cluster, ...]:
-    """Return what of a cloud hangs together, the largest first.
+    """Return the connected parts of a cloud, the largest first.
 
-    What is in no cluster is left to the cloud: a box that stands for its points may take their place, but
-    those of no cluster must stay.
+    Points in no cluster must stay in the cloud; those of a cluster may be replaced by its box.
 
     Args:
         cloud: The cloud.
-        clustering: What counts as one thing.
+        clustering: Parameters.
     """
     found: list[Cluster] = []
     for own in groups(cloud.points, clustering.gap):
@@ -78,11 +76,11 @@ def clusters(cloud: Points, clustering: Clustering = DEFAULT) -> tuple[Cluster, 
 
 @checked
 def without(cloud: Points, parts: tuple[Ints, ...]) -> Points | None:
-    """Return a cloud without some of its points; None where none is left.
+    """Return a cloud without some of its points, or None if none is left.
 
     Args:
         cloud: The cloud.
-        parts: Numbers of points, of clusters or planes that something else stands for.
+        parts: Indices of points, of clusters or planes that replace them.
     """
     stays = np.ones(len(cloud.points), dtype=np.bool_)
     for part in parts:
@@ -91,9 +89,9 @@ def without(cloud: Points, parts: tuple[Ints, ...]) -> Points | None:
 
 
 def groups(points: Floats, gap: float) -> list[Ints]:
-    """Return the numbers of the points that hang together, the largest group first.
+    """Return the indices of connected points, the largest group first.
 
-    Points are put into cubes with edges of the gap; cubes that touch each other are of one group.
+    Points are sorted into cubes with edges of the gap; touching cubes belong to one group.
     """
     from scipy.sparse import coo_array  # slow to import
     from scipy.sparse.csgraph import connected_components
@@ -117,16 +115,16 @@ def _fixed(part: Ints) -> Ints:
 
 
 ROUNDING = 1e-9
-"""A box is larger than what it contains by this: more than what its arithmetic rounds off within 50 m [m]."""
+"""Enlargement of a box that covers rounding errors within 50 m [m]."""
 
 
 def box_around(points: Floats, radius: float, *, upright: bool) -> tuple[Box, Placement]:
-    """Return a box around balls, and where it is in the frame of their centres.
+    """Return a box around balls, and its placement in the frame of their centres.
 
     Args:
         points: Centres, at least one, shape (n, 3) [m].
         radius: Of the balls [m].
-        upright: Whether its axis z stays; otherwise one of its faces lies on a face of the centres' hull.
+        upright: Whether its z axis is fixed; otherwise one of its faces lies on a face of the centres' hull.
     """
     outer = _outermost(points)
     best = min(
@@ -169,7 +167,7 @@ def _standing(points: Floats, axes: Floats) -> tuple[float, Floats]:
 
 
 def _frames(points: Floats, *, upright: bool) -> list[Floats]:
-    """Return the axes to try: the world's, or one for each face of the points' hull."""
+    """Return candidate axes: the world's, or one for each face of the points' hull."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
     if upright:
@@ -184,7 +182,7 @@ def _frames(points: Floats, *, upright: bool) -> list[Floats]:
 
 
 def _with_axis(normal: Floats) -> Floats:
-    """Return right-handed axes, the columns, of which the third is given."""
+    """Return right-handed axes, as columns, with a given third axis."""
     third = normal / float(np.linalg.norm(normal))
     helper = np.eye(3)[int(np.abs(third).argmin())]
     across: Floats = helper - float(helper @ third) * third
@@ -195,7 +193,7 @@ def _with_axis(normal: Floats) -> Floats:
 
 
 def _outermost(points: Floats) -> Floats:
-    """Return the corners of the points' hull, in the plane in their order around it; all where it is flat."""
+    """Return the corners of the points' planar hull in order; all points if it is degenerate."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
     try:

@@ -1,4 +1,4 @@
-"""A depth image: what a camera measured, and where the robot was then."""
+"""A depth image with the robot's configuration at its time."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,8 +18,9 @@ from trajopt.values.placement import Placement
 
 MILLIMETRE = 1e-3
 ROWS = 32
-"""Rows of a picture that are looked at together: few enough that what is computed of them stays in the caches
-of a processor, and enough that calls of numpy are few."""
+"""Rows of an image processed together: few enough for the processor's caches, and enough to amortise calls
+of numpy.
+"""
 LIKELY_MILLIMETRES = 100.0
 """No depth camera sees farther than this [m]: an image in which nothing is nearer is in millimetres."""
 
@@ -29,14 +30,14 @@ LIKELY_MILLIMETRES = 100.0
 class DepthImage(Value):
     """A depth image.
 
-    As in ROS (REP 118), whole numbers are millimetres and 0 is no measurement; other numbers are metres, not
-    a number is no measurement, and infinity is nothing within range.
+    As in ROS (REP 118), whole numbers are millimetres and 0 is no measurement; other numbers are metres, NaN
+    is no measurement, and infinity is nothing within range.
 
     Attributes:
-        camera: What took it.
+        camera: The camera.
         depth: Depth along the camera's axis, not along the pixel's ray; shape (height, width).
-        positions: Of all joints of the robot when it was taken, shape (number of joints,) [rad | m].
-        scale: What 1 is in the image [m]; None for the above.
+        positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
+        scale: Unit of the image [m]; None for the above.
     """
 
     camera: Camera
@@ -69,39 +70,39 @@ class DepthImage(Value):
         object.__setattr__(self, "positions", floats("positions", self.positions, (None,)))
 
     def __repr__(self) -> str:
-        """Say its size and where the camera is fixed."""
+        """Return its size and the camera's frame."""
         height, width = self.depth.shape
         return f"DepthImage({width} x {height} pixels, camera on {shown(self.camera.frame)})"
 
     @property
     def unit(self) -> float:
-        """What 1 is in the image [m]."""
+        """Unit of the image [m]."""
         if self.scale is not None:
             return self.scale
         return 1.0 if self.depth.dtype.kind == "f" else MILLIMETRE
 
     @property
     def rounding(self) -> float:
-        """How far off a depth is for being a whole number [m]."""
+        """Rounding error of whole-number depths [m]."""
         return 0.0 if self.depth.dtype.kind == "f" else self.unit / 2.0
 
     @cached_property
     def metres(self) -> Singles:
-        """The depths [m], shape (height, width); 0, infinity or not a number where nothing was measured."""
+        """The depths [m], shape (height, width); 0, infinity or NaN without a measurement."""
         metres = self.depth.astype(np.float32)
         return metres if self.unit == 1.0 else metres * np.float32(self.unit)
 
     @checked
     def where(self, scene: Scene) -> Placement:
-        """Return where the camera's optical frame was in the world; raises as `Camera.at`."""
+        """Return the placement of the camera's optical frame in the world; raises as `Camera.at`."""
         return self.camera.at(scene, self.positions)
 
     def taken(self, scene: Scene, sensing: Sensing) -> Taken:
-        """Return the cells of the world in which it shows something.
+        """Return the occupied cells of the world.
 
         Raises:
-            FrameNotFound: If the scene has no such frame as the camera is fixed on.
-            ShapeError: If there is not one position for each joint.
+            FrameNotFound: If the scene does not have the camera's frame.
+            ShapeError: If the positions are not one number for each joint.
         """
         camera, depth = self.camera, self.metres
         where = self.where(scene)
@@ -149,6 +150,6 @@ def _scaled(
 
 
 def _likely_millimetres(depth: NDArray[Any]) -> bool:
-    """Say whether all that was measured is farther than any camera sees."""
+    """Return whether all measurements are farther than the range of any camera."""
     measured = depth[np.isfinite(depth) & (depth > 0.0)]
     return bool(len(measured)) and float(measured.min()) > LIKELY_MILLIMETRES

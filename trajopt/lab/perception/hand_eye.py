@@ -1,4 +1,4 @@
-"""Where a camera is fixed, from the files of hand-eye calibration."""
+"""Mounting of a camera, from the files of hand-eye calibration."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +15,12 @@ BESIDE = ("eye_to_hand", "eye_on_base")
 
 @dataclass(frozen=True, eq=False)
 class Mount(Value):
-    """Where a camera is fixed.
+    """Mounting of a camera.
 
     Attributes:
         frame: The link of the robot that it is fixed on: of the hand, or of the base.
-        camera: The camera's frame that was calibrated. A depth camera looks along z of its optical frame,
-            which is not that of its housing.
+        camera: The calibrated frame of the camera. A depth camera looks along z of its optical frame,
+            which differs from that of its housing.
         placement: Of the camera's frame in the link's.
     """
 
@@ -30,17 +30,17 @@ class Mount(Value):
 
 
 def read_hand_eye(path: Path | str) -> Mount:
-    """Read where a camera is fixed on a robot, or beside it.
+    """Read the mounting of a camera on a robot, or beside it.
 
-    Three forms are read: those of easy_handeye (`eye_on_hand`, `robot_effector_frame`, `transformation`) and
-    easy_handeye2 (`parameters`, `transform`), and a plain transform as ROS prints it (`header.frame_id`,
+    Three forms are supported: those of easy_handeye (`eye_on_hand`, `robot_effector_frame`, `transformation`)
+    and easy_handeye2 (`parameters`, `transform`), and a plain transform as ROS prints it (`header.frame_id`,
     `child_frame_id`, `transform`), which MoveIt's calibration publishes.
 
     Args:
         path: A YAML or JSON file.
 
     Raises:
-        FileFormatError: If it is missing or malformed, or says nothing of where the camera is fixed.
+        FileFormatError: If it is missing or malformed, or has no mounting.
     """
     document = read_document(path_of("path", path))
     if document.has("child_frame_id"):

@@ -1,4 +1,4 @@
-"""perceive(scene, image): a scene with what was measured, as one object that is replaced whole."""
+"""perceive(scene, image): a scene with the measurements as one object, which each call replaces."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,14 +24,14 @@ from trajopt.values.shapes.shapes import Points, Voxels
 
 @dataclass(frozen=True, eq=False)
 class Cloud(Value):
-    """What was seen of the world.
+    """The measured part of the world.
 
     Attributes:
-        keys: Numbers of the cells in which something was measured, in rising order, shape (n,).
+        keys: Numbers of the occupied cells, in rising order, shape (n,).
         cell: Edge of the cells [m].
-        radius: Of balls about the cells' centres. Their union contains what was measured, each point by as
-            much as its noise, and what is between neighbouring pixels.
-        counts: How much was measured, was in the workspace, became cells, and was taken for the robot.
+        radius: Of balls about the cells' centres. Their union contains the measured points with their
+            noise, and the surface between neighbouring pixels.
+        counts: Numbers of measurements: total, in the workspace, occupied cells, removed as robot.
     """
 
     keys: Ints
@@ -46,7 +46,7 @@ class Cloud(Value):
 
     @property
     def shape(self) -> Points | None:
-        """The balls; None where nothing was seen."""
+        """The balls; None for an empty cloud."""
         return Points(self.points, self.radius.whole) if len(self.keys) else None
 
     def __len__(self) -> int:
@@ -54,24 +54,24 @@ class Cloud(Value):
         return len(self.keys)
 
     def __repr__(self) -> str:
-        """Say how many points there are, how large their balls are, and why."""
+        """Return the number of points, and the radius with its parts."""
         told = ", ".join(f"{count} {name}" for name, count in self.counts.items())
         return f"Cloud({len(self)} points with balls of {self.radius}; {told})"
 
 
 Measured = DepthImage | PointCloud
-"""What a sensor measured at one time."""
+"""A measurement of one sensor at one time."""
 M = TypeVar("M", DepthImage, Measured)
 MOST_CELLS = 1 << 24
-"""Cells of a workspace that are looked at one by one, to find those that nobody saw: 256 to each side."""
+"""Largest number of cells of a workspace for unseen space: 256 along each side."""
 
 
 @dataclass(frozen=True, eq=False)
 class Perceived(Value):
-    """What was made of measurements.
+    """Result of perception.
 
     Attributes:
-        scene: With the cloud as one object.
+        scene: The scene with the cloud as one object.
         cloud: The cloud.
     """
 
@@ -88,26 +88,27 @@ def perceive(
     name: str = "camera",
     before: Cloud | None = None,
 ) -> Perceived:
-    """Put what was measured into a scene, in place of what an object of that name was.
+    """Add measurements to a scene, replacing the earlier object of that name.
 
-    What is proven then is clearance from the measured points, each a ball of the cloud's radius; nothing is
-    known of what was not seen. `with_unseen` makes that solid.
+    Proofs then state the clearance from the measured points, each a ball of the cloud's radius; unseen space
+    is unknown. `with_unseen` makes it solid.
 
     Args:
-        scene: The robot and what is known already.
-        measured: One image or cloud, or several, of one camera or of more.
-        sensing: How measurements become obstacles.
+        scene: The robot and the known surroundings.
+        measured: One or several images or clouds, of one or several cameras.
+        sensing: Parameters of the conversion.
         name: Of the object.
-        before: What was seen before, which stays where no image sees through it now; None to forget it.
+        before: The earlier cloud, which stays except for places that an image now shows to be empty; None to
+            drop it.
 
     Returns:
-        The scene with the cloud. Where nothing was seen, the object is a mere frame.
+        The scene with the cloud. An empty cloud becomes a frame without a shape.
 
     Raises:
-        FrameNotFound: If the scene has no such frame as a camera is fixed on.
-        ObjectNotFound: If an object that is called known is not in the scene.
-        ProblemError: If nothing is given, or what was seen before has cells of another size.
-        ShapeError: If there is not one position for each joint of the robot.
+        FrameNotFound: If the scene does not have a camera's frame.
+        ObjectNotFound: If a known object is not in the scene.
+        ProblemError: If nothing is given, or the earlier cloud has another cell size.
+        ShapeError: If the positions are not one number for each joint of the robot.
     """
     each = _several(measured)
     known = _without(scene, name)
@@ -139,26 +140,26 @@ def with_unseen(
     cell: float = 0.02,
     name: str = "unseen",
 ) -> Scene:
-    """Make solid all of the workspace that no image sees to be empty, as one object of cubes.
+    """Make all of the workspace solid that no image shows to be empty, as one object of cubes.
 
-    A cube is empty if every pixel of an image that looks at any of it measured something behind it, the
-    noise taken off; a pixel that measured nothing shows nothing. Where the robot was when an image was taken
-    is not solid, nor what is as near to it as `sensing.padding`: else it could not move. That nothing else
-    is there, nobody saw: certificates state it, with the number of cubes and how far they reach. Everything
-    else in the workspace that has not moved since is kept clear of, as far as the camera's noise and
-    placement are what they are said to be.
+    A cube is empty if every pixel of an image that sees any of it measured a surface behind it, less the
+    noise; a pixel without a measurement shows nothing. The robot's place at the time of an image
+    is not solid, nor its neighbourhood of `sensing.padding`: otherwise it could not move. That nothing else
+    is there was not seen: certificates state this assumption, with the number and extent of these cubes.
+    Everything else in the workspace that has not moved since is avoided, provided that the camera's noise and
+    placement are as stated.
 
     Args:
         scene: The robot.
-        images: One or several, of one camera or of more.
-        sensing: Has the workspace.
+        images: One or several, of one or several cameras.
+        sensing: Parameters, with a workspace.
         cell: Edge of the cubes [m].
         name: Of the object.
 
     Raises:
         ProblemError: If there is no workspace, or no image.
         SizeError: If the workspace has more than 2^24 such cubes.
-        FrameNotFound: If the scene has no such frame as a camera is fixed on.
+        FrameNotFound: If the scene does not have a camera's frame.
     """
     each = _several(images)
     known = _without(scene, name)
@@ -181,7 +182,7 @@ def with_unseen(
 
 
 def _free_beside_robot(count: int, cell: float, sensing: Sensing) -> tuple[str, ...]:
-    """State what is taken for free although nobody saw it."""
+    """State the unseen space near the robot that is assumed to be empty."""
     if not count:
         return ()
     known = "".join(f" and {name}" for name in sensing.known)
@@ -200,18 +201,18 @@ def _several(measured: M | Sequence[M]) -> tuple[M, ...]:
 
 
 def _without(scene: Scene, name: str) -> Scene:
-    """Return the scene as if nothing had been seen yet: a camera is not fixed on what it saw."""
+    """Return the scene without earlier measurements: a camera is not fixed on them."""
     return scene.remove(name) if name in scene.objects else scene
 
 
 def _beside_robot(scene: Scene, keys: Ints, positions: Floats, sensing: Sensing) -> Ints:
-    """Return the cells that are neither the robot nor what is known."""
+    """Return the cells that belong neither to the robot nor to known objects."""
     mask = RobotMask.of(scene, positions, sensing.known)
     return keys[~mask.covers(centres(keys, sensing.cell), sensing.padding)]
 
 
 def _hidden(scene: Scene, before: Cloud, now: Sequence[Measured], sensing: Sensing) -> Ints:
-    """Return the cells of what was seen before that no image sees through now."""
+    """Return the cells of the earlier cloud that no image shows to be empty."""
     if before.cell != sensing.cell:
         raise ProblemError(
             f"before: has cells of {before.cell:g} m, the others of {sensing.cell:g} m: use one size for both"
@@ -251,22 +252,21 @@ def _larger(a: Radius, b: Radius) -> Radius:
 
 
 ENOUGH = 0.5
-"""Of pixels that measured nothing among others that did, this share decides: a hole is bridged, and what was
-seen before is forgotten, where more of the pixels around, or on it, measured something."""
+"""Share of measuring pixels above which a hole is bridged, and an earlier point is dropped."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """What one image sees through.
+    """The space that one image shows to be empty.
 
-    Each pixel sees up to what it measured, less its noise; up to the end of its range where it says that
-    nothing is in range; and nothing where it measured nothing.
+    Each pixel sees up to its measurement, less its noise; up to the end of its range if nothing is in range;
+    and nothing without a measurement.
 
     Attributes:
         image: The image.
         where: Of the camera's optical frame in the world.
-        least: The smallest depth that is seen in squares of 1, 2, 4, ... pixels, by their first pixel [m].
-        holes: How many pixels above and left of each measured nothing, shape (height + 1, width + 1).
+        least: The smallest seen depth in squares of 1, 2, 4, ... pixels, by their first pixel [m].
+        holes: Cumulative number of pixels without a measurement, shape (height + 1, width + 1).
     """
 
     image: DepthImage
@@ -276,13 +276,13 @@ class Sight:
 
     @staticmethod
     def of(image: DepthImage, scene: Scene, sensing: Sensing, *, holes_are_clear: bool) -> "Sight":
-        """Look at an image.
+        """Process an image.
 
         Args:
             image: The image.
             scene: The robot that has the camera.
-            sensing: Says how much noise there may be.
-            holes_are_clear: Whether a pixel that measured nothing hides nothing by itself.
+            sensing: Bounds of the noise.
+            holes_are_clear: Whether a pixel without a measurement hides nothing.
         """
         camera, depth = image.camera, image.metres
         with np.errstate(invalid="ignore"):
@@ -302,7 +302,7 @@ class Sight:
         return Sight(image, image.where(scene), tuple(levels), table)
 
     def through(self, points: Floats, radius: float) -> Bools:
-        """Say which balls it sees through: all pixels that look at one measured something behind it.
+        """Return the balls that are seen to be empty: all their pixels measured a surface behind them.
 
         Args:
             points: Centres, shape (n, 3) in the world [m].
@@ -358,7 +358,7 @@ class Sight:
 
 
 def _bridged(seen: Singles, pixels: int) -> Singles:
-    """Let a pixel that measured nothing see as far as the nearest around it, if most of those measured."""
+    """Fill a pixel without a measurement by the nearest one around it, if most of these measured."""
     from scipy.ndimage import minimum_filter, uniform_filter  # slow to import
 
     side = 2 * pixels + 1

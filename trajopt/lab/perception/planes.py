@@ -11,9 +11,9 @@ from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import Box, Points
 
 SEEDS = 400
-"""Places of a cloud where a plane is tried: one that has a hundredth of the points is met four times."""
+"""Number of tried places: a plane with a hundredth of the points is hit four times."""
 AROUND = 24
-"""Points around a place that say how a plane lies there: in cells these are two rings."""
+"""Number of neighbours that determine a plane at a place: two rings of cells."""
 LEVEL = float(np.cos(np.deg2rad(5.0)))
 """A plane is level, or upright, to within 5 degrees: as floors and walls are built, and cameras placed."""
 
@@ -43,13 +43,13 @@ class FlatPart(Value):
 @checked
 @dataclass(frozen=True)
 class Flatness(Value):
-    """What counts as a plane.
+    """Parameters of a plane.
 
     Attributes:
-        tolerance: How far from it a point may be [m]; 0 for the radius of the cloud's balls.
-        least: It has so many points at least.
-        gap: Parts of it that are farther apart are several planes [m].
-        most: How many are looked for.
+        tolerance: Largest distance of its points [m]; 0 for the radius of the cloud's balls.
+        least: Least number of points.
+        gap: Parts farther apart are separate planes [m].
+        most: Largest number of planes.
     """
 
     tolerance: float = 0.0
@@ -69,11 +69,11 @@ DEFAULT = Flatness()
 
 @checked
 def planes(cloud: Points, flatness: Flatness = DEFAULT) -> tuple[FlatPart, ...]:
-    """Return the flat parts of a cloud, the largest first; the same each time.
+    """Return the flat parts of a cloud, the largest first; reproducible.
 
     Args:
         cloud: The cloud.
-        flatness: What counts as a plane.
+        flatness: Parameters.
     """
     left = np.arange(len(cloud.points))
     within = flatness.tolerance or cloud.radius
@@ -128,7 +128,7 @@ def _kind(normal: Floats) -> str:
 
 
 def _points_out(normal: Floats, offset: float, points: Floats) -> bool:
-    """Say whether a normal points up, or if it is level, away from the cloud's middle."""
+    """Return whether a normal points up, or, if level, away from the cloud's centre."""
     if abs(normal[2]) > np.sqrt(1.0 - LEVEL**2):
         return bool(normal[2] > 0.0)
     return bool(normal @ points.mean(axis=0) <= offset)

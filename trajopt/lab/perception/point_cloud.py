@@ -20,18 +20,18 @@ from trajopt.values.placement import IDENTITY, WORLD, Placement
 class PointCloud(Value):
     """A cloud of measured points: of a laser scanner, a stereo camera, or a file.
 
-    Points with a coordinate that is not finite stand for no measurement.
+    Points with a coordinate that is not finite are skipped.
 
     Attributes:
-        points: In the sensor's frame, shape (n, 3) [m]; none where it saw nothing.
-        positions: Of all joints of the robot when it was taken, shape (number of joints,) [rad | m].
+        points: In the sensor's frame, shape (n, 3) [m]; may be empty.
+        positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
         frame: "world", a link, a tool frame or an object of the scene.
         placement: Of the sensor in that frame.
-        nearest: What is nearer to the sensor is left out [m].
-        farthest: What is farther from it is left out [m].
-        noise: How far off a point is, by its distance from the sensor.
-        spacing: How far apart neighbouring points are on a surface, at most [m]; 0 where that is not known,
-            and then nothing is said of what is between them.
+        nearest: Nearer points are skipped [m].
+        farthest: Farther points are skipped [m].
+        noise: Standard deviation of a point, by its distance from the sensor.
+        spacing: Largest distance of neighbouring points on a surface [m]; 0 if unknown; gaps between points
+            are then not covered.
     """
 
     points: ArrayLike
@@ -68,7 +68,7 @@ class PointCloud(Value):
         object.__setattr__(self, "positions", floats("positions", self.positions, (None,)))
 
     def __repr__(self) -> str:
-        """Say how many points there are, and where the sensor is fixed."""
+        """Return the number of points, and the sensor's frame."""
         return f"PointCloud({len(self.singles)} points, sensor on {shown(self.frame)})"
 
     @property

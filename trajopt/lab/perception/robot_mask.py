@@ -1,4 +1,4 @@
-"""What of a cloud is the robot itself: bounding boxes first, and only within them the faces of each body."""
+"""The part of a cloud that is the robot itself: bounding boxes first, then the faces of each body."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -30,13 +30,13 @@ from trajopt.values.shapes.shapes import (
 
 @dataclass(frozen=True, eq=False)
 class _Solid:
-    """A shape, made ready to be asked which points are in or near it.
+    """A shape prepared for containment queries.
 
     Attributes:
         shape: The shape.
         lower: Lower corner of its box, shape (3,) [m].
         upper: Upper corner of its box, shape (3,) [m].
-        faces: Of what has flat faces, their outward normals and offsets, shape (k, 4); empty otherwise.
+        faces: Outward normals and offsets of flat faces, shape (k, 4); empty otherwise.
     """
 
     shape: Shape
@@ -45,9 +45,9 @@ class _Solid:
     faces: Floats
 
     def near(self, points: Floats, padding: float) -> Bools:
-        """Say which points are in it or as near as the padding, shape (n, 3) in its frame [m].
+        """Return the points in it or within the padding, shape (n, 3) in its frame [m].
 
-        Those are always found; beyond edges and corners of flat faces some that are a little farther as well.
+        Complete; beyond edges and corners of flat faces some slightly farther points are included.
         """
         inside = (points >= self.lower - padding) & (points <= self.upper + padding)
         near: Bools = np.asarray(inside.all(axis=1))
@@ -87,11 +87,11 @@ class _Solid:
 
 @dataclass(frozen=True, eq=False)
 class RobotMask:
-    """The robot with what it carries, and objects that are known, where they are at one configuration.
+    """The robot with its attached objects, and known objects, in one configuration.
 
     Attributes:
-        solids: What they are made of.
-        placements: Where each is in the world.
+        solids: Their shapes.
+        placements: Placement of each in the world.
     """
 
     solids: Sequence[_Solid]
@@ -99,16 +99,16 @@ class RobotMask:
 
     @staticmethod
     def of(scene: Scene, positions: Floats, known: Iterable[str] = ()) -> "RobotMask":
-        """Put the robot where it is.
+        """Place the robot in a configuration.
 
         Args:
-            scene: The robot, and what is attached to it.
+            scene: The robot, with its attached objects.
             positions: Of all joints, shape (number of joints,) [rad | m].
-            known: Objects that count too.
+            known: Known objects.
 
         Raises:
             ObjectNotFound: If there is no such object.
-            ShapeError: If there is not one finite position for each joint.
+            ShapeError: If the positions are not one finite number for each joint.
         """
         at = floats("positions", positions, (len(scene.robot.joint_names),))
         named = {scene.object(name).name for name in known}
@@ -124,13 +124,13 @@ class RobotMask:
         return RobotMask(tuple(solids), tuple(placements))
 
     def covers(self, points: Floats, padding: float) -> Bools:
-        """Say which points are in it or as near as the padding.
+        """Return the points in it or within the padding.
 
-        Beyond edges and corners of its bodies it may reach a little farther, never less far.
+        Complete; beyond edges and corners of its bodies it may extend slightly farther.
 
         Args:
             points: Shape (n, 3) in the world [m].
-            padding: How near [m].
+            padding: Distance [m].
         """
         covered = np.zeros(len(points), dtype=np.bool_)
         boxes = [

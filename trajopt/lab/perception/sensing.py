@@ -1,4 +1,4 @@
-"""What is made of what a camera measures: the part of the world that counts, and how coarse it may become."""
+"""Parameters of the conversion of measurements to obstacles: workspace, resolution and noise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from trajopt.values.errors import ProblemError, ShapeError, SizeError
 from trajopt.values.errors.arguments import checked
 
 MOST_CELLS_ACROSS = 1 << 20
-"""A grid of cells reaches so many to each side of the world's origin: three such numbers fit into one."""
+"""Largest number of cells to each side of the world's origin: three such numbers fit into one."""
 
 
 @checked
 @dataclass(frozen=True, eq=False)
 class Workspace(Value):
-    """The box of the world that matters, along its axes: what is measured outside is left out.
+    """The relevant box of the world, along its axes: measurements outside are skipped.
 
     Attributes:
         lower: Its lower corner, shape (3,) in the world [m].
@@ -39,23 +39,23 @@ class Workspace(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Sensing(Value):
-    """How measurements become obstacles.
+    """Parameters of the conversion.
 
     Attributes:
-        workspace: The box of the world that matters; None for all that is in range.
-        cell: Edge of the cubes of which each becomes one point, if anything was measured in it [m]. A gripper
-            goes between things that are some centimetres apart: a tenth of that.
-        padding: What is measured this near to the robot, or to what it carries, is taken for it [m]. It
-            makes up for errors of the camera's placement and of the robot's model.
-        sigmas: Of the camera's noise, so many standard deviations are within the balls: with 3, of normally
-            distributed errors 99.7 in 100 are.
-        tilt: Between neighbouring pixels nothing slips through a surface that is tilted away from facing
-            the camera by no more than this [rad]. Beyond 60 degrees cameras measure badly anyway.
-        bridged: Depth cameras lose single pixels, and lines of them along edges. A pixel that measured
-            nothing is taken to have seen as far as the nearest of those up to so many pixels around it, if
-            most of these measured; 0 for none. What is thinner than that may be missed anyway.
-        known: Objects of the scene that are measured too, and stay what they are: what is measured as near
-            to them as `padding` is left out.
+        workspace: The relevant box of the world; None for the whole range.
+        cell: Edge of the cubes, each of which becomes one point if occupied [m]. A gripper fits between
+            things that are some centimetres apart; use a tenth of that.
+        padding: Measurements this near to the robot, or to its attached objects, count as robot [m]. It
+            covers errors of the camera's placement and of the robot's model.
+        sigmas: Number of standard deviations of the noise within the balls: 3 covers 99.7 % of normally
+            distributed errors.
+        tilt: Largest tilt of a surface, relative to facing the camera, at which no gap is left between
+            neighbouring pixels [rad]. Beyond 60 degrees cameras are unreliable.
+        bridged: Depth cameras lose single pixels, and lines of them along edges. A pixel without a
+            measurement takes the nearest one within this number of pixels around it, if most of these
+            measured; 0 turns this off. Thinner things may be missed anyway.
+        known: Objects of the scene that are measured too, and stay as they are: measurements within `padding`
+            of them are skipped.
     """
 
     workspace: Workspace | None = None
@@ -84,7 +84,7 @@ class Sensing(Value):
 
     @property
     def spread(self) -> float:
-        """How far a point of a cell is from its centre at most [m]."""
+        """Largest distance of a point of a cell from its centre [m]."""
         return self.cell * np.sqrt(3.0) / 2.0
 
 
@@ -92,18 +92,20 @@ DEFAULT = Sensing()
 
 
 ROUNDING = 8.0 * 2.0**-24
-"""What coordinates lose in single precision, of the largest of them: half a step in each of the numbers that
-they are made of, of three products and of the sums with the shift."""
+"""Relative rounding error of single-precision coordinates: half a step in each factor, of three products and
+of
+the sums with the shift.
+"""
 
 
 @dataclass(frozen=True)
 class Radius(Value):
-    """Of what a ball's radius is made [m].
+    """Parts of a ball's radius [m].
 
     Attributes:
-        cell: From the middle of a cell to its corner.
-        noise: So many standard deviations of the camera's noise as were asked for, where it is largest.
-        gap: From a pixel's middle to its corner, on the farthest surface that was measured.
+        cell: From the centre of a cell to its corner.
+        noise: The requested number of standard deviations of the camera's noise, at its largest.
+        gap: From a pixel's centre to its corner, on the farthest measured surface.
     """
 
     cell: float
@@ -116,7 +118,7 @@ class Radius(Value):
         return self.cell + self.noise + self.gap
 
     def __str__(self) -> str:
-        """Say what it is made of, in millimetres."""
+        """Return its parts, in millimetres."""
         parts = (
             f"{1e3 * getattr(self, name):.1f} mm for {words}" for name, words in PARTS if getattr(self, name)
         )
@@ -128,13 +130,13 @@ PARTS = (("cell", "its cell"), ("noise", "the camera's noise"), ("gap", "what is
 
 @dataclass(frozen=True, eq=False)
 class Taken(Value):
-    """What one measurement tells.
+    """One processed measurement.
 
     Attributes:
         keys: Numbers of the occupied cells, in rising order, shape (n,).
-        radius: Of balls about their centres, of which the union contains what was measured.
-        counts: How much was measured, and how much of that is in the workspace.
-        positions: Of all joints of the robot then, shape (number of joints,) [rad | m].
+        radius: Of balls about their centres, whose union contains the measured surface.
+        counts: Numbers of measurements, in total and in the workspace.
+        positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
     """
 
     keys: Ints
@@ -147,9 +149,9 @@ def radius_for(sensing: Sensing, *, largest: float, noise: float, gap: float) ->
     """Return the radius of balls about the centres of cells.
 
     Args:
-        sensing: Has the size of the cells.
-        largest: No coordinate is larger, of those in the sensor's frame and of those from the first cell [m].
-        noise: How far a measured point may be from what was there [m].
-        gap: How far what is there may be from the next measured point [m].
+        sensing: With the size of the cells.
+        largest: Bound of coordinates in the sensor's frame and relative to the first cell [m].
+        noise: Largest error of a measured point [m].
+        gap: Largest distance of a surface point from the next measured point [m].
     """
     return Radius(float(sensing.spread) + ROUNDING * largest, float(noise), float(gap))

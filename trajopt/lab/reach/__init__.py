@@ -1,4 +1,4 @@
-"""Where a hand can be: reach maps and tables of configurations."""
+"""Reach maps and tables of configurations."""
 
 from trajopt.lab.reach.reach_map import ReachMap as ReachMap
 from trajopt.lab.reach.reach_map import reach_map as reach_map

@@ -1,4 +1,4 @@
-"""Reach map: where a frame gets, from how many directions, and how well it moves there."""
+"""Reach map: reachable places of a frame, their directions and manipulability."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,24 +27,24 @@ DIRECTIONS = 100
 
 @dataclass(frozen=True, eq=False)
 class ReachMap(Value):
-    """A grid of cells over what a frame reaches, filled by sampling.
+    """A grid of cells over the reach of a frame, filled by sampling.
 
-    Cell (i, j, k) is the cube that begins at `origin + cell * (i, j, k)`. More configurations fill the map
-    further: a cell that was not met may still be reachable.
+    Cell (i, j, k) is the cube that begins at `origin + cell * (i, j, k)`. A cell without a sample may still
+    be reachable.
 
     Attributes:
         robot: Name of the robot.
         group: Its group that moves.
         frame: The frame.
-        reference: The frame that positions are seen from.
+        reference: The reference frame of positions.
         origin: Lowest corner of the grid, shape (3,) [m].
         cell: Edge of a cell [m].
-        hits: Configurations that have the frame in each cell, shape (X, Y, Z).
-        reached: Directions of approach met in each cell, shape (X, Y, Z).
-        directions: Into how many directions the sphere is divided.
-        manipulability: Largest in each cell, 0 where it was not met, shape (X, Y, Z).
-        valid: Configurations that made the map.
-        drawn: Configurations drawn for them, those in collision too.
+        hits: Number of configurations with the frame in each cell, shape (X, Y, Z).
+        reached: Number of approach directions in each cell, shape (X, Y, Z).
+        directions: Number of directions into which the sphere is divided.
+        manipulability: Largest in each cell, 0 without a sample, shape (X, Y, Z).
+        valid: Number of valid configurations.
+        drawn: Number of drawn configurations, including those in collision.
     """
 
     robot: str
@@ -81,13 +81,13 @@ class ReachMap(Value):
         return float(self.origin[axis]) + self.cell * middles
 
     def cell_of(self, point: ArrayLike) -> tuple[int, int, int] | None:
-        """Return the indices of the cell that a point is in; None outside of the grid.
+        """Return the indices of the cell of a point; None outside of the grid.
 
         Args:
-            point: Seen from the reference, shape (3,) [m].
+            point: In the reference frame, shape (3,) [m].
 
         Raises:
-            ShapeError: If it is no point.
+            ShapeError: If it is not a point.
         """
         i, j, k = np.floor((floats("point", point, (3,)) - self.origin) / self.cell).astype(int).tolist()
         inside = all(0 <= at < size for at, size in zip((i, j, k), self.hits.shape, strict=True))
@@ -131,7 +131,7 @@ class ReachMap(Value):
             raise FileFormatError(str(path), f"holds no reach map: {error}") from error
 
     def __str__(self) -> str:
-        """Say what was reached."""
+        """Return the extent of the reach."""
         met, index = self.hits > 0, 100.0 * self.reachability_index
         return (
             f"{self.frame} of {self.robot} reaches {self.volume:.3f} m^3 ({int(met.sum())} cells of "
@@ -156,24 +156,24 @@ def reach_map(
     length: float = LENGTH,
     progress: Progress | None = None,
 ) -> ReachMap:
-    """Map what a frame reaches without collision, by random configurations.
+    """Map the reach of a frame without collision, by random configurations.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or attached object.
-        count: How many configurations to draw; those in collision are left out of the map.
-        rng: Draws them.
+        count: Number of drawn configurations; those in collision are left out of the map.
+        rng: Random generator.
         cell: Edge of a cell [m].
-        directions: Into how many directions the sphere around each cell is divided.
+        directions: Number of directions into which the sphere around each cell is divided.
         approach: Axis of the frame whose direction is counted, shape (3,).
-        reference: The frame that positions and directions are seen from.
-        margin: Clearance to keep from everything [m]; the scene's own margins when None.
-        length: What a radian of rotation is weighed as in the manipulability [m].
+        reference: The reference frame of positions and directions.
+        margin: Clearance to keep from everything [m]; the scene's own margins if None.
+        length: Length of a radian in the manipulability [m].
         progress: Called with the number drawn so far.
 
     Raises:
         FrameNotFound: If a frame is unknown.
-        ShapeError: If a number is not usable, or no configuration is free of collision.
+        ShapeError: If a number is invalid, or no configuration is free of collision.
     """
     count_of("count", count)
     count_of("directions", directions)
@@ -214,7 +214,7 @@ def reach_map(
 
 
 def _all_met(meet: Callable[[int], "_Met"], count: int, progress: Progress | None) -> "_Met":
-    """Draw so many configurations in batches."""
+    """Draw configurations in batches."""
     parts: list[_Met] = []
     for drawn in range(0, count, BATCH):
         size = min(BATCH, count - drawn)
@@ -230,7 +230,7 @@ def _all_met(meet: Callable[[int], "_Met"], count: int, progress: Progress | Non
 
 @dataclass(frozen=True, eq=False)
 class _Met:
-    """Where S configurations have the frame, from which of the directions, and how well it moves there."""
+    """Positions, directions and manipulability of the frame in S configurations."""
 
     point: Floats
     direction: Ints
@@ -248,7 +248,7 @@ class _Grid:
 
 
 def _grid(met: _Met, cell: float, directions: int) -> _Grid:
-    """Count what was met in each cell."""
+    """Count samples in each cell."""
     index = np.floor(met.point / cell).astype(np.int64)
     lowest = index.min(axis=0)
     shape = tuple((index.max(axis=0) - lowest + 1).tolist())

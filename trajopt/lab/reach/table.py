@@ -1,4 +1,4 @@
-"""A table of configurations and where they place a frame, for training: as Parquet or npz."""
+"""Tables of configurations with the placements of a frame, for training, as Parquet or npz."""
 
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -19,26 +19,26 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD
 
 HOPELESS = 100 * BATCH
-"""After this many draws without a clear one the search ends."""
+"""Number of draws without a clear one after which the search ends."""
 COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "manipulability", "clear")
 """Columns after those of the joints."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationTable(Value):
-    """Configurations, where they place a frame, and whether they are clear of everything; a row each.
+    """Configurations, the placements of a frame, and whether they are clear of everything, one per row.
 
     Attributes:
         robot: Name of the robot.
         group: Its group that moves.
         frame: The frame.
-        reference: The frame that it is seen from.
+        reference: The reference frame of placements.
         joint_names: The group's joints.
         positions: Shape (S, n) [rad | m].
         translation: Of the frame, shape (S, 3) [m].
         quaternion: Of the frame (x, y, z, w), w >= 0, shape (S, 4).
         manipulability: Yoshikawa's, shape (S,); see `manipulability`.
-        clear: Whether nothing is nearer than its margin, shape (S,).
+        clear: Whether all margins are kept, shape (S,).
     """
 
     robot: str
@@ -64,8 +64,8 @@ class ConfigurationTable(Value):
         robot, group, frame and reference are in its metadata.
 
         Raises:
-            FileFormatError: If the suffix is neither, or a joint is named like a column.
-            MissingExtra: If Parquet is asked for and pyarrow is not installed.
+            FileFormatError: If the suffix is neither, or a joint has the name of a column.
+            MissingExtra: If Parquet is requested and pyarrow is not installed.
         """
         match check_table_path(path):
             case ".npz":
@@ -106,21 +106,21 @@ def sample_table(
     only_clear: bool = True,
     progress: Progress | None = None,
 ) -> ConfigurationTable:
-    """Draw configurations evenly within limits and place a frame at each.
+    """Draw configurations uniformly within limits and compute the placements of a frame.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or attached object.
-        count: How many to draw.
-        rng: Draws them.
-        reference: The frame that placements are seen from.
-        margin: Clearance of what counts as clear [m]; the scene's own margins when None.
-        only_clear: Whether to draw until `count` rows are clear; else rows in collision count too.
+        count: Number of configurations.
+        rng: Random generator.
+        reference: The reference frame of placements.
+        margin: Clearance of a clear configuration [m]; the scene's own margins if None.
+        only_clear: Whether to draw until `count` rows are clear; otherwise rows in collision count too.
         progress: Called with the number of rows so far.
 
     Raises:
         FrameNotFound: If a frame is unknown.
-        ShapeError: If a number is not usable, or nothing is clear.
+        ShapeError: If a number is invalid, or nothing is clear.
     """
     count_of("count", count)
     query, margins = Query(reduced), pair_margins(reduced, margin)
@@ -166,10 +166,10 @@ def _rows(query: Query, frame: str, reference: str, positions: Floats, free: Boo
 
 @checked
 def read_table(path: Path | str) -> ConfigurationTable:
-    """Read a table that `ConfigurationTable.write` wrote.
+    """Read a table written by `ConfigurationTable.write`.
 
     Raises:
-        FileFormatError: If the file is missing or holds no such table.
+        FileFormatError: If the file is missing or is not such a table.
         MissingExtra: If it is Parquet and pyarrow is not installed.
     """
     try:

@@ -1,4 +1,4 @@
-"""What is known of a pair of links, with what confidence: exact binomial bounds on how often it collides."""
+"""Evidence about a pair of links: exact binomial bounds on its collision rate."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -10,7 +10,7 @@ from trajopt.values.errors.arguments import checked
 
 
 class Verdict(Enum):
-    """What becomes of a pair of links; the value is the reason written in an SRDF, if it is disabled."""
+    """Verdict on a pair of links; the value is its reason in an SRDF, if the pair is disabled."""
 
     ADJACENT = "Adjacent"
     ALWAYS = "Always"
@@ -22,10 +22,10 @@ class Verdict(Enum):
 @checked
 @dataclass(frozen=True, kw_only=True)
 class Confidence:
-    """With what confidence a pair must be known never to collide.
+    """Required confidence that a pair never collides.
 
-    All pairs without a collision share the risk equally (Bonferroni), so that the statement is of all of
-    them together: with this confidence none collides in a larger share of the configurations.
+    All pairs without a collision share the risk equally (Bonferroni), so that the statement holds for all of
+    them jointly: with this confidence none collides in a larger share of the configurations.
 
     Attributes:
         share: Share of the configurations, in (0, 1).
@@ -43,13 +43,13 @@ class Confidence:
 
     @checked
     def samples(self, pairs: int) -> int:
-        """Return how many samples without a collision it takes.
+        """Return the required number of samples without a collision.
 
-        No collision in N has the chance (1 - share)^N, which must not exceed the risk of one pair,
+        No collision in N has the probability (1 - share)^N, which must not exceed the risk of one pair,
         (1 - level) / pairs. One pair at 95 % is the rule of three: N = 3 / share.
 
         Args:
-            pairs: Pairs that are watched, at least 1.
+            pairs: Number of pairs, at least 1.
         """
         return ceil(log((1.0 - self.level) / pairs) / log1p(-self.share))
 
@@ -85,18 +85,18 @@ DEFAULT_CONFIDENCE = Confidence()
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairEvidence(Value):
-    """What was seen of two links.
+    """Evidence about two links.
 
     Attributes:
         first: One link.
         second: The other.
-        verdict: What becomes of the pair.
-        collisions: Configurations in collision, of those sampled.
-        samples: Configurations sampled; 0 for links that cannot move relative to each other.
-        lower: Bound on the share of configurations in collision from below.
-        upper: The same from above.
-        nearest: Smallest signed distance seen, in the descent too [m]; nan where none was measured.
-        at: Positions of all driven joints there [rad | m]; empty where none was measured.
+        verdict: The verdict on the pair.
+        collisions: Number of sampled configurations in collision.
+        samples: Number of sampled configurations; 0 for links that cannot move relative to each other.
+        lower: Lower bound on the share of configurations in collision.
+        upper: Upper bound on that share.
+        nearest: Smallest signed distance, also of the descent [m]; NaN if not measured.
+        at: Positions of all driven joints there [rad | m]; empty if not measured.
         descended: Whether the collision was only found by descent from the nearest sample.
     """
 
@@ -130,7 +130,7 @@ class PairEvidence(Value):
         }
 
     def __str__(self) -> str:
-        """Say in a line what was seen."""
+        """Summarise the evidence in a line."""
         name = f"{self.first} and {self.second}"
         if self.samples == 0:
             return f"{name}: fixed to each other"

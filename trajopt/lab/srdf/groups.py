@@ -1,4 +1,4 @@
-"""Planning groups proposed from the tree: arms from base to tip, grippers where fingers begin."""
+"""Proposed planning groups: arms from base to tip, and grippers at the fingers' base."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,22 +10,22 @@ from trajopt.values.errors.arguments import checked
 ARM = "arm"
 """Name of an arm's group."""
 TOOL_FRAMES = ("tool0", "tcp", "tool", "flange", "ee_link")
-"""Names that a tip is preferred to have, where several links are fixed to the last one that moves."""
+"""Preferred names of a tip among links fixed to the last moving one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProposedGroup:
-    """A group to write into an SRDF.
+    """A group for an SRDF.
 
     Attributes:
         name: Its name.
         base: First link of its chain; empty for a gripper.
-        tip: Last link of its chain; of a gripper the link that carries the fingers.
+        tip: Last link of its chain; for a gripper the link that carries the fingers.
         links: A gripper's links.
-        joints: Moving joints, mimicking ones too.
-        driven: Those of them that mimic no other.
-        parent_link: Of a gripper: the link that it is fixed to.
-        parent_group: Of a gripper: the arm that carries it.
+        joints: Moving joints, including mimics.
+        driven: Moving joints without mimics.
+        parent_link: For a gripper: the link that it is fixed to.
+        parent_group: For a gripper: the arm that carries it.
     """
 
     name: str
@@ -89,7 +89,7 @@ def _arm_with_gripper(tree: LinkTree, path: Sequence[str], fingers: Sequence[str
 
 
 def _branch(tree: LinkTree, base: str, child: str) -> list[list[ProposedGroup]]:
-    """Return the chains of one of several branches, seen without the others."""
+    """Return the chains of one of several branches, ignoring the others."""
     below = {**tree.below, base: (child,)}
     return _chains(LinkTree(tree.links, below), base)
 
@@ -104,7 +104,7 @@ def _way(tree: LinkTree, above: str, below: str) -> list[str]:
 
 
 def _tip(tree: LinkTree, last: str) -> str:
-    """Return the link fixed to the last moving one that looks most like a tool frame: by name, then depth."""
+    """Return the link fixed to the last moving one that is most likely a tool frame: by name, then depth."""
     fixed = [(link.name, depth) for depth, link in enumerate(tree.subtree(last))]
     for wanted in TOOL_FRAMES:
         for name, _ in fixed:
@@ -143,7 +143,7 @@ def _shared_words(names: Sequence[str]) -> str:
 
 
 def _named(groups: Sequence[ProposedGroup]) -> list[ProposedGroup]:
-    """Name groups: "arm" and "gripper" where there is one of each, else after what their joints share."""
+    """Name groups "arm" and "gripper" if there is one of each, else by their joints' common part."""
     arms = [group for group in groups if not group.is_gripper]
     names: dict[str, int] = {}
     found: list[ProposedGroup] = []
@@ -185,11 +185,11 @@ def _named(groups: Sequence[ProposedGroup]) -> list[ProposedGroup]:
 ARM_JOINTS = 2
 """A chain with fewer driven joints is not an arm."""
 GRIPPER_SHARE = 0.4
-"""What comes at the end of an arm and reaches no farther than this share of the arm is a gripper."""
+"""A branch at the end of an arm with at most this share of the arm's reach is a gripper."""
 
 
 def gripper_start(tree: LinkTree, path: Sequence[str]) -> str:
-    """Return the first link of a gripper at the end of a chain; empty if no name says that it has one.
+    """Return the first link of a gripper at the end of a chain; empty if no name suggests one.
 
     Args:
         tree: All links.
@@ -209,7 +209,7 @@ def gripper_start(tree: LinkTree, path: Sequence[str]) -> str:
 
 
 def opens(tree: LinkTree, link: TreeLink) -> bool:
-    """Say whether the joint above a link is a gripper's by its name, its link's, or that of a fixed hand."""
+    """Return whether a link's parent joint belongs to a gripper, by names of joint, link or fixed hand."""
     if names_fingers(link.joint, link.name):
         return True
     carrier = tree.links[link.parent]

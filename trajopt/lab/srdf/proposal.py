@@ -207,23 +207,23 @@ def gripper_findings(tree: LinkTree, groups: Sequence[ProposedGroup]) -> Iterato
 
 
 TRIED = 2000
-"""Random configurations tried where neither zero nor the middle of the limits is valid."""
+"""Number of random configurations if neither zero nor the middle of the limits is valid."""
 HOME_MARGIN = 0.01
-"""Clearance that a home state has, where one can be found [m]."""
+"""Preferred clearance of a home state [m]."""
 
 
 def home_positions(
     robot: Robot, disabled: frozenset[frozenset[str]], *, rng: np.random.Generator
 ) -> Floats | None:
-    """Return positions of all driven joints that touch nothing: zero, the middle, or a configuration near it.
+    """Return collision-free positions of all driven joints: zero, the middle, or a configuration near it.
 
     Args:
         robot: The robot.
         disabled: Pairs of links that may touch.
-        rng: Draws configurations where neither zero nor the middle of the limits is valid.
+        rng: Draws configurations if neither zero nor the middle of the limits is valid.
 
     Returns:
-        Shape (n,) [rad | m], n driven joints; None if all that was tried collides.
+        Shape (n,) [rad | m], n driven joints; None if all candidates collide.
     """
     free = all_joints_free(robot)
     bare = replace(free.scene.robot, disabled_pairs=disabled)
@@ -248,16 +248,16 @@ def home_positions(
 def gripper_states(robot: Robot, group: ProposedGroup) -> Mapping[str, Mapping[str, float]]:
     """Return the states "open" and "close" of a gripper: the ends of its joints' strokes.
 
-    Open is where its fingers' collision bodies are farther from each other on average. The shape of
-    one finger, which closes on the palm, does not tell which end is which.
+    At "open" its fingers' collision bodies are farther apart on average. The shape of a single finger that
+    closes on the palm does not determine the ends.
 
     Args:
         robot: The robot.
         group: One of its grippers.
 
     Returns:
-        Joint -> position [rad | m] by state, of the driven joints; empty for one finger, and where a stroke
-        has no ends.
+        Joint -> position [rad | m] by state, of the driven joints; empty for one finger, and for an unlimited
+        stroke.
     """
     limits = robot.limits.take(robot.index(group.driven))
     if len(group.joints) < 2 or not group.driven or not np.isfinite([limits.lower, limits.upper]).all():

@@ -1,4 +1,4 @@
-"""What is odd about a URDF: units, inertias, limits, shapes, mimicking joints."""
+"""Suspicious parts of a URDF: units, inertias, limits, shapes, mimics."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -57,15 +57,15 @@ class Finding:
         return {"severity": self.severity.value, "subject": self.subject, "problem": self.problem}
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Return it as a line."""
         return f"{self.severity.value}: {self.subject}: {self.problem}"
 
 
 @checked
 def check_urdf(robot: Robot) -> tuple[Finding, ...]:
-    """Search a robot's description for oddities, errors first.
+    """Search a robot's description for suspicious parts, errors first.
 
-    Of a robot made of a Pinocchio model, which has no URDF, the model's inertias and limits are looked at.
+    For a robot from a Pinocchio model, without a URDF, the model's inertias and limits are checked.
     """
     if robot.urdf_path == Path():
         described = _model(robot)
@@ -78,7 +78,7 @@ def check_urdf(robot: Robot) -> tuple[Finding, ...]:
 
 
 def _model(robot: Robot) -> Iterator[Finding]:
-    """Look at what a Pinocchio model states of its joints and of the bodies that they carry."""
+    """Check the joints and bodies of a Pinocchio model."""
     model, limits = robot.model, robot.limits
     yield Finding(Severity.NOTE, robot.name, "was made of a Pinocchio model: there is no URDF to check")
     for name, inertia in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
@@ -267,7 +267,7 @@ def _boxes(shapes: list[tuple[str, Placement, Shape]]) -> dict[str, Floats]:
 
 
 def _number(element: ElementTree.Element | None, key: str) -> float:
-    """Return an attribute; 0 where the element or the attribute is missing, as URDF has it."""
+    """Return an attribute; 0 if the element or the attribute is missing, as in URDF."""
     return float(element.get(key, "0")) if element is not None else 0.0
 
 

@@ -1,4 +1,4 @@
-"""SRDF as text: what `trajopt.robot.loading.srdf` and MoveIt read back."""
+"""SRDF as text, readable by `trajopt.robot.loading.srdf` and MoveIt."""
 
 from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree
@@ -23,8 +23,8 @@ def srdf_text(
         name: Of the robot, as in its URDF.
         groups: Chains and grippers.
         states: Joint -> position [rad | m] by (group, state).
-        end_effectors: Which gripper is fixed where.
-        disabled: Reason by the two links of each pair that is never checked.
+        end_effectors: The parent of each gripper.
+        disabled: Reason by the two links of each unchecked pair.
     """
     root = ElementTree.Element("robot", name=name)
     for group in groups:

@@ -19,11 +19,11 @@ from trajopt.values.errors.arguments import checked
 @checked
 @dataclass(frozen=True)
 class Allowance:
-    """What every method may use on every problem.
+    """Budget of every method on every problem.
 
     Attributes:
-        attempts: First guesses at most.
-        cpu_seconds: Process time at most [s].
+        attempts: Largest number of seeds.
+        cpu_seconds: Largest CPU time [s].
     """
 
     attempts: int = 8
@@ -43,18 +43,18 @@ def compare(
     attempts: int = 8,
     cpu_seconds: float = 30.0,
 ) -> tuple[Outcome, ...]:
-    """Plan every problem with every method, and have every motion judged by the same judge.
+    """Plan every problem with every method, and judge all motions with the same judge.
 
     Args:
-        problems: By name; or in a row, each a problem or the name of an installed one.
+        problems: By name; or a sequence of problems or names of installed ones.
         methods: Methods, or names of installed ones.
-        attempts: First guesses at most; all methods get the same ones in the same order.
-        cpu_seconds: No other first guess is begun after so much process time [s].
+        attempts: Largest number of seeds; all methods get the same ones in the same order.
+        cpu_seconds: CPU time after which no further seed is tried [s].
 
     Raises:
         ProblemNotFound: If there is no installed problem of a name.
         SolverNotFound: If there is no method of a name.
-        MissingExtra: If what a method runs on is not installed.
+        MissingExtra: If a package of a method is not installed.
     """
     chosen = [
         method_named(item) if isinstance(item, str) else one_of("method", item, Method)
@@ -77,13 +77,12 @@ def compared(
     Args:
         instances: The problems.
         methods: The methods.
-        allowance: What each may use on each.
-        skipped: Told of methods whose packages are missing, which are then left out; None to raise.
-        seen: Called with each result, of which an outcome keeps the numbers only, before the outcome is
-            yielded.
+        allowance: The budget of each on each.
+        skipped: Receives methods with missing packages, which are then skipped; None to raise.
+        seen: Called with each result before its outcome, which has the numbers only, is yielded.
 
     Raises:
-        MissingExtra: If what a method runs on is not installed, and nobody is to be told.
+        MissingExtra: If a package of a method is not installed, and `skipped` is None.
     """
     ready: list[Method] | None = None
     for instance in instances:
@@ -96,7 +95,7 @@ def compared(
 def _works(
     instance: Instance, method: Method, skipped: Callable[[Method, MissingExtra], None] | None
 ) -> bool:
-    """Try a method once, unrecorded: what it imports when first used is no part of any measurement."""
+    """Run a method once without recording, so that its imports are not measured."""
     try:
         run(instance, method, budget=Allowance(attempts=1).budget)
     except MissingExtra as error:

@@ -1,4 +1,4 @@
-"""A comparison as one HTML page that needs nothing beside itself."""
+"""A comparison as a self-contained HTML page, or as text."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -149,7 +149,7 @@ def summary_cells(item: Summary) -> tuple[str, ...]:
 
 
 def markdown(outcomes: Sequence[Outcome]) -> str:
-    """Return tables: methods side by side, their successes by group, and what each did not solve."""
+    """Return tables: methods side by side, their successes by group, and the unsolved problems of each."""
     found = summaries(outcomes)
     groups = list(dict.fromkeys(name for item in found for name in item.groups))
     lines = [*_markdown_table(SUMMARY_HEAD, [summary_cells(item) for item in found]), "", LEGEND, ""]

@@ -1,6 +1,6 @@
 """Benchmark over folders of MoveIt scenes and requests: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
 
-Where there is a motionsNNNN.yaml beside them, the objects of the scene move as it says.
+An optional motionsNNNN.yaml has the motions of the scene's objects.
 """
 
 import re
@@ -23,17 +23,17 @@ from trajopt.values.errors import FileFormatError, NameNotFound
 def find_instances(
     folder: Path, robot: Robot, sets: Sequence[str] = (), *, limit: int | None = None
 ) -> tuple[Instance, ...]:
-    """List the problems below a folder, named by set and number; files are read when their turn comes.
+    """List the problems below a folder, named by set and number; files are read on demand.
 
     Args:
-        folder: Holds one folder for each set.
-        robot: The robot they are for.
-        sets: Names of the sets to take; all when empty.
-        limit: How many of each set to take at most, lowest numbers first.
+        folder: Contains one folder for each set.
+        robot: The robot of the problems.
+        sets: Names of the sets; all if empty.
+        limit: Largest number of problems of each set, lowest numbers first.
 
     Raises:
-        FileFormatError: If the folder does not exist or holds no problem.
-        NameNotFound: If a set is not there.
+        FileFormatError: If the folder does not exist or has no problem.
+        NameNotFound: If a set does not exist.
     """
     if not folder.is_dir():
         raise FileFormatError(str(folder), "is no folder")
@@ -51,7 +51,7 @@ def find_instances(
 
 
 def _instance(name: str, scene: Path, robot: Robot) -> Instance:
-    """Return the problem of a scene in a set, with the request and the motions beside it.
+    """Return the problem of a scene in a set, with its request and motions.
 
     Raises:
         FileFormatError: If it has no request.
@@ -97,31 +97,31 @@ def seconds(outcome: Outcome) -> dict[str, float]:
 
 
 def cause(outcome: Outcome) -> str:
-    """Say why there is no plan, without numbers, so that equal causes can be counted."""
+    """Return the cause of a failure without numbers, so that equal causes can be counted."""
     return cause_of(outcome.status, outcome.message)
 
 
 def cause_of(status: Status, message: str) -> str:
-    """Return the name of a status, and what stood in the way most where a message says it."""
+    """Return the name of a status, and the main obstacle if a message names it."""
     blocked = re.search(r"worst is (.+?) by ", message)
     return status.name if blocked is None else f"{status.name}: {blocked[1]}"
 
 
 def not_proven_unaskable(outcome: Outcome) -> bool:
-    """Say whether a problem counts, as far as planning can tell."""
+    """Return whether a problem counts, as far as planning can decide."""
     return outcome.askable
 
 
 def summary(
     outcomes: Sequence[Outcome], askable: Callable[[Outcome], bool] = not_proven_unaskable
 ) -> dict[str, object]:
-    """Sum up: success over all problems that can be asked, CPU time, counts, and why others failed.
+    """Summarise success over all valid problems, CPU time, counts, and causes of failures.
 
-    Of CPU time, medians and ninetieth percentiles, in all and of each stage ("stages").
+    CPU time as medians and 90th percentiles, in total and for each stage ("stages").
 
     Args:
         outcomes: The outcomes.
-        askable: Says which can be asked at all.
+        askable: Returns whether a problem is valid.
     """
     asked = [outcome for outcome in outcomes if askable(outcome)]
     solved = [outcome for outcome in asked if outcome.verified]

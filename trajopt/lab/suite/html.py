@@ -1,4 +1,4 @@
-"""What the pages share: a document that needs nothing beside itself, tables, words for an outcome."""
+"""Common parts of self-contained HTML pages: document, tables, words for an outcome."""
 
 from base64 import b64encode
 from collections.abc import Sequence
@@ -27,8 +27,8 @@ def document(title: str, style: str, body: str) -> str:
 
     Args:
         title: Its title and first heading.
-        style: What it adds to the style of all pages.
-        body: What stands below the heading, in HTML.
+        style: Additional style.
+        body: Its content below the heading, in HTML.
     """
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -45,7 +45,7 @@ def table(
     Args:
         head: The columns' headings.
         rows: Cells in HTML, as many as headings.
-        numbers: Headings of the columns that hold numbers, which stand to the right.
+        numbers: Headings of right-aligned number columns.
         kind: Class of the table, for a page's style.
     """
     sides = [" class=n" if name in numbers else "" for name in head]
@@ -61,11 +61,11 @@ def table(
 
 
 def image(picture: bytes | None, words: str = "") -> str:
-    """Return a thumbnail that is in the page itself; nothing where there is none.
+    """Return an embedded thumbnail; empty without a picture.
 
     Args:
         picture: A JPEG by `trajopt.simulation.rendering.thumbnail`.
-        words: What it shows, for whoever does not see it.
+        words: Its alternative text.
     """
     if picture is None:
         return ""
@@ -77,5 +77,5 @@ def image(picture: bytes | None, words: str = "") -> str:
 
 
 def words(status: Status) -> str:
-    """Return how planning ended as a reader says it."""
+    """Return a status in words."""
     return status.name.replace("_", " ").lower()

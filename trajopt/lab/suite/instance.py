@@ -25,7 +25,7 @@ STANDARD = (
     "narrow_mouth_xarm7",
     "planar_fold",
 )
-"""Installed problems that are taken where none is named: few, short, of all arms."""
+"""Default installed problems: few, short, of all arms."""
 
 _EXPECTED = "expected_status"
 """Attribute that a function which makes a problem without a solution carries."""
@@ -33,10 +33,10 @@ _EXPECTED = "expected_status"
 
 @checked
 def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
-    """Mark a function as one that makes a problem without a solution.
+    """Mark a function that makes a problem without a solution.
 
     Args:
-        status: How planning must end.
+        status: The expected status.
 
     Returns:
         A decorator that returns the function itself; without it a problem is expected to be solved.
@@ -56,15 +56,14 @@ def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callab
 
 @dataclass(frozen=True)
 class Instance:
-    """A problem to plan, made when its turn comes.
+    """A problem, made on demand.
 
     Attributes:
-        name: Its name; of one that belongs to a set, "set/number".
-        make: Makes it, anew at every call.
-        expected: How planning is expected to end.
+        name: Its name; in a set "set/number".
+        make: Makes it; each call returns a new one.
+        expected: The expected status.
         draw: 0, or the number of a random instance of an installed problem.
-        files: The scene, the request and the motions, if any, that it is read from; none where it is made
-            otherwise.
+        files: Its scene, request and motions, if it is read from files.
     """
 
     name: str
@@ -132,7 +131,7 @@ def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
     """Return installed problems.
 
     Args:
-        names: Which, in this order; all when empty.
+        names: Their names, in this order; all if empty.
 
     Raises:
         ProblemNotFound: If there is none of a name.
@@ -149,7 +148,7 @@ def installed_instances(names: Sequence[str] = ()) -> tuple[Instance, ...]:
     """Return the fixed instances of installed problems.
 
     Args:
-        names: Which, in this order; all when empty.
+        names: Their names, in this order; all if empty.
 
     Raises:
         ProblemNotFound: If there is none of a name.
@@ -161,7 +160,7 @@ def instances_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) -> t
     """Return problems as instances.
 
     Args:
-        problems: By name; or in a row, each a problem (known by its own name) or an installed one's name.
+        problems: By name; or a sequence of problems (with their own names) or names of installed ones.
 
     Raises:
         ProblemNotFound: If there is no installed problem of a name.

@@ -1,4 +1,4 @@
-"""Outcome: what became of one problem, planned by one method, and what a judge says of the motion."""
+"""Outcome of one problem with one method, and the judge's measurements of its motion."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
@@ -19,8 +19,8 @@ class Moment:
     """One step of a solver, in the history of an outcome.
 
     Attributes:
-        cpu_seconds: Process time since planning began [s].
-        attempt: Which first guess, from 1.
+        cpu_seconds: CPU time since planning began [s].
+        attempt: Number of the seed, from 1.
         cost: Sum of the costs at the current point.
         violation: L1 norm of the violations there.
     """
@@ -33,34 +33,35 @@ class Moment:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of one problem with one method.
+    """Outcome of one problem with one method.
 
     Attributes:
-        problem: Name of the problem; of one of a set of files "set/number".
+        problem: Name of the problem; in a set of files "set/number".
         draw: 0, or the number of a random instance.
         solver: Name of the method.
-        expected: How planning should end.
-        status: How it ended.
-        certainty: How well the status is known.
-        message: The particulars.
-        attempts: First guesses tried.
-        attempts_by_kind: The same by kind of seed.
-        won_by: The kind of seed that the motion came from; None if there is none.
-        setup_seconds: Process time of making the problem, its files read [s].
-        cpu_seconds: Process time of planning, the judge's included [s].
-        stages: The same by stage [s].
+        expected: The expected status.
+        status: The status.
+        certainty: Certainty of the status.
+        message: The details.
+        attempts: Number of seeds.
+        attempts_by_kind: Number of seeds by kind.
+        won_by: Kind of the successful seed, or None.
+        setup_seconds: CPU time of making the problem, including its files [s].
+        cpu_seconds: CPU time of planning, including the judge [s].
+        stages: CPU time by stage [s].
         counts: Exact numbers of the work done.
-        iterations: Steps of the solver, over all first guesses; 0 where they were not followed.
-        cost: Of the solver's last path; None if it got none.
-        duration: Of the motion [s]; None if there is none, as the next two.
+        iterations: Steps of the solver, over all seeds; 0 if not recorded.
+        cost: Of the solver's last path; None without one.
+        duration: Of the motion [s]; None without one, like the next two.
         path_length: Of the path in joint space [rad | m].
         clearance: Smallest clearance that the judge proved [m].
-        violations: Name of each constraint that is broken -> by how much, in its own unit: on the timed
-            motion as the judge says, or where there is none on the path as the solver says.
-        constraints: What a fresh judge says of the timed motion; empty where there is none, or no one asked.
-        stopped_by_clock: Whether time ran out: another run may end otherwise.
-        history: Every step of the solver; empty where they were not followed.
-        tip: Positions of the group's last joint along the motion, shape (s, 3) [m]; empty if none.
+        violations: Name of each violated constraint -> amount, in its own unit: of the timed
+            motion by the judge, or else of the path by the solver.
+        constraints: Measurements of a fresh judge on the timed motion; empty without one, or if not
+            requested.
+        stopped_by_clock: Whether time ran out; results may then vary.
+        history: Every step of the solver; empty if not recorded.
+        tip: Positions of the group's last joint along the motion, shape (s, 3) [m]; may be empty.
     """
 
     problem: str
@@ -100,7 +101,7 @@ class Outcome:
 
     @property
     def verified(self) -> bool:
-        """Whether the judge verified a motion, and a fresh one where it was asked."""
+        """Whether the judge verified a motion, and also a fresh judge if requested."""
         return self.status is Status.SOLVED and all(item.holds for item in self.constraints)
 
     @property
@@ -110,7 +111,7 @@ class Outcome:
 
     @property
     def askable(self) -> bool:
-        """Whether anybody could answer: being refused is the right answer, or it is not proven to be."""
+        """Whether the problem is valid: refusal is expected, or it is not proven to be unsolvable."""
         known = self.certainty is Certainty.PROVEN and self.status is not Status.METHOD_CANNOT
         return self.good or self.status is Status.SOLVED or not known
 
@@ -129,7 +130,7 @@ class Outcome:
     @staticmethod
     @checked
     def from_dict(document: Mapping[str, object]) -> "Outcome":
-        """Return what `as_dict` told; what is not there is as if it had not been measured."""
+        """Restore the data of `as_dict`; missing data counts as not measured."""
         known = {item.name: document[item.name] for item in fields(Outcome) if item.name in document}
         broken = cast("dict[str, float | None]", document["violations"])
         history = cast("list[dict[str, float | None]]", document.get("history", ()))

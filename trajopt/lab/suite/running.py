@@ -1,4 +1,4 @@
-"""run(instance): one problem made, planned by one method, measured and judged anew."""
+"""run(instance): make, plan, measure and judge one problem."""
 
 import time
 from collections import Counter
@@ -34,14 +34,14 @@ def run(
     seen: Callable[[Result], None] | None = None,
     experience: Remembers | None = None,
 ) -> Outcome:
-    """Make and plan one problem, and have a fresh judge look at the motion.
+    """Make and plan one problem, and judge the motion with a fresh judge.
 
     Args:
         instance: The problem.
-        method: Plans it; the default one when None.
-        budget: What it may use.
-        follow: Whether every step of the solver is kept, and where the last joint goes.
-        seen: Called with the result, of which an outcome keeps the numbers only.
+        method: The method; the default one if None.
+        budget: Its budget.
+        follow: Whether to record every step of the solver, and the path of the last joint.
+        seen: Called with the result, of which an outcome has the numbers only.
         experience: Remembers motions; see `plan`.
     """
     chosen = Knots() if method is None else method
@@ -96,7 +96,7 @@ def run(
 
 
 def _judged(result: Result) -> tuple[Check, ...]:
-    """Return what the verdict of a fresh judge depends on; nothing where there is no verified motion."""
+    """Return the measurements of a fresh judge; empty without a verified motion."""
     if result.trajectory is None or not result.verified:
         return ()
     checks = judge(result.problem, result.trajectory).checks
@@ -104,7 +104,7 @@ def _judged(result: Result) -> tuple[Check, ...]:
 
 
 def _violations(result: Result) -> dict[str, float]:
-    """Return what is broken: as the judge says, or where nothing was judged as the solver says."""
+    """Return the violations: of the judge, or of the solver if nothing was judged."""
     if result.certificate is not None:
         return {
             check.name: -check.slack if check.slack is not None else float("nan")
@@ -117,7 +117,7 @@ def _violations(result: Result) -> dict[str, float]:
 
 
 def _tip(result: Result) -> tuple[tuple[float, ...], ...]:
-    """Return where the group's last joint goes."""
+    """Return the path of the group's last joint."""
     trajectory = result.trajectory
     if trajectory is None:
         return ()

@@ -1,4 +1,4 @@
-"""The suite as one HTML page that needs nothing beside itself."""
+"""The suite as a self-contained HTML page."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -36,12 +36,12 @@ NUMBERS = ("worst", "bound", "at [s]")
 def page(
     outcomes: Sequence[Outcome], pictures: Mapping[tuple[str, int], bytes] | None = None, remark: str = ""
 ) -> str:
-    """Return the page: one line a problem, which opens to its constraints; failures stand open.
+    """Return the page: one line per problem, which expands to its constraints; failures are expanded.
 
     Args:
-        outcomes: What came of the problems.
-        pictures: A thumbnail of each, by the problem's name and the number of its instance; none when None.
-        remark: A sentence that is added to the head of the page.
+        outcomes: The outcomes of the problems.
+        pictures: A thumbnail of each, by the problem's name and the number of its instance; none if None.
+        remark: A sentence for the head of the page.
     """
     drawn = pictures or {}
     lines = [_one(outcome, drawn.get((outcome.problem, outcome.draw))) for outcome in outcomes]
@@ -69,7 +69,7 @@ def _one(outcome: Outcome, picture: bytes | None) -> str:
 
 
 def _motion(outcome: Outcome) -> str:
-    """Say how long a motion takes and how near it comes to anything; nothing of one that was refused."""
+    """Print duration and clearance of a motion; empty for a refused one."""
     if outcome.duration is None or outcome.status is not Status.SOLVED:
         return ""
     near = [
@@ -101,7 +101,7 @@ def _row(item: Check) -> tuple[str, ...]:
 
 
 def _bar(item: Check) -> str:
-    """Draw how much of an upper bound is used up; nothing where there is none."""
+    """Draw the used share of an upper bound; empty without one."""
     if item.value is None or not item.bound or item.kind is CheckKind.CLEARANCE:
         return ""
     share = min(abs(item.value / item.bound), 1.0)

@@ -1,4 +1,4 @@
-"""Outcomes of the suite as a text, one line for each constraint and a sum at the end; and as data."""
+"""Outcomes of the suite as text, one line for each constraint and a total at the end; and as data."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ def table(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
-    """Return a constraint as constraint, where, worst, bound, unit, time and evidence."""
+    """Return a constraint as constraint, place, worst value, bound, unit, time and evidence."""
     name = item.name if len(item.name) <= WIDEST else f"{item.name[: WIDEST - 3]}..."
     return (
         name if item.holds else f"BROKEN {name}",
@@ -43,7 +43,7 @@ def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
 
 
 def reason(outcome: Outcome) -> str:
-    """Say how planning ended, and how it should have where that differs."""
+    """Return the status, and the expected one if it differs."""
     told = f"refused: {outcome.status.name}"
     return told if outcome.good else f"{told}, expected {ending(outcome.expected)}"
 
@@ -73,7 +73,7 @@ def row(outcome: Outcome) -> dict[str, object]:
 
 
 def number(value: float | None) -> str:
-    """Return a value with four digits; nothing where there is none."""
+    """Return a value with four digits; empty for None."""
     return "" if value is None else f"{value:.4g}"
 
 

@@ -1,4 +1,4 @@
-"""Summary: what each method did over all problems, side by side."""
+"""Summary of each method over all problems, side by side."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ from trajopt.values.arrays import Floats
 
 @dataclass(frozen=True)
 class Summary:
-    """One method over all problems that can be asked.
+    """One method over all valid problems.
 
     Attributes:
         solver: Name of the method.
-        total: Problems.
-        good: Problems that ended as they should: a verified motion, or the right refusal.
-        groups: The same two numbers (good, asked) by group of problems.
-        cpu_total: Process time over all problems [s].
-        cpu_median: Over the problems it has a verified motion of [s]; None without any, as what follows.
-        iterations: Median of steps there.
+        total: Number of problems.
+        good: Problems with the expected outcome: a verified motion, or the right refusal.
+        groups: Both numbers (good, total) by group of problems.
+        cpu_total: CPU time over all problems [s].
+        cpu_median: Median over the problems with a verified motion [s]; None without any, like the following.
+        iterations: Median number of steps.
         cost: Median ratio of its cost to the least of all methods on the same problem.
-        duration: The same of the motion's duration.
-        path_length: The same of the path's length.
+        duration: Median ratio of the motion's duration to the least.
+        path_length: Median ratio of the path's length to the least.
         clearance: Smallest proven clearance [m].
     """
 
@@ -42,7 +42,7 @@ class Summary:
 
 
 def summaries(runs: Sequence[Outcome]) -> tuple[Summary, ...]:
-    """Return the summary of each method, in the order met; left out is what nobody could answer."""
+    """Return the summary of each method, in the order of appearance, without invalid problems."""
     asked = [run for run in runs if run.askable]
     return tuple(
         _summary(solver, [run for run in asked if run.solver == solver], asked)
@@ -98,13 +98,13 @@ def _median(values: Sequence[float]) -> float | None:
 def performance_profile(runs: Sequence[Outcome]) -> Mapping[str, Floats]:
     """Return for each method the ratios of its CPU time to the best one's, ascending.
 
-    The profile rises by one over the number of problems at each ratio; what a method does not solve is no
-    ratio at all. Only problems that have a solution count, whether or not any method finds it.
+    The profile rises by one over the number of problems at each ratio; an unsolved problem has no
+    ratio. Only problems with a solution count, whether or not any method finds it.
 
     Source: Dolan and More, Benchmarking optimization software with performance profiles, 2002.
 
     Returns:
-        Method -> ratios, shape (number of problems,), inf where it found no verified motion.
+        Method -> ratios, shape (number of problems,), inf for unsolved problems.
     """
     asked = [run for run in runs if run.askable and run.expected is Status.SOLVED]
     problems = list(dict.fromkeys(run.problem for run in asked))
