@@ -11,6 +11,7 @@ from trajopt.driving.motion_guard import MotionGuard, guard_of
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.planning import on_the_way
+from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import examine
 
 CYCLE = 0.02
@@ -364,3 +365,12 @@ def test_stop_before_a_new_motion_begins_may_be_along_the_one_that_is_driven(
     monkeypatch.setattr(MotionGuard, "proven", only_soon_and_on_the_path)
     taken = supervisor.stop()
     assert taken.proven and taken.along and taken.duration < 0.8 * ahead.duration
+
+
+@pytest.mark.parametrize("wrong", [[float("nan"), 0.0], [float("inf"), 0.0], [-1.0, 0.0], [0.0]])
+def test_a_tolerance_that_is_not_one_is_refused(problem: to.Problem, wrong: list[float]) -> None:
+    joints = problem.scene.robot.joint_names
+    arm = IdealExecutor(joints, problem.start_positions)
+    arm.tolerance = np.resize(wrong, len(joints)) if len(wrong) > 1 else np.array(wrong)
+    with pytest.raises((ShapeError, ProblemError), match=r"Executor\.tolerance"):
+        Supervisor(arm, problem)

@@ -15,9 +15,9 @@ from trajopt.scene.deviation import largest_deviation
 from trajopt.scene.reduced import ReducedModel, reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.scene.whole_robot import whole_robot
-from trajopt.values.arrays import Floats, Value
+from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.cached import LruCache
-from trajopt.values.errors import JointNotFound
+from trajopt.values.errors import JointNotFound, ProblemError, shown
 from trajopt.values.trajectory import Trajectory, state_of
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
@@ -168,6 +168,8 @@ def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
 
     Raises:
         JointNotFound: If it does not drive a joint of the group.
+        ShapeError: If its tolerance is not one finite number for each joint.
+        ProblemError: If its tolerance is negative.
     """
     names, driven = problem.reduced.joint_names, executor.joint_names
     for name in names:
@@ -176,7 +178,10 @@ def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
     positions, robot = np.array(problem.start_positions), problem.scene.robot
     positions[robot.index(driven)] = executor.state().commanded
     here = start_from(problem, robot.followed(positions), problem.scene)
-    return guard_within(here, driven, executor.tolerance)
+    tolerance = floats("Executor.tolerance", executor.tolerance, (len(driven),))
+    if tolerance.min(initial=0.0) < 0.0:
+        raise ProblemError(f"Executor.tolerance must not be negative, is {shown(tolerance.tolist())}")
+    return guard_within(here, driven, tolerance)
 
 
 def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floats) -> MotionGuard:
