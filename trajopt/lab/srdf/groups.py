@@ -45,11 +45,11 @@ class ProposedGroup:
 
 @checked
 def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
-    """Propose chains and grippers, arms before what they carry.
+    """Propose chains and grippers, arms before their attachments.
 
-    A chain goes down from the root, or from a link where the tree branches, to the next branch or to the end.
-    What branches off at the end of an arm and is small against it is a gripper; so are the last joints of a
-    chain without a branch, if names say so.
+    A chain leads from the root, or from a branching link, to the next branch or to the end. A small branch at
+    the end of an arm is a gripper; so are the last joints of a chain without a branch, if their names suggest
+    it.
     """
     root = next(iter(tree.links))
     found: list[ProposedGroup] = []

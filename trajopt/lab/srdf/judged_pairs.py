@@ -21,12 +21,12 @@ from trajopt.values.errors import MimicOutOfRange
 from trajopt.values.errors.arguments import checked
 
 FIRST_BATCH = 64
-"""Configurations at which every distance is measured; later ones only search nearer ones."""
+"""Configurations at which every distance is measured; later ones only search smaller distances."""
 BATCH = 2048
 """Configurations per batch."""
 
 STARTS = 8
-"""Configurations that each descent begins at."""
+"""Number of starts of each descent."""
 AROUND = 0.3
 """Standard deviation of those around the nearest sample [rad | m]."""
 STEP = 0.2
@@ -37,11 +37,11 @@ STEPS = 30
 
 @dataclass(frozen=True, eq=False)
 class LinkPairs:
-    """Pairs of links that can move relative to each other, and the pairs of bodies that they are made of.
+    """Pairs of links that can move relative to each other, and their pairs of bodies.
 
     Attributes:
         names: The two links of each, m of them, in the order of the robot's links.
-        of_body_pair: Which of them each pair of bodies belongs to, shape (p,).
+        of_body_pair: Index of the link pair of each pair of bodies, shape (p,).
     """
 
     names: tuple[tuple[str, str], ...]
@@ -63,13 +63,13 @@ class LinkPairs:
 
 @dataclass(eq=False)
 class PairCounts:
-    """What was seen of m pairs of links so far; grows with each batch.
+    """Evidence about m pairs of links, extended by each batch.
 
     Attributes:
-        samples: Configurations examined.
-        collisions: Of them in collision, shape (m,).
-        nearest: Smallest signed distance seen, shape (m,) [m].
-        at: Configuration of it, shape (m, n).
+        samples: Number of configurations.
+        collisions: Number of them in collision, shape (m,).
+        nearest: Smallest signed distance, shape (m,) [m].
+        at: Its configuration, shape (m, n).
     """
 
     samples: int
@@ -83,7 +83,7 @@ class PairCounts:
         Args:
             pairs: The pairs.
             positions: The configurations, shape (S, n).
-            contacts: All that are in contact, or nearer than the nearest so far.
+            contacts: All contacts, and distances smaller than the present minimum.
         """
         link_pair = pairs.of_body_pair[contacts.pair]
         touching = contacts.distance <= 0.0
@@ -97,7 +97,7 @@ class PairCounts:
         self.at[link_pair[nearer]] = positions[contacts.sample[nearer]]
 
     def reach(self, pairs: LinkPairs) -> Floats:
-        """Return how near a pair of bodies must come to matter, shape (p,) [m]."""
+        """Return the largest relevant distance of each pair of bodies, shape (p,) [m]."""
         return np.maximum(self.nearest, 1e-12)[pairs.of_body_pair]
 
 
@@ -109,13 +109,13 @@ def count_pairs(
     rng: np.random.Generator,
     progress: Progress | None = None,
 ) -> PairCounts:
-    """Examine random configurations within limits.
+    """Sample random configurations within limits.
 
     Args:
         query: Of the model with all driven joints free.
         pairs: Its pairs of links.
-        samples: How many configurations.
-        rng: Draws them.
+        samples: Number of configurations.
+        rng: Random generator.
         progress: Called with the number done.
     """
     joints = len(query.reduced.joint_names)
@@ -133,16 +133,16 @@ def count_pairs(
 def descend(
     query: Query, pairs: LinkPairs, counts: PairCounts, chosen: Sequence[int], *, rng: np.random.Generator
 ) -> None:
-    """Bring pairs nearer to each other than chance did, by gradient descent of their distance.
+    """Search smaller distances of pairs by gradient descent.
 
-    From the nearest sample of each, and from configurations around it, steps go down the distance's gradient;
-    a step that does not come nearer is halved. What is found replaces the nearest in the counts.
+    The descents start from the nearest sample of each pair, and from configurations around it; a step that
+    does not reduce the distance is halved. The minima in the counts are updated.
 
     Args:
         query: Of the model with all driven joints free.
         pairs: Its pairs of links.
-        counts: What was seen so far; its `nearest` and `at` are brought up to date.
-        chosen: Indices of the pairs to try.
+        counts: The evidence, whose `nearest` and `at` are updated.
+        chosen: Indices of the pairs.
         rng: Draws the configurations around the nearest.
     """
     limits = query.reduced.limits
@@ -185,10 +185,10 @@ ALWAYS_SHARE = 0.95
 
 
 def all_joints_free(robot: Robot) -> ReducedModel:
-    """Return the robot with every driven joint free and no pair of links excused.
+    """Return the robot with every driven joint free and all pairs of links checked.
 
-    Where no position of a joint keeps those that follow it within their limits, theirs are left out:
-    `check_urdf` names them.
+    If no position of a joint keeps its mimics within their limits, their limits are ignored: `check_urdf`
+    reports them.
     """
     groups, *_ = resolve_groups(robot.model, Srdf(), frozenset(robot.mimics))
     bare = replace(robot, groups=groups, disabled_pairs=frozenset(), passive_joints=frozenset())
@@ -208,7 +208,7 @@ def _reduced(bare: Robot) -> ReducedModel:
 
 
 def samples_needed(robot: Robot, confidence: Confidence) -> int:
-    """Return how many configurations `judge_pairs` examines."""
+    """Return the number of configurations of `judge_pairs`."""
     return confidence.samples(max(len(LinkPairs.of(all_joints_free(robot)).names), 1))
 
 
@@ -220,17 +220,17 @@ def judge_pairs(
     confidence: Confidence = DEFAULT_CONFIDENCE,
     progress: Progress | None = None,
 ) -> tuple[PairEvidence, ...]:
-    """Sample all pairs of links until those that never collide are known well enough.
+    """Sample all pairs of links until the pairs that never collide are known with the required confidence.
 
-    Pairs joined by a joint are adjacent, and so are those that cannot move relative to each other. Of others
-    those are "never" that no sample has in collision and no descent from their nearest sample either;
-    "always" that surely collide in 95 % of the configurations; "default" that collide where all joints are
-    nearest to zero, but not always.
+    Pairs joined by a joint are adjacent, and so are pairs that cannot move relative to each other. Of the
+    others, a pair is "never" if no sample and no descent from its nearest sample is in collision; "always" if
+    it certainly collides in 95 % of the configurations; "default" if it collides with all joints nearest to
+    zero, but not always.
 
     Args:
-        robot: The robot; what its SRDF says of pairs, if it has one, is not considered.
-        rng: Draws the configurations.
-        confidence: With what confidence "never" must be known; gives the number of samples.
+        robot: The robot; pairs in its SRDF are ignored.
+        rng: Random generator.
+        confidence: Required confidence of "never"; determines the number of samples.
         progress: Called with the number of samples done.
 
     Returns:
@@ -263,7 +263,7 @@ def judge_pairs(
 
 @dataclass(frozen=True, eq=False)
 class _PairJudge:
-    """Decides what becomes of a pair."""
+    """Decides the verdict on a pair."""
 
     tree: LinkTree
     solid: frozenset[str]

@@ -1,4 +1,4 @@
-"""The tree of a robot's links: which are joined, what moves, how far it reaches."""
+"""The tree of a robot's links, with their joints and reach."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -82,7 +82,7 @@ class LinkTree:
         return self.links[name].length + max((self.extent(child) for child in self.below[name]), default=0.0)
 
     def joined(self, one: str, other: str, solid: frozenset[str]) -> bool:
-        """Say whether two links are joined by a joint, or by joints with only links without bodies between.
+        """Return whether two links are joined by a joint, or by joints with only body-less links between.
 
         Args:
             one: A link.

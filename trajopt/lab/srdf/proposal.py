@@ -29,22 +29,22 @@ from trajopt.values.shapes.shapes import bounding_sphere
 DISABLED = (Verdict.ADJACENT, Verdict.NEVER, Verdict.ALWAYS)
 """Verdicts whose pairs are never checked for collision."""
 PRINTED = 20
-"""Pairs of one verdict that are printed: a page; a robot with two hands has thousands."""
+"""Number of printed pairs of one verdict; a robot with two hands has thousands."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SrdfProposal:
-    """What an SRDF of a robot may say, and why.
+    """A proposed SRDF, with its evidence.
 
     Attributes:
         name: Name of the robot.
-        confidence: With what confidence pairs are known never to collide.
+        confidence: Confidence of "never".
         evidence: Of every pair of links with collision bodies.
         disabled: Reason by the two links of each pair that need not be checked.
         groups: Chains and grippers.
         states: Joint -> position [rad | m] by (group, state).
-        end_effectors: Which gripper is fixed where.
-        findings: What is odd about the URDF, and which joints are taken for a gripper's or may be one's.
+        end_effectors: The parent of each gripper.
+        findings: Suspicious parts of the URDF, and certain or possible joints of grippers.
     """
 
     name: str
@@ -89,7 +89,7 @@ class SrdfProposal:
         }
 
     def __str__(self) -> str:
-        """Say what was found, what is checked and what is not."""
+        """Summarise the findings and the checked and unchecked pairs."""
         lines = [f"groups of {self.name}"]
         for group in self.groups:
             way = f"on {group.parent_link}" if group.is_gripper else f"{group.base} to {group.tip}"
@@ -133,16 +133,16 @@ def propose_srdf(
     confidence: Confidence = DEFAULT_CONFIDENCE,
     progress: Progress | None = None,
 ) -> SrdfProposal:
-    """Propose an SRDF: sample its pairs of links, group its joints, find states, check its URDF.
+    """Propose an SRDF: sample pairs of links, group joints, find states, check the URDF.
 
-    Adjacent pairs, those that never collide and those that always do are left out of collision checks, and so
-    are pairs inside one gripper, whose fingers are made to meet. All others are checked: a pair that collides
-    where all joints are zero is reported, not left out.
+    Adjacent pairs, those that never collide and those that always do are excluded from collision checks, and
+    so are pairs inside one gripper, whose fingers meet. All others are checked: a pair that collides with all
+    joints at zero is reported, not excluded.
 
     Args:
         robot: The robot, loaded from its URDF alone.
-        rng: Draws configurations.
-        confidence: With what confidence "never" must be known; gives the number of samples.
+        rng: Random generator.
+        confidence: Required confidence of "never"; determines the number of samples.
         progress: Called with the number of samples done.
     """
     tree = LinkTree.of(robot)
@@ -182,7 +182,7 @@ def propose_srdf(
 
 
 def gripper_findings(tree: LinkTree, groups: Sequence[ProposedGroup]) -> Iterator[Finding]:
-    """Say which joints the groups take for a gripper's, and which of an arm's may be one's."""
+    """List the joints taken for a gripper's, and those of an arm that may be."""
     carriers = {group.parent_group for group in groups}
     for group in groups:
         if group.is_gripper:
