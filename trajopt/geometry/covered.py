@@ -1,7 +1,7 @@
-"""Clouds as few boxes that contain them: what a descent can do without single balls.
+"""Boxes that contain clouds, so that a descent needs no single balls.
 
-Whatever keeps a distance from the boxes keeps it from the cloud. A box that is too near where the robot has
-to be, at the start or the goal, is cut into smaller ones, and at last its balls or cubes take its place.
+A distance from the boxes is a distance from the cloud. A box that is too near the robot at the start or the
+goal is cut into smaller ones, and finally replaced by its balls or cubes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,15 +21,19 @@ from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
 
 CELL = 0.03
-"""Cells that a cloud is cut into, or larger ones where its balls or cubes are larger [m]: boxes hold hardly
-anything farther from a point than that."""
+"""Cells that a cloud is cut into, at least as large as its balls or cubes [m]: no place in a box is much
+farther
+than this from a point.
+"""
 MOST = 200
 """Boxes at most: among more a cloud is not looked at any sooner."""
 FEWEST = 200
 """Clouds of fewer balls or cubes are left as they are."""
 PARTS, CUTS = 4, 3
-"""Boxes in the way at an end are cut in so many parts along their longest axes, so many times: a table top of
-two metres to pieces of a cell. What is in the way then are single balls or cubes."""
+"""Number of parts that a box in the way at an end is cut into along its longest axis, and number of cuts:
+enough
+to cut a table top of two metres to cells. Boxes still in the way become single balls or cubes.
+"""
 MIDDLE, NO_POINTS, NO_TRIANGLES = np.zeros((1, 3)), np.empty((0, 3)), np.empty((0, 3, 3))
 
 
@@ -41,9 +45,9 @@ class BoxCover:
         axes: Columns: the boxes' axes in the cloud's frame, shape (3, 3).
         centre: Of each box, in the cloud's frame, shape (k, 3) [m].
         half: Half of its edges, shape (k, 3) [m].
-        core: Knows which points are in which box.
+        core: Finds the points in each box.
         geometries: Coal's of the boxes.
-        solids: What the core makes of them.
+        solids: The core's solids of them.
     """
 
     axes: Floats
@@ -64,7 +68,7 @@ class BoxCover:
         return BoxCover(axes, (low + high) / 2.0 @ axes.T, half, core, geometries, solids)
 
     def cut(self, cloud: Points | Voxels, boxes: Ints, parts: int) -> "BoxCover":
-        """Return the cover with some boxes cut in so many parts along their longest axes, or fewer."""
+        """Return the cover with some boxes cut along their longest axes into at most this number of parts."""
         return BoxCover.of(cloud, self.core.cut(solid_of(cloud), boxes, CELL, parts))
 
 
@@ -85,17 +89,17 @@ def _box(edges: Floats) -> coal.CollisionGeometry:
 
 
 def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Query | None:
-    """Return a query in which boxes stand for clouds, as far as the robot's ends leave them room.
+    """Return a query in which boxes replace clouds, except near the robot's ends.
 
-    Its pairs are those of the model, and no distance is larger than theirs.
+    Its pairs are the model's, and no distance is larger than theirs.
 
     Args:
         reduced: The robot and its surroundings.
-        counts: Takes the work done.
-        ends: Configurations at which no box may be nearer than is required, shape (S, n) [rad | m].
+        counts: Receives the work done.
+        ends: Configurations at which every box keeps the required distance, shape (S, n) [rad | m].
 
     Returns:
-        The query; None where there is no cloud that stands still and that boxes can stand for.
+        The query; None if there is no cloud at rest that boxes can replace.
     """
     whole = reduced.derived(_covered)
     if whole is None:
@@ -142,12 +146,12 @@ class Covered:
 
     @staticmethod
     def of(reduced: ReducedModel, covers: Mapping[int, BoxCover], opened: Mapping[int, Ints]) -> "Covered":
-        """Put boxes in the place of clouds.
+        """Replace clouds by boxes.
 
         Args:
             reduced: The robot and its surroundings.
             covers: The covers, by the number of the cloud's body.
-            opened: Of each the boxes that are left out, whose balls or cubes take their place.
+            opened: For each the boxes that are replaced by their balls or cubes.
         """
         plain, bodies = BodyParts.of(reduced), reduced.bodies
         parts = [_Part.plain(plain, [n for n in range(len(bodies)) if n not in covers])]
@@ -177,12 +181,12 @@ class Covered:
         }
 
     def opened(self, reduced: ReducedModel, boxes: Mapping[int, Ints], parts: int) -> "Covered":
-        """Return the model with others in the place of some boxes.
+        """Return the model with some boxes replaced.
 
         Args:
             reduced: The robot and its surroundings.
-            boxes: Which, by the number of the cloud's body.
-            parts: In how many they are cut along their longest axes; 0 for single balls or cubes.
+            boxes: The boxes, by the number of the cloud's body.
+            parts: Number of parts to cut them into along their longest axes; 0 for single balls or cubes.
         """
         if not parts:
             return Covered.of(reduced, self.covers, boxes)
@@ -198,7 +202,7 @@ def _cloud(reduced: ReducedModel, number: int) -> Points | Voxels:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Some bodies of a cell, and what of the model they stand for; see `Covered`."""
+    """Some bodies of a cell, and the part of the model that they replace; see `Covered`."""
 
     bodies: BodyParts
     body: Ints
@@ -256,7 +260,7 @@ def _joined(parts: Sequence[_Part]) -> BodyParts:
 
 
 def _pairs(first: Ints, second: Ints, members: Sequence[Ints]) -> tuple[Ints, Ints, Ints]:
-    """Return all pairs of members of pairs of bodies: which pair each stands for, and its two."""
+    """Return all pairs of members of pairs of bodies: the index of the original pair, and its two members."""
     counts = np.array([len(each) for each in members])
     starts, every = np.cumsum(counts) - counts, np.concatenate(members)
     many = counts[first] * counts[second]

@@ -50,12 +50,12 @@ class DynamicsQuery:
 
     @property
     def core(self) -> proximity.Dynamics:
-        """What other cores evaluate torques with."""
+        """Torque evaluator for other cores."""
         return self._core
 
     @staticmethod
     def loaded(reduced: ReducedModel) -> "DynamicsQuery":
-        """Return the dynamics of a reduced model with what it carries."""
+        """Return the dynamics of a reduced model with its payload."""
         return DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
 
     def gravity(self, positions: Floats) -> GravityTorques:
@@ -69,7 +69,7 @@ class DynamicsQuery:
         return GravityTorques(*self._core.gravity(np.ascontiguousarray(positions)))
 
     def torque_slopes(self, positions: Floats, velocities: Floats, accelerations: Floats) -> TorqueSlopes:
-        """Return torques and their derivatives; arguments as of `torque`.
+        """Return torques and their derivatives; for arguments see `torque`.
 
         Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
         """

@@ -1,4 +1,4 @@
-"""Distances between shapes: of two, inside the link that carries one, and to what an object rests on."""
+"""Distances between shapes: of two, inside the carrying link, and to the support of an object."""
 
 from itertools import product
 
@@ -17,7 +17,7 @@ TOUCHING = 2e-3
 
 
 def gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> float:
-    """Return how far two shapes are apart, negative where they overlap [m]; infinite for far clouds."""
+    """Return the distance of two shapes, negative if they overlap [m]; infinite for far clouds."""
     (centre, radius), (far, reach) = bounding_sphere(shape), bounding_sphere(other)
     ones = solids_near(shape, first, second * far, reach + TOUCHING)
     others = solids_near(other, second, first * centre, radius + TOUCHING)
@@ -25,9 +25,9 @@ def gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> floa
 
 
 def inside_carriers(reduced: ReducedModel) -> tuple[str, ...]:
-    """Say what is attached so that it stands inside a link that moves with it, deeper than in contact.
+    """Return the attached objects that are inside a link that moves with them, deeper than in contact.
 
-    No motion changes how deep, so planning does nothing about it and nobody judges it: an object in a closed
+    No motion changes the depth, so planning and judge ignore it: an object in a closed
     finger, or in the palm.
     """
     scene, links = reduced.scene, set(reduced.scene.robot.links)
@@ -65,7 +65,7 @@ def _transform(placement: Placement) -> coal.Transform3s:
 
 
 def supports(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
-    """Return the objects, at rest or moved by themselves, that an object touches when the clock shows 0.
+    """Return the objects, at rest or moved by themselves, that an object touches at time 0.
 
     Args:
         scene: The scene.

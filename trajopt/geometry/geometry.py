@@ -26,14 +26,14 @@ from trajopt.values.shapes.shapes import (
 )
 
 PLANE_EXTENT = 1e3
-"""Half the edge of the box that stands for a half-space [m]."""
+"""Half the edge of the box that models a half-space [m]."""
 
 
 @cached_per_value
 def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
     """Return Coal's geometry of a shape, in the shape's own frame; computed once for each shape.
 
-    Of a cloud it is that of one ball or cube about the origin: where they are, the core knows.
+    For a cloud it is one ball or cube about the origin: the core has their positions.
     """
     match shape:
         case Box():
@@ -62,7 +62,7 @@ def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
 
 
 def _surface(shape: Convex | Mesh) -> coal.BVHModelOBBRSS:
-    """Return a surface, not ended yet; it takes arrays, where a hull takes a list, point by point."""
+    """Return an unfinished surface; it takes arrays, while a hull takes a list of points."""
     surface = coal.BVHModelOBBRSS()
     surface.beginModel(len(shape.faces), len(shape.vertices))
     surface.addVertices(np.ascontiguousarray(shape.vertices))

@@ -1,6 +1,6 @@
-"""Path search: a path that is clear of everything, from one configuration to one of several others.
+"""Path search: a collision-free path from one configuration to one of several others.
 
-RRT-Connect, its path shortened; compiled, with a generator of its own.
+RRT-Connect, with a shortened path; compiled, with a generator of its own.
 Sources: Kuffner and LaValle, ICRA 2000; Geraerts and Overmars, IJRR 2007 (shortening).
 """
 
@@ -16,14 +16,14 @@ from trajopt.values.arrays import Floats, Value
 
 @dataclass(frozen=True, eq=False)
 class SearchSpace(Value):
-    """Where a path is searched.
+    """Space of a path search.
 
     Attributes:
         lower: Of the joints searched, shape (n,) [rad | m].
         upper: Shape (n,).
         unit: Of length in each joint, shape (n,): no branch of the trees is longer than one in all.
         reach: Distance that each pair keeps, shape (p,) [m].
-        step: No body moves farther between two configurations that are checked [m].
+        step: Largest travel of a body between two checked configurations [m].
     """
 
     lower: Floats
@@ -47,10 +47,10 @@ def search_path(
     """Search a path; the interpreter's lock is released meanwhile.
 
     Args:
-        query: Of the robot and its surroundings; its counts take the work done.
-        start: Where it begins, shape (n,) [rad | m].
-        goals: Where it may end, shape (g, n).
-        space: Where it is searched; start and goals are added to it where they lie outside.
+        query: Of the robot and its surroundings; its counts include the work done.
+        start: Shape (n,) [rad | m].
+        goals: Possible ends, shape (g, n).
+        space: Space of the search; a start or goal outside is added to it.
         checked: Configurations that are checked before the search gives up.
         shortening: Configurations that shortening may check, in each of its three passes.
         seed: Of the random numbers, at least 0: the same on every platform.

@@ -27,11 +27,11 @@ reports the largest float as depth."""
 
 @dataclass(eq=False)
 class WorkCounts:
-    """Exact numbers of the work done so far; the same on every machine.
+    """Exact counts of the work done so far; the same on every machine.
 
     Attributes:
         forward_kinematics: Configurations at which all joints were placed.
-        bounds: Bounds of distance by spheres, boxes and directions, asked before any is measured.
+        bounds: Bounds of distance by spheres, boxes and directions, evaluated before any measurement.
         distances: Calls of Coal's distance function.
     """
 
@@ -98,7 +98,7 @@ class Query:
     """Measures configurations of a reduced model; owns scratch memory, so one per thread.
 
     The loops are C++ (`trajopt.native.proximity`), on the model and geometries that Python made. A query
-    remembers what it measured, so configurations near the last ones cost little.
+    caches its measurements, so configurations near the last ones cost little.
 
     Attributes:
         reduced: The robot and its surroundings.
@@ -112,8 +112,8 @@ class Query:
 
         Args:
             reduced: The robot and its surroundings.
-            counts: Takes the work done; counts of its own when None.
-            core: What measures, where other shapes stand for those of the model; one of these when None.
+            counts: Receives the work done; counts of its own when None.
+            core: The core, if other shapes replace the model's; a new one when None.
         """
         self.reduced = reduced
         self.counts = WorkCounts() if counts is None else counts
@@ -122,12 +122,12 @@ class Query:
 
     @property
     def core(self) -> proximity.Query:
-        """What other cores measure distances with; it remembers what this does, and counts nothing here."""
+        """Distance evaluator for other cores; it shares this query's cache, and counts nothing here."""
         return self._core
 
     @cached_property
     def dynamics(self) -> DynamicsQuery:
-        """Inverse dynamics with what is carried."""
+        """Inverse dynamics with the payload."""
         return DynamicsQuery.loaded(self.reduced)
 
     def kinematics(self, positions: Floats) -> JointPlacements:
@@ -143,14 +143,14 @@ class Query:
         """Measure every pair that is nearer than its reach.
 
         Args:
-            positions: S configurations of the group, shape (S, n) [rad | m], cheaper where neighbours are
-                near each other. Another call with as many configurations near the last ones is cheaper; the
+            positions: S configurations of the group, shape (S, n) [rad | m], cheaper if neighbours are
+                near each other. Another call with the same number near the last ones is cheaper; the
                 result is the same.
             reach: Distance of interest, one for each pair, shape (p,) [m].
 
         Returns:
             One contact for each configuration and pair with a signed distance below the reach, in
-            no particular order; of a pair with a cloud up to six, of several sides, the nearest too.
+            no particular order; for a pair with a cloud up to six, of several sides, including the nearest.
         """
         core, counts = self._core, self.counts
         bounds, distances = core.bounds, core.distances
@@ -161,14 +161,14 @@ class Query:
         return contacts
 
     def displacement(self, start: Floats, end: Floats) -> Floats:
-        """Bound how far any point of a body is from where it is at other configurations.
+        """Bound the distance of any point of a body from its place at other configurations.
 
         The bound |dc| + |dR|_F / sqrt(2) r holds for the chord between the two placements: c is
         the body's centre, r the radius of its bounding sphere.
 
         Args:
             start: S configurations, shape (S, n) [rad | m].
-            end: As many others, shape (S, n).
+            end: S others, shape (S, n).
 
         Returns:
             Largest bound over all bodies that move, shape (S,) [m].
@@ -199,7 +199,7 @@ class Query:
 
 
 def _supports(reduced: ReducedModel) -> Floats:
-    """Return 1 where a joint carries another, shape (joints, model joints)."""
+    """Return 1 if a joint carries another, shape (joints, model joints)."""
     model = reduced.model
     supports = np.zeros((model.njoints, model.nv))
     for joint in range(1, model.njoints):
@@ -223,8 +223,8 @@ class BodyParts:
 
     Attributes:
         geometries: Coal's, one for each.
-        solids: What is made of each shape.
-        boxes: Where they are, and the boxes around them.
+        solids: The core's solid of each shape.
+        boxes: Their bounding boxes.
     """
 
     geometries: list[coal.CollisionGeometry]
@@ -268,7 +268,7 @@ def cell_of(reduced: ReducedModel, bodies: BodyParts, first: Ints, second: Ints)
 
 @cached_per_value
 def solid_of(shape: Shape) -> proximity.Solid:
-    """Return what the core makes of a shape; made once for each."""
+    """Return the core's solid of a shape; made once for each."""
     return proximity.Solid(
         np.ascontiguousarray(part_points(shape)),
         np.ascontiguousarray(closed_triangles(shape)),

@@ -15,14 +15,14 @@ from trajopt.values.arrays import Floats, Ints, Loss, Rows, Value
 
 @dataclass(frozen=True, eq=False)
 class CostRows(Value):
-    """Rows that are penalised.
+    """Penalised rows.
 
     Attributes:
         name: Of the residual; shown in reports.
         rows: The rows.
         weight: Weight w, shape (m,).
         loss: The loss.
-        kind: Class of the residual, which tells it from others of the same name.
+        kind: Class of the residual, which distinguishes residuals of the same name.
     """
 
     name: str
@@ -38,7 +38,7 @@ class CostRows(Value):
 
     @cached_property
     def each(self) -> Floats:
-        """What each row costs, shape (m,)."""
+        """Cost of each row, shape (m,)."""
         value = self.rows.value
         if self.loss is Loss.SQUARED:
             return self.weight * value**2
@@ -54,11 +54,11 @@ class ConstraintRows(Value):
         rows: The rows.
         lower: Lower bounds, shape (m,); -inf for none.
         upper: Upper bounds, shape (m,); inf for none.
-        tolerance: Violation up to which the constraint counts as held, in the residual's unit.
+        tolerance: Largest violation that counts as satisfied, in the residual's unit.
         reach: Rows farther inside their bounds than this are left out, as far pairs of bodies are; inf
-            where all rows are always there. For solvers that treat distances as a field.
-        kind: Class of the residual, which tells it from others of the same name.
-        units: Unit of each component of the residual, or one of all: "m", "rad"; none where it is not known.
+            if all rows are always there. For solvers that treat distances as a field.
+        kind: Class of the residual, which distinguishes residuals of the same name.
+        units: Unit of each component of the residual, or one of all: "m", "rad"; empty if unknown.
     """
 
     name: str
@@ -71,13 +71,13 @@ class ConstraintRows(Value):
     units: tuple[str, ...] = ()
 
     def unit_of(self, row: int) -> str:
-        """Return the unit of a row; empty where it is not known."""
+        """Return the unit of a row; empty if unknown."""
         component = int(self.rows.component[row])
         return self.units[component if len(self.units) > 1 else 0] if self.units else ""
 
     @cached_property
     def violation(self) -> Floats:
-        """How far each row is outside its bounds, shape (m,), >= 0."""
+        """Distance of each row outside its bounds, shape (m,), >= 0."""
         value = self.rows.value
         return np.maximum(0.0, np.maximum(self.lower - value, value - self.upper))
 
@@ -124,7 +124,7 @@ class Nlp(Protocol):
 
     @property
     def lower(self) -> Floats:
-        """Lower bounds of the knots, shape (N, n); equal to upper where a knot is fixed."""
+        """Lower bounds of the knots, shape (N, n); equal to upper for fixed knots."""
         ...
 
     @property
@@ -138,7 +138,7 @@ class Nlp(Protocol):
         ...
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return how many samples each segment needs at x, shape (N - 1,)."""
+        """Return the number of samples that each segment needs at x, shape (N - 1,)."""
         ...
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:

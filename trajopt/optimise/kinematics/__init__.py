@@ -1,8 +1,8 @@
-"""Kinematics by itself, without a motion to plan.
+"""Kinematics alone, without a motion to plan.
 
 Every function takes a reduced model: the robot in its scene with one group's joints free. It is
-`problem.reduced` of a problem, or without one
-`trajopt.optimise.kinematics.reduce_model(scene, "panda_arm", robot.positions("ready"))`.
+`problem.reduced` of a problem, or `trajopt.optimise.kinematics.reduce_model(scene, "panda_arm",
+robot.positions("ready"))`.
 """
 
 from trajopt.optimise.kinematics.forward import Placements as Placements

@@ -11,10 +11,10 @@ from trajopt.values.errors import ProblemError, ShapeError, shown
 
 
 def count_of(name: str, value: int) -> int:
-    """Return a whole number that is at least 1.
+    """Return an integer of at least 1.
 
     Raises:
-        ProblemError: If it is no whole number.
+        ProblemError: If it is not an integer.
         ShapeError: If it is smaller.
     """
     if one_of(name, value, int) < 1:
@@ -39,8 +39,8 @@ def requirements_of(
     """Return requirements as a tuple, after checking that their frames and joints exist.
 
     Raises:
-        ProblemError: If one is no requirement.
-        NameNotFound: If one names what does not exist.
+        ProblemError: If one is not a requirement.
+        NameNotFound: If one names an unknown frame or joint.
     """
     wanted = (requirements,) if isinstance(requirements, Requirement) else tuple(sequence(name, requirements))
     for item in wanted:

@@ -1,4 +1,4 @@
-"""Forward kinematics: where a frame is at one configuration or many, and how it moves with the joints."""
+"""Forward kinematics: placements and Jacobians of a frame at one configuration or many."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from trajopt.values.placement import WORLD, Placement
 
 @dataclass(frozen=True, eq=False)
 class Placements(Value):
-    """Where a frame is at S configurations; `placements[3]` is one of them.
+    """Placements of a frame at S configurations; `placements[3]` is one of them.
 
     Attributes:
         rotation: Shape (S, 3, 3).
@@ -31,7 +31,7 @@ class Placements(Value):
     translation: Floats
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of placements."""
         return len(self.translation)
 
     def __getitem__(self, index: int) -> Placement:
@@ -121,13 +121,13 @@ def stacked_jacobian(at: RelativeFrame) -> Floats:
 def manipulability(jacobian: Floats, *, length: float = LENGTH) -> Floats:
     """Return Yoshikawa's manipulability of Jacobians.
 
-    It is the product of the min(6, n) singular values of (J_v, length J_w): the volume, but for a constant
-    factor, of the ellipsoid of velocities that joints at unit speed give; zero at a singularity. Source:
+    It is the product of the min(6, n) singular values of (J_v, length J_w), which is proportional to the
+    volume of the ellipsoid of velocities that joints at unit speed produce; zero at a singularity. Source:
     Yoshikawa, Manipulability of robotic mechanisms, IJRR 1985.
 
     Args:
         jacobian: Of `frame_jacobian`, shape (S, 6, n).
-        length: What a radian of rotation is weighed as [m]; 0 where only the point's motion counts.
+        length: Length that a radian of rotation counts as [m]; 0 counts the point's motion only.
 
     Returns:
         Shape (S,) [m^min(6, n) for joints that turn].

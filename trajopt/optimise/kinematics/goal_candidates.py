@@ -19,20 +19,21 @@ from trajopt.values.arrays import Floats, Ints, Value, one_of
 STARTS = 64
 """Configurations that the search starts from; twice as many cost a third more time."""
 MANY_STARTS = 1024
-"""The same before reporting that there is none: some goals are reached from one start in five hundred."""
+"""Starts before the search fails: some goals are reached from one start in five hundred."""
 WAVES = 3
-"""How often as many starts are drawn at most, while no solution is free."""
+"""Largest number of waves of starts, while no solution is free."""
 PUSHES = 3
-"""How often more starts are drawn around the solutions that collide least, while none is free."""
+"""Largest number of waves around the solutions with the shallowest collisions, while none is free."""
 PUSH = 0.8
 """Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
 SAME = 1e-2
 """Solutions nearer to each other than this in every joint are one [rad | m]."""
 AS_FAR = 0.01
-"""Share by which times to configurations may differ and count as equal: times at full speed, which leave out
-that the joints have to speed up and slow down, tell no finer."""
+"""Relative difference below which times to configurations count as equal: times at full speed, without
+acceleration, are not more precise.
+"""
 HOLDABLE = 1.0 - 2e-6
-"""Share of an effort limit that holding still must stay below: what is left has to move the joint."""
+"""Largest share of an effort limit for holding still: the rest has to move the joint."""
 
 LEVENBERG_MARQUARDT = LevenbergMarquardt()
 """The default method."""
@@ -40,18 +41,18 @@ LEVENBERG_MARQUARDT = LevenbergMarquardt()
 
 @dataclass(frozen=True, eq=False)
 class GoalCandidates(Value):
-    """What the search found.
+    """Result of the search.
 
     Attributes:
-        free: Configurations that hold the goal, keep what is required and can be held, nearest to the start
+        free: Configurations that hold the goal and the requirements and can be held, nearest to the start
             first.
-        blocked: Those that hold the goal but collide or come too near, nearest to the start first.
+        blocked: Configurations that hold the goal but collide or come too near, nearest to the start first.
         blocking: The pair of owners that blocks the nearest of these, and their distance [m].
-        overloaded: Those that hold the goal and keep clear, but need more torque to hold still than there is,
-            that of the smallest excess first.
-        required: Clearance that is required of that pair [m].
-        nearest: The configuration of the smallest violation, shape (n,) [rad | m].
-        nearest_miss: Smallest violation of the goal where none holds it [m and rad].
+        overloaded: Configurations that hold the goal and keep clear, but need more torque to hold still than
+            the effort limits allow, smallest excess first.
+        required: Required clearance of the blocking pair [m].
+        nearest: The configuration with the smallest violation, shape (n,) [rad | m].
+        nearest_miss: Smallest violation of the goal if none holds it [m and rad].
     """
 
     free: tuple[Floats, ...]
@@ -64,7 +65,7 @@ class GoalCandidates(Value):
 
     @property
     def colliding(self) -> int:
-        """How many hold the goal but collide."""
+        """Number of configurations that hold the goal but collide."""
         return len(self.blocked)
 
 
@@ -83,12 +84,12 @@ def goal_candidates(
 
     Args:
         reduced: The robot and its surroundings.
-        goals: What must hold.
+        goals: Requirements to hold together.
         rng: Draws the starts after the first, which is the start configuration.
-        counts: Takes the work done.
-        starts: How many starts to search from at once.
+        counts: Receives the work done.
+        starts: Number of starts of a wave.
         method: Moves starts until they hold the goals.
-        effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
+        effort: Effort limits within which the joints must hold the arm and its payload still, shape (n,)
             [Nm | N]; not required when None.
         check: Called before every wave of starts; may raise to stop.
     """
@@ -151,9 +152,9 @@ def random_starts(
     Args:
         reduced: The robot and its limits.
         rng: Draws them.
-        count: How many.
-        box: Where joints must be, lower and upper bounds of shape (n,) [rad | m]: drawn from where it
-            leaves them room, or holds all of them narrowly.
+        count: Number of configurations.
+        box: Lower and upper bounds of shape (n,) [rad | m] to draw within. Joints whose range in the box is
+            narrow are drawn from all of it.
     """
     limits = reduced.limits
     if box is not None:
@@ -177,7 +178,7 @@ def _around(found: Floats, depth: Floats, count: int, rng: np.random.Generator) 
 
 
 def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats) -> Floats:
-    """Turn joints by whole turns towards the start, where the goals do not fix the turn."""
+    """Turn joints by whole turns towards the start, if the goals do not fix the turn."""
     turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning_joints(reduced))
     moved = np.flatnonzero((turned != found).any(axis=1))
     if len(moved) > 0:
@@ -187,10 +188,10 @@ def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats)
 
 
 def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
-    """Sort configurations by the time to them at full velocity; of those equally far, what moves least first.
+    """Sort configurations by travel time at full velocity, then by total travel.
 
-    The slowest joint alone decides on the time: where a goal names one joint only, all its configurations are
-    equally far, and the others should not swing about because that costs no time.
+    The slowest joint alone determines the time: for a goal of a single joint all configurations are equally
+    far, and the other joints should not move without need.
     """
     travel = np.abs(found - reduced.start_positions) / reduced.limits.velocity
     times = travel.max(axis=1, initial=0.0)
@@ -214,7 +215,7 @@ def _distinct(found: Floats) -> Floats:
 
 
 def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
-    """Return by how much a pair is too near without an allowance [m] (0: not), and the pair; both (k,).
+    """Return the largest lack of clearance [m] (0 for none) and its pair, both of shape (k,).
 
     Without required clearance that is the depth of the deepest contact.
     """
@@ -234,13 +235,13 @@ def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
 
 
 def holding_load(query: Query, positions: Floats, effort: Floats | None) -> Floats:
-    """Return the largest share of an effort limit that it takes to hold still, shape (k,).
+    """Return the largest share of an effort limit that holding still needs, shape (k,).
 
     Args:
         query: Of the reduced model.
         positions: Shape (k, n) [rad | m].
-        effort: Effort limits of the group's joints, shape (n,) [Nm | N]; zeros are returned when None, or
-            where no configuration needs as much.
+        effort: Effort limits of the group's joints, shape (n,) [Nm | N]; None returns zeros, as do loads
+            within the limits.
     """
     if effort is None or not (largest_gravity_torques(query.reduced) > effort).any():
         return np.zeros(len(positions))
@@ -253,8 +254,8 @@ def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Flo
     Args:
         start: Shape (n,) [rad | m].
         goal: Shape (n,).
-        limits: A turn is only taken where it stays inside the position limits.
-        revolute: 1 for joints that turn, 0 for those that slide, shape (n,).
+        limits: Turns stay inside the position limits.
+        revolute: 1 for joints that turn, 0 for joints that slide, shape (n,).
     """
     turn = 2.0 * np.pi * revolute
     best = np.array(goal)
@@ -269,17 +270,17 @@ def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Flo
 
 
 def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = None) -> tuple[Floats, ...]:
-    """Return configurations at which a motion may end: they hold goal and path constraints, clear of all.
+    """Return collision-free configurations at which a motion may end: they hold goal and path constraints.
 
-    Constraints that are your own code are not considered.
+    Constraints from your own code are not considered.
 
     Args:
-        problem: What the motion must achieve.
+        problem: The problem.
         rng: Draws the starts of the search; a fixed seed when None.
 
     Returns:
         Positions of the group's joints, each of shape (n,) [rad | m], nearest to the start first;
-        none if none was found.
+        empty if the search found none.
     """
     one_of("problem", problem, Problem)
     required = (*problem.goals, *problem.requirements_at(problem.last_stop))

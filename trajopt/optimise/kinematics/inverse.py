@@ -1,4 +1,4 @@
-"""Inverse kinematics: configurations that hold a goal, nearest first, or why there is none."""
+"""Inverse kinematics: configurations that hold a goal, nearest first, or the reason why there are none."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,12 +20,12 @@ from trajopt.values.errors.arguments import checked
 
 @dataclass(frozen=True, eq=False)
 class InverseSolutions(Value):
-    """What inverse kinematics found.
+    """Result of inverse kinematics.
 
     Attributes:
         free: Configurations that hold the goal and touch nothing, shape (n,) each, nearest first.
-        colliding: Those that hold the goal but collide, nearest first.
-        nearest: Where none is free: what is wrong with the nearest that collides, or else with the
+        colliding: Configurations that hold the goal but collide, nearest first.
+        nearest: If none is free: faults of the nearest that collides, or else of the
             configuration that came nearest to the goal.
     """
 
@@ -39,7 +39,7 @@ class InverseSolutions(Value):
         return bool(self.free)
 
     def explain(self) -> str:
-        """Say how many there are, or how near it got and what is in the way."""
+        """Return the number of solutions, or how near the search came and the obstacle in the way."""
         if self.nearest is None:
             return f"{len(self.free)} free and {len(self.colliding)} colliding configurations found"
         why = "; ".join(self.nearest.reasons)
@@ -62,26 +62,26 @@ def inverse_kinematics(
 ) -> InverseSolutions:
     """Search configurations within limits that hold a goal: `frame_placement(...)` or any other.
 
-    Every frame can be placed: link, tool frame, attached object; tolerances are the requirement's own, per
-    axis. Several requirements hold together: `[frame_placement(...), joint_positions({"joint7": 0.5})]`
-    gives the solutions with the redundant joint at that value. See `docs/decisions/goal-configurations.md`.
+    The frame may be a link, a tool frame or an attached object; tolerances are the requirement's, per axis.
+    Several requirements hold together: `[frame_placement(...), joint_positions({"joint7": 0.5})]`
+    finds solutions with the redundant joint at that value. See `docs/decisions/goal-configurations.md`.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
-        goal: What must hold: one requirement or several.
+        goal: One requirement or several.
         near: Configuration of the group to be near, shape (n,); the start of the reduced model when None.
             Distance is the time of the slowest joint at full speed.
         rng: Draws the starts of the search; a fixed seed when None.
-        starts: How many starts to search from at once; more find more solutions.
-        method: What moves the starts: "levenberg-marquardt", which takes every requirement, "placo", or a
-            method of your own. Its answers are checked, whatever it is.
+        starts: Number of starts of a wave; more find more solutions.
+        method: Search method: "levenberg-marquardt", which takes every requirement, "placo", or your own
+            method. Its answers are always checked.
 
     Raises:
         ProblemError: If no goal is given.
-        NameNotFound: If the goal names what does not exist.
+        NameNotFound: If the goal names an unknown frame or joint.
         ShapeError: If `near` is not one finite position for each joint.
-        SolverNotFound: If there is no method of that name.
-        RequirementNotSupported: If the method has no way to state a requirement.
+        SolverNotFound: If the method's name is unknown.
+        RequirementNotSupported: If the method cannot state a requirement.
     """
     chosen = inverse_method(method)
     wanted = requirements_of(reduced, "goal", goal)
@@ -103,12 +103,12 @@ def inverse_kinematics(
 
 
 def with_start(reduced: ReducedModel, positions: ArrayLike, name: str = "positions") -> ReducedModel:
-    """Return the model with the group's joints starting elsewhere; all others stay where they are.
+    """Return the model with another start of the group's joints; all others stay in place.
 
     Args:
         reduced: The model.
         positions: Of the group's joints, shape (n,) [rad | m].
-        name: What they are called, for errors.
+        name: Name of the positions in errors.
 
     Raises:
         ShapeError: If there is not one finite position for each joint of the group.

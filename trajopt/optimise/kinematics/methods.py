@@ -19,9 +19,9 @@ class InverseMethod(Protocol):
         ...
 
     def search(self, projection: Projection) -> Callable[[Floats], Floats] | None:
-        """Return what moves starts to configurations that may hold the requirements, (S, n) -> (S, n).
+        """Return a function that moves starts, (S, n) -> (S, n), to candidate solutions of the requirements.
 
-        What it returns is checked: moved into the limits, and measured by the projection.
+        The caller checks its results: it moves them into the limits, and the projection measures them.
 
         Args:
             projection: Has the robot and the requirements, `reduced` and `goals`.
@@ -30,14 +30,14 @@ class InverseMethod(Protocol):
             The search; None for the projection itself.
 
         Raises:
-            RequirementNotSupported: If the method has no way to state a requirement.
+            RequirementNotSupported: If the method cannot state a requirement.
         """
         ...
 
 
 @dataclass(frozen=True)
 class LevenbergMarquardt:
-    """Levenberg-Marquardt on many starts at once (`Projection`); it takes every requirement."""
+    """Levenberg-Marquardt on a batch of starts (`Projection`); it takes every requirement."""
 
     name = "levenberg-marquardt"
 
@@ -57,14 +57,14 @@ INVERSE_METHODS: Mapping[str, Callable[[], InverseMethod]] = {
     "levenberg-marquardt": LevenbergMarquardt,
     "placo": _placo,
 }
-"""Name of each method of inverse kinematics -> what makes it with its default options."""
+"""Name of each method of inverse kinematics -> factory with default options."""
 
 
 def inverse_method(method: str | InverseMethod) -> InverseMethod:
-    """Return a method with its default options by name; one that is no name is returned as it is.
+    """Return a method by name with its default options; a method object is returned unchanged.
 
     Raises:
-        SolverNotFound: If there is none of that name.
+        SolverNotFound: If the name is unknown.
     """
     if not isinstance(method, str):
         return method

@@ -1,7 +1,7 @@
 """Inverse kinematics by placo's quadratic programs, one start after the other.
 
-Placo gets a URDF of the reduced model: joints outside the group are fixed parts of it, tolerances of joint
-positions narrow its joint limits, and every frame that a requirement names is a link of its own.
+Placo receives a URDF of the reduced model: joints outside the group are fixed, tolerances of joint
+positions narrow its joint limits, and every frame that a requirement names is a link.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ NAME = "placo"
 UNBOUNDED = 1e3
 """Limit of joints that have none [rad | m]."""
 STIFF = 1e-9
-"""Joints whose range is narrower are masked: they stay where they are [rad | m]."""
+"""Joints with a narrower range are masked and do not move [rad | m]."""
 
 _Task = Callable[[placo.KinematicsSolver], object]
 """States something to placo's solver."""
@@ -41,8 +41,8 @@ class Placo:
     """Placo's `KinematicsSolver`: frame placements, axis alignments and joint positions.
 
     Attributes:
-        steps: Quadratic programs from each start at most.
-        converged: A start has ended where no joint moves farther in a step [rad | m].
+        steps: Largest number of quadratic programs from each start.
+        converged: A start has converged when no joint moves farther in a step [rad | m].
         regularization: Weight of the squared step, which keeps programs regular at singularities.
     """
 
@@ -62,7 +62,7 @@ class Placo:
 
 @dataclass(eq=False)
 class _Description:
-    """What placo is given: a URDF, and tasks that are stated once it has read that."""
+    """Input of placo: a URDF, and tasks to be stated after reading it."""
 
     reduced: ReducedModel
     goals: Sequence[Requirement]
@@ -101,7 +101,7 @@ class _Description:
         )
 
     def urdf(self) -> str:
-        """Return the reduced model; a mimic joint's zero is where its leader's is."""
+        """Return the reduced model; the zero of a mimic joint is at its leader's zero."""
         lower, upper = self.box()
         text = ['<robot name="reduced"><link name="body0"/>']
         names = self.reduced.joint_names
@@ -155,7 +155,7 @@ class _Search:
             task(self._solver)
 
     def __call__(self, start: Floats) -> Floats:
-        """Search from one start, shape (n,); return where it ended."""
+        """Search from one start, shape (n,); return the final configuration."""
         now = np.clip(start, *self._range)
         for joint, value in zip(self._joints, now.tolist(), strict=True):
             self._robot.set_joint(joint, value)
@@ -219,7 +219,7 @@ def _(required: AxisAlignment, description: _Description) -> None:
 
 
 def _moved(axis: Floats, turns: bool, amount: float) -> Placement:
-    """Return where a joint's child is after it moved from zero, seen from where it was."""
+    """Return the placement of a joint's child relative to its placement at zero."""
     if not turns:
         return Placement(IDENTITY.rotation, readonly(amount * axis))
     x, y, z = (np.sin(0.5 * amount) * axis).tolist()

@@ -1,7 +1,7 @@
-"""Configurations moved until they hold requirements: Levenberg-Marquardt on many starts at once.
+"""Projection of configurations onto requirements: Levenberg-Marquardt on a batch of starts.
 
-The residuals and derivatives are those of the program's own terms, so every requirement that has a
-term can be a goal, alone or with others, and what is found here satisfies the program.
+Residuals and derivatives are the program's own terms, so every requirement with a term can be a goal, alone
+or with others, and each solution satisfies the program.
 """
 
 from collections.abc import Sequence
@@ -24,15 +24,15 @@ STEPS = 12
 MOST_STEPS = 40
 """Steps while no start has led to a solution."""
 AIM = 0.2
-"""Share of each tolerance that the search keeps in hand, so that it ends inside what is accepted."""
+"""Share of each tolerance that the search keeps in reserve, so that it ends inside the tolerance."""
 NARROW = 1e-2
 """Components whose bounds are nearer to each other than this aim at the middle, always [m | rad]."""
 DAMPING = 0.03
 """Damping by squared error; 0.01 to 0.1 find as much, 0.5 and 0.001 a third less."""
 LEAST_DAMPING = 1e-8
-"""Damping where nothing is violated any more; keeps the normal equations regular."""
+"""Damping when nothing is violated; keeps the normal equations regular."""
 GAP = 0.1
-"""Joints that turn all the way but for this pass from one limit to the other [rad]."""
+"""Joints whose range lacks at most this of a full turn pass from one limit to the other [rad]."""
 
 
 def turning_joints(reduced: ReducedModel) -> Floats:
@@ -43,11 +43,11 @@ def turning_joints(reduced: ReducedModel) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """Where the search ended.
+    """Result of a search.
 
     Attributes:
         positions: Shape (S, n) [rad | m], inside the limits.
-        violation: How far each is from holding the requirements, shape (S,) [m and rad]; 0 if it does.
+        violation: Violation of the requirements at each, shape (S,) [m and rad]; 0 if it holds them.
     """
 
     positions: Floats
@@ -59,8 +59,8 @@ class _Linearised:
     """Requirements at S configurations.
 
     Attributes:
-        error: What to bring to zero, shape (S, d).
-        jacobian: Its derivative; zero in rows that hold anyway, shape (S, d, n).
+        error: Residual to bring to zero, shape (S, d).
+        jacobian: Its derivative, shape (S, d, n); zero in rows within their bounds.
         violation: Shape (S,).
     """
 
@@ -71,12 +71,12 @@ class _Linearised:
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """What is required of a residual's d components; bounds of shape (d,), or (1,) if all have the same.
+    """Bounds of a residual's d components, each of shape (d,), or (1,) if all have the same.
 
     Attributes:
-        accepted: Bounds within which it holds.
+        accepted: Bounds within which the requirement holds.
         lower: Lower bound that the search aims at.
-        upper: Upper bound that it aims at, equal to the lower where it aims at a value.
+        upper: Upper bound that it aims at; equal to the lower to aim at a value.
     """
 
     accepted: Constraint
@@ -85,7 +85,7 @@ class _Asked:
 
     @staticmethod
     def of(accepted: Constraint, aim: Constraint) -> "_Asked":
-        """Aim inside given bounds, at their middle where they are narrow."""
+        """Aim inside given bounds; at the middle of narrow ones."""
         narrow = aim.upper - aim.lower <= NARROW
         half = 0.5 * (aim.upper - aim.lower)[narrow]
         lower, upper = aim.lower.copy(), aim.upper.copy()
@@ -116,15 +116,15 @@ class Projection:
 
     Attributes:
         reduced: The robot and its surroundings.
-        goals: What must hold, together.
+        goals: Requirements to hold together.
     """
 
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Query) -> None:
-        """Take the terms of the requirements.
+        """Transcribe the requirements.
 
         Args:
             reduced: The robot and its surroundings.
-            goals: What must hold, together.
+            goals: Requirements to hold together.
             query: Evaluates the kinematics.
         """
         self.reduced, self.goals = reduced, tuple(goals)
@@ -169,16 +169,16 @@ class Projection:
         return Projected(positions, violation)
 
     def measure(self, positions: Floats) -> Projected:
-        """Return where another search ended, (S, n), moved into the limits, and what is missing there."""
+        """Move the end points of another search, (S, n), into the limits and measure the violation."""
         inside = np.clip(positions, self._limits.lower, self._limits.upper)
         return Projected(inside, self.violation(inside))
 
     def violation(self, positions: Floats) -> Floats:
-        """Return how far configurations of shape (S, n) are from holding the requirements, (S,)."""
+        """Return the violation at configurations of shape (S, n), shape (S,)."""
         return self._linearise(positions).violation
 
     def jacobian(self, positions: Floats) -> Floats:
-        """Return the derivatives of what must hold, (S, n) -> (S, d, n); zero in rows with room to move."""
+        """Return derivatives of the requirements, (S, n) -> (S, d, n); zero in rows within their bounds."""
         return self._linearise(positions).jacobian
 
     def _step(self, positions: Floats, error: Floats, jacobian: Floats) -> Floats:
@@ -194,7 +194,7 @@ class Projection:
         return np.asarray(np.linalg.solve(normal, downhill[:, :, None])[:, :, 0], dtype=np.float64)
 
     def _inside(self, positions: Floats) -> Floats:
-        """Move what is beyond a limit to the limit, or on from the other one if that is a turn away."""
+        """Move positions beyond a limit to the limit, or by a turn if they pass to the other one."""
         limits = self._limits
         beyond = (positions > limits.upper) * 1.0 - (positions < limits.lower)
         turned = np.where(self._passes, positions - beyond * self._turn, positions)

@@ -1,4 +1,4 @@
-"""Random configurations that are valid: within limits, clear of everything, holding what is required."""
+"""Random valid configurations: within limits, clear of everything, and holding the requirements."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors.arguments import checked
 
 BATCH = 4096
-"""Configurations drawn at once."""
+"""Configurations drawn in a batch."""
 MOST_DRAWS = 200
-"""How many are drawn for each configuration wanted, at most; and never fewer than a few batches."""
+"""Largest number of draws for each configuration wanted; and at least a few batches."""
 
 Progress = Callable[[int], None]
 """Called with the number found so far."""
@@ -26,13 +26,13 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True, eq=False)
 class RandomConfigurations(Value):
-    """Valid configurations, and what became of the others that were drawn.
+    """Valid configurations, and counts of the rejected draws.
 
     Attributes:
-        positions: Shape (k, n) [rad | m]; k is smaller than `count` where too few were found.
-        drawn: How many were drawn.
-        missed: How many of these could not be brought to hold what is required.
-        colliding: How many others came nearer to something than the margin.
+        positions: Shape (k, n) [rad | m]; k is smaller than `count` if too few were found.
+        drawn: Number of draws.
+        missed: Number of draws that could not be projected onto the requirements.
+        colliding: Number of others that came nearer to something than the margin.
     """
 
     positions: Floats
@@ -41,7 +41,7 @@ class RandomConfigurations(Value):
     colliding: int
 
     def __str__(self) -> str:
-        """Say the numbers."""
+        """Summarise the numbers."""
         return (
             f"{len(self.positions)} valid configurations of {self.drawn} drawn; {self.colliding} collided, "
             f"{self.missed} did not hold what is required"
@@ -58,23 +58,23 @@ def random_configurations(
     requirements: Sequence[Requirement] = (),
     progress: Progress | None = None,
 ) -> RandomConfigurations:
-    """Draw configurations evenly within limits and keep those that are valid.
+    """Draw configurations evenly within limits and keep the valid ones.
 
-    Without requirements they are spread evenly over all that is valid. With requirements each draw is moved
-    to the nearest configuration that holds them (`docs/decisions/goal-configurations.md`), so that
+    Without requirements they are spread evenly over all valid configurations. With requirements each draw is
+    projected to the nearest configuration that holds them (`docs/decisions/goal-configurations.md`), so
     their density is not uniform.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
-        count: How many to find.
+        count: Number of configurations to find.
         rng: Draws them.
         margin: Clearance to keep from everything [m]; the scene's own margins when None.
-        requirements: What must hold.
+        requirements: Requirements to hold.
         progress: Called with the number found so far.
 
     Raises:
         ShapeError: If the count is not positive or the margin is negative.
-        NameNotFound: If a requirement names what does not exist.
+        NameNotFound: If a requirement names an unknown frame or joint.
     """
     wanted = requirements_of(reduced, "requirements", requirements)
     count_of("count", count)
@@ -97,16 +97,16 @@ def random_configurations(
 
 
 class Sampler:
-    """Draws batches of configurations and keeps what is valid."""
+    """Draws batches of configurations and keeps the valid ones."""
 
     def __init__(
         self, query: Query, requirements: Sequence[Requirement], margin: Floats, rng: np.random.Generator
     ) -> None:
-        """Take the arguments of `valid_configurations`.
+        """Create a sampler.
 
         Args:
             query: Measures.
-            requirements: What must hold.
+            requirements: Requirements to hold.
             margin: Clearance to keep, one for each pair, shape (p,) [m].
             rng: Draws.
         """

@@ -17,7 +17,7 @@ from trajopt.values.errors import JointNotFound, ProblemError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 
 STEP = 0.05
-"""How far the joint that moves most goes from one configuration to the next [rad | m]."""
+"""Step of the fastest joint from one configuration to the next [rad | m]."""
 SMALLEST_SHARE = 1 / 16
 """A step that must be shorter than this share of `step` ends the sweep."""
 MOST = 2000
@@ -33,7 +33,7 @@ class SelfMotion(Value):
     Attributes:
         positions: One next to the other, shape (k, n) [rad | m].
         free: Which of them touch nothing, shape (k,).
-        begin: Which of them the sweep began at.
+        begin: Index of the configuration that the sweep began at.
         closed: Whether the last is next to the first again.
     """
 
@@ -43,7 +43,7 @@ class SelfMotion(Value):
     closed: bool
 
     def __str__(self) -> str:
-        """Say how many, how many of them free, and whether they close."""
+        """Summarise the number of configurations, the number of free ones, and whether they close."""
         ring = "a closed loop" if self.closed else "ended by limits"
         return f"{len(self.positions)} configurations, {int(self.free.sum())} of them free, {ring}"
 
@@ -61,19 +61,19 @@ def self_motion(
 
     From each configuration a step along the null space of the goal's Jacobian is corrected by projection
     (predictor and corrector; Allgower and Georg, Introduction to numerical continuation methods, ch. 2).
-    Where the goal leaves more than one direction, the sweep keeps to the one that it began with.
+    If the null space has several dimensions, the sweep keeps its first direction.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
-        goal: What is held, such as `frame_placement(...)`.
+        goal: Requirement to hold, such as `frame_placement(...)`.
         positions: Configuration to begin at, which must hold the goal, shape (n,) [rad | m].
-        joint: Joint whose motion leads, upward first; the one that is freest when None.
-        step: How far the joint that moves most goes from one configuration to the next [rad | m].
+        joint: Joint whose motion leads, upward first; the most mobile one when None.
+        step: Step of the fastest joint from one configuration to the next [rad | m].
 
     Raises:
         ProblemError: If the goal does not hold at the beginning, or leaves no freedom there.
         JointNotFound: If the joint is not in the group.
-        ShapeError: If the positions or the step are no usable numbers.
+        ShapeError: If the positions or the step are invalid.
     """
     begin = floats("positions", positions, (len(reduced.joint_names),))
     if not number("step", step) > 0.0:
@@ -114,7 +114,7 @@ class _Sweep:
         return _scaled(null.T @ null[:, place])
 
     def march(self, begin: Floats, direction: Floats) -> tuple[list[Floats], bool]:
-        """Step on until limits or a turn back; return what was passed, and whether it closed."""
+        """Step until limits or a turn back; return the configurations, and whether the sweep closed."""
         found: list[Floats] = []
         here, size = begin, self._step
         while len(found) < MOST and size >= SMALLEST_SHARE * self._step:

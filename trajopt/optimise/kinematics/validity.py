@@ -1,4 +1,4 @@
-"""Validity of a configuration, by the judge's own code, with the reasons where it is not valid."""
+"""Validity of a configuration, by the judge's own code, with the reasons if it is invalid."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,15 +23,15 @@ from trajopt.verify import Check, Examination, Judge, PairDistance
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Validity(Value):
-    """What the judge says of a configuration.
+    """Verdict of the judge on a configuration.
 
     Attributes:
         positions: Of the group's joints, shape (n,) [rad | m].
         examination: Collisions and joints out of their limits.
-        margin: Clearance that was required [m].
-        checks: The checks of the requirements, including those that hold.
-        left_out: Objects that change with time, which are not looked at: `scene.still_at(time)` has them as
-            they stand at a moment.
+        margin: Required clearance [m].
+        checks: The checks of the requirements, including satisfied ones.
+        left_out: Objects that change with time, which are not checked: `scene.still_at(time)` freezes
+            them at a moment.
     """
 
     positions: Floats
@@ -81,7 +81,7 @@ class Validity(Value):
         }
 
     def __str__(self) -> str:
-        """Say that it is valid, or why not, and what changes with time and is not looked at."""
+        """State that it is valid, or the reasons, and name the unchecked objects."""
         beside = (
             f" (not looked at, since it changes with time: {', '.join(self.left_out)})"
             if self.left_out
@@ -97,20 +97,20 @@ def validity(
     requirements: Sequence[Requirement] = (),
     margin: float = 0.0,
 ) -> Validity:
-    """Judge a configuration: collisions, limits, and what else must hold there.
+    """Judge a configuration: collisions, limits and requirements.
 
-    What changes with time (moves, appears, expires) is not looked at, and named in `left_out`; a model of
-    `scene.still_at(time)` has it where it is at a moment.
+    Objects that change with time (move, appear, expire) are not checked, and named in `left_out`; a model of
+    `scene.still_at(time)` has them at their placements of that moment.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
         positions: Of the group's joints, shape (n,) [rad | m].
-        requirements: What must hold.
+        requirements: Requirements to hold.
         margin: Clearance to keep from everything [m].
 
     Raises:
         ShapeError: If there is not one finite position for each joint, or the margin is negative.
-        NameNotFound: If a requirement names what does not exist.
+        NameNotFound: If a requirement names an unknown frame or joint.
     """
     return judged_validity(Judge(reduced), positions, reduced, requirements, margin=margin)
 
@@ -141,7 +141,7 @@ def _broken(check: Check) -> bool:
 
 
 def clear(query: Query, positions: Floats, margin: Floats) -> Bools:
-    """Say at which configurations no pair is nearer than its margin.
+    """Return the configurations at which no pair is nearer than its margin, as a mask.
 
     Args:
         query: Measures.
@@ -159,7 +159,7 @@ def clear(query: Query, positions: Floats, margin: Floats) -> Bools:
 def pair_margins(reduced: ReducedModel, margin: float | None) -> Floats:
     """Return the clearance of each pair: the scene's own when None, else the same for all, shape (p,) [m].
 
-    It is never less than what is required of the pair.
+    It is at least the required clearance of the pair.
 
     Raises:
         ShapeError: If the margin is negative or not finite.
@@ -172,19 +172,19 @@ def pair_margins(reduced: ReducedModel, margin: float | None) -> Floats:
 
 
 SHOWN: Mapping[str, Callable[[float], str]] = {"m": in_length, "rad": in_degrees, "": "{:.3g}".format}
-"""How what is missed is printed, by its unit."""
+"""Format of a violation, by its unit."""
 
 
 def missed_at(reduced: ReducedModel, required: Sequence[Requirement], positions: Floats) -> str:
-    """Say by how much a configuration misses requirements: of each unit what is farthest off.
+    """Return the violation of requirements at a configuration as text: the largest of each unit.
 
     Args:
         reduced: The robot and its surroundings.
-        required: What should hold there.
+        required: The requirements.
         positions: The configuration, shape (n,) [rad | m].
 
     Returns:
-        "12 mm", "12 mm and 0.9 deg", "0.2" of what has no unit.
+        "12 mm", "12 mm and 0.9 deg", or "0.2" without a unit.
     """
     motion = Motion.single(positions, Query(reduced))
     missed: dict[str, float] = {"m": 0.0, "rad": 0.0, "": 0.0}

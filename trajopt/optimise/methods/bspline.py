@@ -38,10 +38,10 @@ class Bspline:
     name: str = "bspline"
 
     def __post_init__(self) -> None:
-        """Refuse what makes no spline.
+        """Refuse invalid splines.
 
         Raises:
-            ProblemError: If the degree is another, or there is not one piece.
+            ProblemError: If the degree is not supported, or the spline has no pieces.
         """
         if self.degree not in DEGREES:
             raise ProblemError(f"the degree of a spline is 3 or 5, not {self.degree}")
@@ -72,7 +72,7 @@ def windowed_differences(problem: Problem) -> str:
 
 @dataclass(frozen=True, eq=False)
 class BsplineProgram(NlpProgram[BsplineNlp]):
-    """A problem over control points and what solves it."""
+    """A problem over control points and its solver."""
 
     solver: Solver
 

@@ -22,9 +22,9 @@ from trajopt.values.arrays import Floats, Printed
 from trajopt.values.trajectory import Path, Trajectory
 
 SEED_TOLERANCE = 5e-3
-"""How far the timed seed may leave its path [m]."""
+"""Largest distance of the timed seed from its path [m]."""
 CROWDING = 0.8
-"""How much shorter the pieces at the ends are than those in the middle: 0 for equal ones, below 1."""
+"""Relative shortness of the pieces at the ends against the middle: 0 for equal ones, below 1."""
 
 
 def _solver() -> Sqp:
@@ -41,8 +41,8 @@ def _solver() -> Sqp:
 class FreeDuration:
     """Minimises the duration itself, under limits of velocity, acceleration, jerk and torque.
 
-    A seed is made into a path by sequential QP over knots and timed; from that motion the shape
-    and the time of a spline are optimised, and it is kept where nothing faster is found.
+    Sequential QP over knots makes the seed a path, which is timed; from that motion the shape and the
+    time of a spline are optimised. The timed path remains if nothing faster is found.
 
     Attributes:
         pieces: Polynomial pieces of the spline.
@@ -56,9 +56,9 @@ class FreeDuration:
     name: str = "free-duration"
 
     def objection(self, problem: Problem) -> str:
-        """Refuse what has no rows over the spline.
+        """Refuse requirements without rows over the spline.
 
-        A start in motion with limits of tool speeds is no reason: the motion that brakes first holds them.
+        A start in motion with limits of tool speeds is supported: the motion that brakes first holds them.
         """
         if problem.tool_speeds and not problem.starts_moving:
             return "holds no limits of tool speeds"
@@ -77,10 +77,10 @@ class FreeDuration:
 
 @dataclass(frozen=True, eq=False)
 class MovingResult(SolveResult):
-    """What a program came to that decides on time too.
+    """Result of a program that determines time too.
 
     Attributes:
-        decoded: Its motion, and the path that it takes.
+        decoded: Its motion and path.
     """
 
     decoded: Decoded
@@ -93,9 +93,9 @@ class FreeDurationProgram(Printed):
     Attributes:
         method: The method, with its options.
         problem: The problem.
-        first: The problem over knots; of a start in motion: from where that can come to rest.
-        waypoint_knots: The knot that each waypoint is held at.
-        stop: How a start in motion comes to rest.
+        first: The problem over knots; for a start in motion it begins at the stopping point.
+        waypoint_knots: The knot of each waypoint.
+        stop: Stopping motion of a start in motion.
     """
 
     method: FreeDuration
@@ -117,8 +117,8 @@ class FreeDurationProgram(Printed):
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve over knots, from a seed; see `Program.solve`.
 
-        A start in motion first comes to rest, and the motion goes on from there. Where that is no place to go
-        on from, the path from the start itself is what `improve` begins with.
+        A start in motion first comes to rest, and the motion goes on from there. If the stopping point cannot
+        be left, `improve` begins with the path from the start itself.
         """
         if self.stop is None:
             return self.first.solve(seed, progress=progress)
@@ -156,7 +156,7 @@ class FreeDurationProgram(Printed):
         return (solved.decoded,) if isinstance(solved, MovingResult) else self.first.decode(solved)
 
     def _rested(self, solved: SolveResult) -> float:
-        """Return when a motion is at the first knot: a start in motion may have come to rest before [s]."""
+        """Return the time of a motion at the first knot, after stopping if the start is in motion [s]."""
         return self.stop.duration if self.stop is not None and isinstance(solved, MovingResult) else 0.0
 
     def _program(self, path: Path, motion: Trajectory, begin: float) -> FreeDurationNlp:
@@ -174,7 +174,7 @@ class FreeDurationProgram(Printed):
 
 
 def _basis(pieces: int) -> SplineBasis:
-    """Return cubic pieces, shorter towards both ends, where the acceleration has to rise from nothing."""
+    """Return cubic pieces, shorter towards both ends, at which the acceleration rises from zero."""
     even = np.linspace(0.0, 1.0, pieces + 1)
     return SplineBasis(3, even - np.sin(2.0 * np.pi * even) / (2.0 * np.pi) * CROWDING)
 

@@ -13,8 +13,10 @@ from trajopt.values.arrays import Floats, Printed
 from trajopt.values.errors.arguments import checked
 
 SHARES = (0.4, 0.16, 0.064)
-"""Shares of the margins beyond what is required that are tried where a gap is too narrow for all of them. The
-last asks for half a millimetre or so: retiming rounds as much off the corners of a path."""
+"""Shares of the excess margins to try in narrow gaps. The last leaves about half a millimetre, the size of
+the
+corners that retiming rounds off a path.
+"""
 
 
 class NarrowResult(SolveResult):
@@ -24,7 +26,7 @@ class NarrowResult(SolveResult):
 @checked
 @dataclass(frozen=True)
 class Knots:
-    """The method that planning uses unless told otherwise: sequential QP over knots.
+    """Default method: sequential QP over knots.
 
     Attributes:
         solver: Any solver of an `Nlp`, with its options.
@@ -34,7 +36,7 @@ class Knots:
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         return self.solver.name
 
     def objection(self, problem: Problem) -> str:
@@ -55,13 +57,13 @@ class Knots:
 
 @dataclass(frozen=True, eq=False)
 class KnotsProgram(Printed):
-    """A problem over knots and what solves it.
+    """A problem over knots and its solver.
 
     Attributes:
         counts: The work done so far.
         solver: Solves it.
-        covered: The problem with boxes in the place of clouds, which is tried first, if there are any.
-        transcribed: Transcribes the problem as it is.
+        covered: The problem with boxes in place of clouds, which is tried first, if there are any.
+        transcribed: Transcribes the original problem.
     """
 
     counts: WorkCounts
@@ -80,16 +82,16 @@ class KnotsProgram(Printed):
         return (self.covered or self.nlp).scale
 
     def starting_at(self, positions: Floats) -> "KnotsProgram":
-        """Return the program with its first knot elsewhere: where a start in motion can come to rest."""
+        """Return the program with another first knot: the stopping point of a start in motion."""
         covered = None if self.covered is None else self.covered.starting_at(positions)
         return replace(self, covered=covered, transcribed=lambda: self.nlp.starting_at(positions))
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed; see `Program.solve`.
 
-        Beside boxes that contain the clouds first: a path that keeps clear of these keeps clear of them.
-        Where nothing but margins is missing in the end, a gap may be too narrow for them: then it goes on
-        with smaller ones, never with less clearance than is required.
+        First with boxes that contain the clouds: a path clear of the boxes is clear of the clouds. If only
+        margins are violated in the end, a gap may be too narrow for them: smaller margins are tried, never
+        below the required clearance.
         """
         log = list[Iteration]()
         if self.covered is not None:
@@ -117,7 +119,7 @@ class KnotsProgram(Printed):
         return replace(self, solver=solver, transcribed=lambda: self.nlp).solve(seed, progress=progress)
 
     def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Take a few steps, where the solver has a brief form, else all; see `SupportsEarlyStop`."""
+        """Take a few steps if the solver has a brief form, else all; see `SupportsEarlyStop`."""
         solver = self.solver.brief() if isinstance(self.solver, HasBriefForm) else self.solver
         return solver.solve(self.nlp, seed, progress=progress)
 

@@ -1,4 +1,4 @@
-"""Method: how a seed becomes a path or a motion; what planning needs from every solver."""
+"""Methods turn a seed into a path or a motion; planning uses every solver through this interface."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ Progress = Callable[[Iteration], None]
 
 @dataclass(frozen=True, eq=False)
 class Decoded(Value):
-    """What a solver's result means for the robot.
+    """Path or motion of a solver's result.
 
     Attributes:
         path: The path.
-        trajectory: The motion, if the method decides on time too; None where retiming does.
+        trajectory: The motion, if the method determines time too; None leaves time to retiming.
         narrow: Whether the path passes gaps that are too narrow for the margins: little may be rounded off.
         waypoint_knots: The knots of the path that are waypoints: the motion passes through them.
     """
@@ -35,11 +35,11 @@ class Decoded(Value):
 
 
 class Program(Protocol):
-    """A problem as one method transcribes it; solved from any number of seeds."""
+    """A problem transcribed by a method; solved from any number of seeds."""
 
     @property
     def scale(self) -> Floats:
-        """A step of ordinary size in each joint, shape (n,) [rad | m]; how far seeds are bent."""
+        """Ordinary step of each joint, shape (n,) [rad | m]; the unit in which seeds are bent."""
         ...
 
     @property
@@ -57,9 +57,9 @@ class Program(Protocol):
         ...
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
-        """Return the motions that a result of this program stands for, the best first.
+        """Return the motions of a result, the best first.
 
-        The next counts where the judge refuses the one before.
+        The next is used if the judge refuses the one before.
         """
         ...
 
@@ -69,7 +69,7 @@ N_co = TypeVar("N_co", bound=MotionNlp, covariant=True)
 
 @dataclass(frozen=True, eq=False)
 class NlpProgram(Printed, Generic[N_co]):
-    """A program with variables of its own; what it is told of them.
+    """A program with variables of its own.
 
     Attributes:
         nlp: The problem over the variables.
@@ -90,7 +90,7 @@ class NlpProgram(Printed, Generic[N_co]):
 
 @runtime_checkable
 class SupportsEarlyStop(Protocol):
-    """A program whose solver can stop early, to see which of many seeds are worth more work."""
+    """A program whose solver can stop early, to find the promising ones of many seeds."""
 
     def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Take a few steps from a seed; see `Program.solve`."""
@@ -99,16 +99,16 @@ class SupportsEarlyStop(Protocol):
 
 @runtime_checkable
 class SupportsNearSeeds(Protocol):
-    """A program whose solver does less where a seed is nearly a solution."""
+    """A program whose solver does less from a seed that is nearly a solution."""
 
     def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed that solved a problem much like this one; see `Program.solve`."""
+        """Solve from a solution of a similar problem; see `Program.solve`."""
         ...
 
 
 @runtime_checkable
 class SupportsImprovement(Program, Protocol):
-    """A program that can make a motion shorter than its path alone allows, once there is one."""
+    """A program that can make a motion faster than its path alone allows."""
 
     def improve(
         self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
@@ -116,8 +116,8 @@ class SupportsImprovement(Program, Protocol):
         """Optimise shape and time together, from a motion.
 
         Args:
-            solved: What `solve` returned.
-            motion: The motion that it became.
+            solved: Result of `solve`.
+            motion: The motion made of it.
             progress: Called after every step.
         """
         ...
@@ -129,11 +129,11 @@ class Method(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         ...
 
     def objection(self, problem: Problem) -> str:
-        """Say why the method cannot plan this problem, before anything starts; empty if it can."""
+        """Return the reason why the method cannot plan this problem; empty if it can."""
         ...
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> Program:
@@ -142,7 +142,7 @@ class Method(Protocol):
         Args:
             problem: The problem, with one goal.
             seed: A seed, shape (N, n): the motion's duration is estimated from it.
-            waypoint_knots: The knot that each waypoint is held at.
+            waypoint_knots: The knot of each waypoint.
 
         Raises:
             ProblemError: If a requirement does not fit this robot.

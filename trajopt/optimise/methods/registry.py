@@ -1,4 +1,4 @@
-"""Methods by name, and the method that plans a problem where the caller names none."""
+"""Methods by name, and the default method of a problem."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -43,11 +43,11 @@ METHODS: Mapping[str, Callable[[], Method]] = {
     "free-duration": FreeDuration,
     "space-time": SpaceTime,
 }
-"""Name of each method that comes with trajopt -> what makes it with its default options."""
+"""Name of each method of trajopt -> factory with default options."""
 
 
 def method_names() -> tuple[str, ...]:
-    """Return the names of all methods: those that come with trajopt, then those of other packages."""
+    """Return the names of all methods: trajopt's own, then those of other packages."""
     from importlib.metadata import entry_points
 
     installed = {entry.name for entry in entry_points(group=GROUP)}
@@ -58,11 +58,11 @@ def method_names() -> tuple[str, ...]:
 def method_named(name: str) -> Method:
     """Return a method with its default options.
 
-    Names that do not come with trajopt are those of the entry-point group `trajopt.methods`: of a class
+    Methods of other packages are found in the entry-point group `trajopt.methods`: each entry is a class
     or function that returns a `Method` when called without arguments.
 
     Raises:
-        SolverNotFound: If there is none of that name.
+        SolverNotFound: If the name is unknown.
     """
     from importlib.metadata import entry_points
 
@@ -75,10 +75,10 @@ def method_named(name: str) -> Method:
 
 
 def method_of(method: Method | str | None) -> Method:
-    """Return the method that an argument stands for; for None, sequential QP over knots.
+    """Return the method of an argument; for None, sequential QP over knots.
 
     Raises:
-        SolverNotFound: If there is none of that name.
+        SolverNotFound: If the name is unknown.
         ProblemError: If it is neither a method nor a name.
     """
     if isinstance(method, str):
@@ -90,18 +90,18 @@ def method_of(method: Method | str | None) -> Method:
 
 @dataclass(frozen=True, eq=False)
 class Choice(Value):
-    """A method, and why planning took it.
+    """A method, and the reason for its choice.
 
     Attributes:
         method: The method.
-        because: Why, where planning chose it itself; empty where it was asked for, or is the default.
+        because: Reason, if planning chose it; empty if requested, or the default.
     """
 
     method: Method
     because: str = ""
 
     def objection(self, problem: Problem) -> str:
-        """Say why the problem cannot be planned with it; empty if it can."""
+        """Return the reason why it cannot plan the problem; empty if it can."""
         words = self.method.objection(problem)
         if not words:
             return ""
@@ -110,16 +110,16 @@ class Choice(Value):
 
 
 def choose(problem: Problem, method: Method | str | None, *, improve: bool = False) -> Choice:
-    """Return the method for a problem: the one asked for, or the one that can.
+    """Return the requested method, or one that can plan the problem.
 
     Args:
         problem: The problem.
-        method: What the caller asks for; None leaves it to the problem.
+        method: The requested method; None leaves it to the problem.
         improve: Whether shape and time of each path are to be optimised together as well.
 
     Raises:
-        SolverNotFound: If there is no method of that name.
-        ProblemError: If it is neither a method nor a name, or is to be improved and is none over knots.
+        SolverNotFound: If the name is unknown.
+        ProblemError: If it is neither a method nor a name, or is to be improved and is not over knots.
     """
     one_of("problem", problem, Problem)
     if one_of("improve", improve, bool):

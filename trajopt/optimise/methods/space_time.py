@@ -1,4 +1,4 @@
-"""Space-time: shape and time of a motion planned together, in absolute time, among what moves."""
+"""Space-time: shape and time of a motion planned together, in absolute time, among moving objects."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -25,26 +25,29 @@ from trajopt.values.arrays import Floats, Printed
 from trajopt.values.trajectory import Trajectory
 
 SMOOTH = (Velocity, Acceleration, Jerk)
-"""Terms that ask for a short and smooth motion."""
+"""Terms that make a motion short and smooth."""
 PIECES, PIECES_AMONG_CHANGES = 1, 2
-"""Pieces for each knot of a path, which bends at its knots; among what changes with time twice as many, since
-a motion that lets something pass bends in time as well as in space."""
+"""Pieces for each knot of a path, which bends at its knots. Among changing objects there are twice as many,
+since a motion that waits for an object bends in time as well as in space.
+"""
 MOST_PIECES = 4
-"""The same where it takes long: time and memory grow with them."""
+"""Limit of their number: time and memory grow with it."""
 STRETCHES = (1.0, 1.25, 1.6, 2.5)
 """Parts of a seed's duration that are tried in turn: room to accelerate, and for slower things to pass."""
 SHRINK = 0.8
-"""Part of a duration that is tried next, once there is a motion; once there was none, the geometric mean."""
+"""Factor on the next duration while motions are found; after a failure, the geometric mean is tried."""
 PRECISION = 0.97
-"""A motion is within so much of the shortest of its kind: about what pieces of equal length cost."""
+"""Relative precision of the shortest duration: about the cost of pieces of equal length."""
 GAIN = 0.02
-"""A step has to be predicted to reduce what is violated by so much, where whoever asks proves motions and has
-other ways to try: with less for each of its steps a descent mostly ends far from a motion."""
+"""Least predicted share of violation that a step must remove, if the caller proves motions and has other ways
+to
+try: a descent with smaller steps mostly ends far from a motion.
+"""
 UNHURRIED = 1.25
-"""A seed without time takes so many times the least that its joints' limits allow: room for bends."""
+"""Duration of a seed without time, as a multiple of the least that the joint limits allow: room for bends."""
 
 Proves = Callable[[Trajectory], bool]
-"""Says whether a motion is proven."""
+"""Returns whether a motion is proven."""
 
 
 def _solver() -> Sqp:
@@ -54,10 +57,10 @@ def _solver() -> Sqp:
 
 @dataclass(frozen=True)
 class SpaceTime:
-    """Plans shape and time together where things move: it can wait, hurry, go around and step aside.
+    """Plans shape and time together among moving objects: it can wait, hurry, go around and step aside.
 
-    A motion of given duration is a program whose limits are linear; the duration is made shorter as long as
-    there is a motion, each begun from the one before.
+    A motion of given duration is a program whose limits are linear; the duration is reduced while
+    motions are found, each program beginning at the last motion.
 
     Attributes:
         solver: Of the program of each duration.
@@ -67,7 +70,7 @@ class SpaceTime:
     name: str = "space-time"
 
     def objection(self, problem: Problem) -> str:
-        """Refuse what has no rows over the spline."""
+        """Refuse requirements without rows over the spline."""
         if problem.tool_speeds:
             return "holds no limits of tool speeds"
         return followed_curve(problem) or windowed_differences(problem)
@@ -90,11 +93,11 @@ class SpaceTimeProgram(Printed):
     Attributes:
         method: The method, with its options.
         problem: The problem.
-        base: The problem over knots: its rows but for time.
-        world: What changes with time; None where nothing does.
-        dynamics: Torques, where they are limited.
+        base: The problem over knots: its rows without time.
+        world: The objects that change with time; None if there are none.
+        dynamics: Torques, if they are limited.
         polyline: Knots to which windows and margins refer, shape (N, n) [rad | m].
-        waypoint_knots: The knot that each waypoint is held at.
+        waypoint_knots: The knot of each waypoint.
     """
 
     method: SpaceTime
@@ -117,10 +120,10 @@ class SpaceTimeProgram(Printed):
 
     @property
     def solver(self) -> Sqp:
-        """What solves each duration: where costs ask for a short and smooth motion only, any motion will do.
+        """Solver of each duration: if the costs only make motions short and smooth, any motion suffices.
 
-        What lasts the shortest, begun near to a short and smooth seed, is that as well; all other costs
-        are reduced.
+        The shortest duration from a short and smooth seed gives such a motion; other costs
+        are minimised.
         """
         smooth = all(isinstance(cost.residual, SMOOTH) for cost in self.problem.costs or ())
         return replace(self.method.solver, until_feasible=True) if smooth else self.method.solver
@@ -150,15 +153,15 @@ class SpaceTimeProgram(Printed):
         proves: Proves | None = None,
         progress: Progress | None = None,
     ) -> MovingResult:
-        """Solve from a motion: in as much time, or more if need be, then in ever less.
+        """Solve from a motion: with the same duration, a longer one if necessary, then ever shorter ones.
 
         Args:
-            motion: Of the group's joints, to where the result is to end; it need not hold any limit.
-            longest: Longer motions are not looked for [s].
-            enough: Nor shorter ones [s].
-            too_short: No motion was found before from the same one that is no longer than this [s].
-            proves: Asked of motions that hold everything on few samples, if any will do: what it proves need
-                not be looked at on many. When None all are.
+            motion: Of the group's joints, to the end of the result; it need not hold any limit.
+            longest: Longest duration to try [s].
+            enough: Shortest duration to try [s].
+            too_short: Longest duration at which no motion was found before from the same motion [s].
+            proves: Called with motions that hold everything on few samples, if any motion suffices: a proven
+                one needs no finer samples. None takes fine samples always.
             progress: Called after every step.
         """
         solver = self.solver
@@ -199,7 +202,7 @@ class SpaceTimeProgram(Printed):
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """What came of one duration: its program, where the solver ended, and the motion there if it is one."""
+    """Result of one duration: its program, the solver's result, and the motion if it is one."""
 
     nlp: SpaceTimeNlp
     solved: SolveResult
@@ -216,7 +219,7 @@ class _Run:
     log: list[Iteration] = field(default_factory=list[Iteration])
 
     def solved(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
-        """Solve one program from control points; a motion is proven, if anybody proves any."""
+        """Solve one program from control points; the caller's prover checks the motion."""
         if self.proves is None:
             return self._solved(self.solver, nlp, begin)
         if self.solver.until_feasible:
@@ -233,7 +236,7 @@ class _Run:
         return _Found(nlp, solved, nlp.trajectory(solved.x) if solved.feasible else None)
 
     def shrunk(self, family: SpaceTimeFamily, found: _Found, low: float) -> _Found:
-        """Return the shortest motion that is found from one, none shorter than a bound [s]."""
+        """Return the shortest motion found from another, not shorter than a bound [s]."""
         if low >= PRECISION * found.nlp.duration:
             return found
         self.solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))

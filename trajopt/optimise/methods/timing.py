@@ -20,7 +20,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Path, Trajectory
 
 PATH_TOLERANCE = 5e-3
-"""How far a timed motion may leave its path unless told otherwise [m]."""
+"""Default of the largest distance of a timed motion from its path [m]."""
 
 
 @checked
@@ -35,19 +35,19 @@ def retime_path(
 ) -> Retimed | RetimeFailure:
     """Find the fastest trajectory along a path within every limit of a problem, from rest to rest.
 
-    The limits are those of the joints (velocity, acceleration, jerk and torque, with what is carried), scaled
-    as the problem says, and its tool speeds.
+    The limits are the joints' (velocity, acceleration, jerk and torque, including the payload), scaled
+    by the problem, and its tool speeds.
 
     Args:
         problem: The problem.
         path: Of the group's joints.
         through: Knots that the motion passes through although corners are rounded.
-        tolerance: How far any point of the robot may leave the path where its corners are rounded [m].
+        tolerance: Largest distance of any point of the robot from the path at rounded corners [m].
         query: Of the problem's reduced model; a new one when None.
         limits: Of the group's joints; the problem's when None.
 
     Returns:
-        The trajectory with what limits it, or the reason why there is none.
+        The trajectory with its active limits, or the reason why there is none.
 
     Raises:
         FrameNotFound: If a tool speed names an unknown frame.
@@ -80,7 +80,7 @@ def retime_with_stops(
         problem: The problem.
         path: Of the group's joints.
         stops: Knots between the first and the last, increasing.
-        tolerance: How far any point of the robot may leave the path where its corners are rounded [m].
+        tolerance: Largest distance of any point of the robot from the path at rounded corners [m].
         query: Of the problem's reduced model.
 
     Returns:
@@ -134,7 +134,7 @@ def _limits(tool: ToolSpeed) -> tuple[float, float]:
 
 
 def _speeds(query: Query, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
-    """Return what tells the limited speeds, by Jacobians: of each tool the linear, then the angular one."""
+    """Return Jacobians of the limited speeds: for each tool the linear, then the angular one."""
     places = [(tool, *query.reduced.attachment(tool.frame)) for tool in limited]
 
     def speeds(q: Floats, v: Floats) -> Floats:
@@ -160,9 +160,9 @@ def _speeds(query: Query, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
 def stopping_motion(problem: Problem) -> Trajectory:
     """Return a motion that brings a start in motion to rest as soon as the limits allow.
 
-    It has three pieces of constant jerk: on to a deceleration, with it, and off it again. All joints brake
-    together, so that the arm goes on nearly as it was going; where that takes one of them out of its limits,
-    each brakes by itself.
+    It has three pieces of constant jerk: a rising, a constant and a falling deceleration. All joints brake
+    together, so that the arm nearly keeps its direction; if that takes a joint out of its limits, each brakes
+    by itself.
 
     Args:
         problem: The problem; its start is in motion.
@@ -172,8 +172,8 @@ def stopping_motion(problem: Problem) -> Trajectory:
 
 
 def with_jerk(limits: JointLimits) -> JointLimits:
-    """Return limits with the jerk limited for every joint: what stops and goes on has no jump between.
+    """Return limits with finite jerk for every joint, so that acceleration is continuous after a stop.
 
-    Where none is stated, an acceleration takes as long to rise as the shortest motion there is.
+    If none is stated, the acceleration rises within the shortest duration of a motion.
     """
     return replace(limits, jerk=readonly(np.minimum(limits.jerk, limits.acceleration / SHORTEST)))

@@ -9,7 +9,7 @@ from trajopt.optimise.solvers.step import StepProgram, StepSolver
 from trajopt.values.arrays import Bools
 
 AUTO = "auto"
-"""The banded solver where rows couple neighbouring knots only, else PIQP."""
+"""The banded solver if rows couple neighbouring knots only, else PIQP."""
 GENERAL = "piqp"
 """The backend of programs without the structure."""
 WIDEST = 5
@@ -57,6 +57,6 @@ class ByStructure:
 
 
 def _span(at: Linearisation) -> int:
-    """Return how many knots the widest row spans."""
+    """Return the largest number of knots that a row spans."""
     blocks = [block.rows.knots for block in (*at.costs, *at.constraints)]
     return max((int(np.ptp(knots, axis=1).max()) for knots in blocks if knots.size), default=0)

@@ -1,14 +1,14 @@
 """CHOMP: covariant Hamiltonian optimisation for motion planning.
 
-Source: Zucker et al., IJRR 32 (2013), 1164-1193; defaults are those of MoveIt's implementation, whose
-fixed motion of 3 s and whose metric with a largest inverse entry of 1 are what their sizes refer to.
-Where this differs from what is published, and why, is in docs/decisions/chomp-and-stomp.md.
+Source: Zucker et al., IJRR 32 (2013), 1164-1193; the defaults are from MoveIt's implementation, and their
+sizes refer to its fixed motion of 3 s and its metric with a largest inverse entry of 1. Differences from
+the paper, and their reasons, are in docs/decisions/chomp-and-stomp.md.
 
 The obstacle functional is F(x) = sum over rows of c(d) |x_{t+1} - x_t| / samples, with the potential (eq. 21)
-c(d) = -d + e/2 below 0, (d - e)^2 / 2e up to e, and 0 beyond: d is how far a row is inside its bound, e the
-reach to which rows are listed. Lengths are the configurations', in ordinary steps: the solver knows no
-workspace. The gradient is that of the sum itself: its second part is what keeps a path from being
-stretched or bunched where the potential is high (the projection and curvature terms of eq. 24).
+c(d) = -d + e/2 below 0, (d - e)^2 / 2e up to e, and 0 beyond: d is the distance of a row inside its bound, e
+the reach to which rows are listed. Lengths are measured in configuration space, in ordinary steps: the solver
+knows no workspace. The gradient is exact for the sum: its second part keeps a path from being
+stretched or bunched at high potential (the projection and curvature terms of eq. 24).
 """
 
 from collections.abc import Iterator
@@ -37,16 +37,16 @@ SHORTEST = 1e-9
 class Chomp:
     """The solver; its fields are its options.
 
-    Constraints that list all their rows (poses, tilts, your own) are held by projection; those that are
-    listed near their bounds only (clearances) by the obstacle functional.
+    Constraints that list all their rows (poses, tilts, your own) are held by projection; constraints that
+    list rows near their bounds only (clearances) by the obstacle functional.
 
     Attributes:
-        max_iterations: Steps at most.
+        max_iterations: Largest number of steps.
         after_feasible: Steps after the constraints hold, which may still lower the cost.
         learning_rate: Step along the covariant gradient.
         smoothness_weight: Weight of the costs.
         obstacle_weight: First weight of the obstacle functional.
-        weight_growth: Factor on it at every step from a point where something is too near.
+        weight_growth: Factor on it at every step from a point with a violated clearance.
         step_limit: Largest change of a knot in a step, in ordinary steps.
     """
 
@@ -66,7 +66,7 @@ class Chomp:
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         return "chomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
@@ -74,7 +74,7 @@ class Chomp:
 
         Returns:
             The best point met, never worse than the seed: feasible before infeasible, then by
-            cost, or by violation where none was feasible.
+            cost, or by violation if none was feasible.
         """
         check_arguments(Chomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
@@ -84,7 +84,7 @@ class Chomp:
 
 @dataclass(eq=False)
 class _Descent:
-    """One call of the solver, and the weight of its obstacle functional now."""
+    """One call of the solver, with the current weight of its obstacle functional."""
 
     options: Chomp
     nlp: Nlp
@@ -92,7 +92,7 @@ class _Descent:
     weight: float
 
     def update(self, at: Linearisation, incumbent: Incumbent, _: bool) -> tuple[Linearisation, bool] | None:
-        """Take a covariant step; None where it is too short to change anything."""
+        """Take a covariant step; None if it is too short to change anything."""
         step = self._step(at)
         if np.abs(step / self.nlp.scale).max(initial=0.0) < STILL:
             return None
@@ -178,8 +178,8 @@ def obstacle_potential(inside: Floats, reach: float) -> tuple[Floats, Floats]:
     """Return the potential and its derivative.
 
     Args:
-        inside: How far each row is inside its bound, shape (m,); negative outside.
-        reach: From there on the potential is zero, > 0.
+        inside: Distance of each row inside its bound, shape (m,); negative outside.
+        reach: Distance from which the potential is zero, > 0.
     """
     near = np.clip(inside, 0.0, reach)
     potential = np.where(inside < 0.0, -inside + reach / 2.0, (near - reach) ** 2 / (2.0 * reach))
@@ -187,7 +187,7 @@ def obstacle_potential(inside: Floats, reach: float) -> tuple[Floats, Floats]:
 
 
 def _sides(block: ConstraintRows) -> Iterator[tuple[Floats, float]]:
-    """Yield how far rows are inside each of their bounds, and the sign of its derivative by the row."""
+    """Yield the distances of rows inside each of their bounds, and the sign of the derivative by the row."""
     for inside, sign in ((block.rows.value - block.lower, 1.0), (block.upper - block.rows.value, -1.0)):
         if np.isfinite(inside).any():
             yield inside, sign

@@ -1,7 +1,7 @@
 """Descents of the SQP: steps that reduce cost plus penalty times violation.
 
-There are two ways to take the same steps: `StepwiseDescent` for any program and any backend, and
-`NativeDescent` in one call of the core, for programs that need no Python.
+`StepwiseDescent` takes them for any program and any backend; `NativeDescent` takes the same steps in one
+call of the core, for programs that need no Python.
 """
 
 from abc import ABC, abstractmethod
@@ -38,7 +38,7 @@ class TrustRegion:
     shrink: float = 0.3
 
     def accepts(self, ratio: float) -> bool:
-        """Say whether a step with this ratio of actual to predicted improvement is taken."""
+        """Return whether a step with this ratio of actual to predicted improvement is taken."""
         return ratio >= self.accept
 
     def after(self, ratio: float) -> "TrustRegion":
@@ -86,17 +86,17 @@ class DescentLimits:
 
 @dataclass(eq=False)
 class Descent(ABC):
-    """Where one run of the solver is, and what it has done.
+    """State of one run of the solver.
 
     Attributes:
         nlp: The program.
-        limits: When a descent ends.
+        limits: Conditions that end a descent.
         progress: Called after every step.
-        region: The trust region now.
-        penalty: Weight of violations now.
-        fine: Whether samples are as fine as they must be in the end; until then a descent ends where all
+        region: The current trust region.
+        penalty: Current weight of violations.
+        fine: Whether samples have their final density; on coarser ones a descent ends as soon as all
             constraints hold.
-        failures: Of the QP backend, so far.
+        failures: Failures of the QP backend.
         log: Every step.
     """
 
@@ -145,13 +145,13 @@ class Descent(ABC):
         return True
 
     def note(self, entry: SqpStep) -> None:
-        """Log a step and tell of it."""
+        """Log a step and report it."""
         self.log.append(entry)
         if self.progress is not None:
             self.progress(entry)
 
     def result(self, status: SolverStatus) -> SolveResult:
-        """Return what the solver came to."""
+        """Return the result of the solver."""
         at = self.linearised()
         return SolveResult(status, at.x, at, tuple(self.log))
 

@@ -131,13 +131,13 @@ def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
 
 @dataclass(eq=False)
 class FlatSteps:
-    """Steps by a general backend, named by its user; it may keep what depends only on the pattern.
+    """Steps by a general backend; it may keep data that depend on the pattern only.
 
     Attributes:
         name: Of the backend.
 
     Raises:
-        SolverNotFound: If there is no such backend.
+        SolverNotFound: If the backend is unknown.
     """
 
     name: str
@@ -153,7 +153,7 @@ class FlatSteps:
         return FlatStep(self, subproblem(moves, at, penalty), at.x.shape)
 
     def solve(self, qp: Qp) -> QpSolution | None:
-        """Return a minimiser, or None where the backend failed."""
+        """Return a minimiser, or None if the backend failed."""
         try:
             # After a rejected step only the bounds are new.
             if self._taken is not None and qp.same_pattern(self._taken):

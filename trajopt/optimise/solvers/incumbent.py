@@ -11,7 +11,7 @@ from trajopt.values.arrays import Floats
 
 
 def improves(at: Linearisation, on: Linearisation) -> bool:
-    """Say whether a point is better than another: feasible first, then by cost, or else by violation."""
+    """Return whether a point is better than another: feasible first, then by cost, or else by violation."""
     if not finite(at) or not finite(on):
         return finite(at)
     if at.feasible != on.feasible:
@@ -22,18 +22,18 @@ def improves(at: Linearisation, on: Linearisation) -> bool:
 
 
 def finite(at: Linearisation) -> bool:
-    """Say whether costs and violations of a point are numbers."""
+    """Return whether costs and violations of a point are numbers."""
     return bool(np.isfinite(at.cost + at.violation))
 
 
 @dataclass(eq=False)
 class Incumbent:
-    """The best of the points that were offered; all on the same samples.
+    """The best of the offered points; all on the same samples.
 
     Attributes:
         nlp: The program.
         seed: The seed, within bounds, shape (N, n).
-        best: The best point so far.
+        best: The best point.
     """
 
     nlp: Nlp
@@ -67,8 +67,9 @@ class Incumbent:
 
 
 Update = Callable[[Linearisation, Incumbent, bool], tuple[Linearisation, bool] | None]
-"""Makes the next point of the one at hand, and says whether it is another; it offers points to the incumbent,
-and is told whether the point was sampled more finely since the last call. None ends the search."""
+"""Returns the next point and whether it differs from the current one. It offers points to the incumbent, and
+receives whether the point was sampled more finely since the last call. None ends the search.
+"""
 
 
 def improved(

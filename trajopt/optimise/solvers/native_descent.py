@@ -1,4 +1,4 @@
-"""A descent in one call of the core, of programs whose terms it can evaluate."""
+"""A descent in one call of the core, of programs whose terms the core can evaluate."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -18,8 +18,9 @@ from trajopt.optimise.solvers.step import REGULARISATION
 from trajopt.values.arrays import Floats, Ints
 
 SILENCE = 3e-3
-"""A watch that is patient is told of steps no later than this after them, and after the step at hand: well
-below what a person notices, and below the turn that Python gives each of several threads [s]."""
+"""Delay of the reports of steps to a patient watch, and the step in progress besides: well below human
+perception, and below Python's switching interval of threads [s].
+"""
 ENDINGS = (
     SolverStatus.CONVERGED,
     SolverStatus.MAX_ITERATIONS,
@@ -39,13 +40,13 @@ def native_descent(
     region: TrustRegion,
     penalty: float,
 ) -> "NativeDescent | None":
-    """Return a descent in the core; None where program, backend or trust region are of another kind.
+    """Return a descent in the core; None if program, backend or trust region are of another kind.
 
     Args:
         qp: Name of the QP backend.
         nlp: The program.
         sampling: The first samples per segment, shape (N - 1,).
-        limits: When a descent ends.
+        limits: Conditions that end a descent.
         progress: Called after every step.
         region: First trust region.
         penalty: First weight of violations.
@@ -63,9 +64,9 @@ class NativeDescent(Descent):
     """See `Descent`.
 
     Attributes:
-        compilable: The program, as what it is.
-        program: Its parts, on the samples at hand.
-        point: Everything at the current point.
+        compilable: The program, as a `CompilableNlp`.
+        program: Its parts, on the current samples.
+        point: Values and rows at the current point.
     """
 
     compilable: CompilableNlp
@@ -136,7 +137,7 @@ class NativeDescent(Descent):
         return ENDINGS[ending]
 
     def _patience(self) -> int:
-        """Return up to which work of the core none has to be told of steps; negative for any."""
+        """Return the work of the core up to which no step has to be reported; negative for any."""
         if self.progress is None:
             return -1
         patience = 0 if self._patient is None else self._patient.patience
@@ -144,7 +145,7 @@ class NativeDescent(Descent):
 
     @cached_property
     def _patient(self) -> Patient | None:
-        """Who is told of steps, if a little later will do."""
+        """Receiver of the steps, if a small delay is allowed."""
         return self.progress if isinstance(self.progress, Patient) else None
 
     def _step(self, entry: "descent.Entry") -> SqpStep:
@@ -155,7 +156,7 @@ class NativeDescent(Descent):
 
     @contextmanager
     def _counting(self) -> "Generator[Callable[[descent.Worked], None]]":
-        """Add the work of the core to the program's counts; yields what sets them before that."""
+        """Add the work of the core to the program's counts; yields a function that does so earlier."""
         counts, core = self.compilable.counts, self.program.core
         before = (counts.forward_kinematics, counts.bounds, counts.distances)
         begun = core.work
@@ -171,7 +172,7 @@ class NativeDescent(Descent):
             count(core.work)
 
     def _in_python(self, x: Floats) -> "descent.InPython":
-        """Evaluate the parts that the core asks for."""
+        """Evaluate the parts that the core requests."""
         counts = self.compilable.counts
         before = counts.forward_kinematics
         blocks = self.compilable.python_rows(x, self.program.sampling)
@@ -179,7 +180,7 @@ class NativeDescent(Descent):
 
 
 def _arrays(block: Block) -> tuple[Floats | Ints, ...]:
-    """Return a block's rows as the core takes them."""
+    """Return a block's rows in the core's format."""
     rows = block.rows
     if isinstance(block, CostRows):
         limits = (block.weight,)

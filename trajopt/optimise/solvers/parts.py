@@ -1,4 +1,4 @@
-"""Parts of a program that the core evaluates without Python: what each is made of."""
+"""Parts of a program that the core evaluates without Python."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,7 +22,7 @@ Block = CostRows | ConstraintRows
 
 
 def role_of(block: Block) -> descent.Role:
-    """Return what rows are for, as the core needs it."""
+    """Return the core's code of the rows' role."""
     if isinstance(block, CostRows):
         return descent.cost(KINDS[block.loss], block.weight)
     return descent.bounds(block.lower, block.upper, block.tolerance)
@@ -30,10 +30,10 @@ def role_of(block: Block) -> descent.Role:
 
 @dataclass(frozen=True, eq=False)
 class LinearPart(Value):
-    """Rows whose values are linear in the knots, and all else of which is the same at every point.
+    """Rows whose values are linear in the knots; all their other data are constant.
 
     Attributes:
-        at_zero: The rows where all knots are zero.
+        at_zero: The rows at knots of zero.
     """
 
     at_zero: Block
@@ -65,18 +65,18 @@ class Samples(Value):
 
 @dataclass(frozen=True, eq=False)
 class Taper(Value):
-    """How the distances that p pairs must keep change along a motion; shape (p,) each, unless told otherwise.
+    """Change of the distances that p pairs must keep along a motion; shape (p,), unless stated otherwise.
 
     Attributes:
-        required: What is required in any case [m].
-        at_start: What a fixed start has [m].
-        at_end: What a fixed end has [m].
+        required: Required distance everywhere [m].
+        at_start: Distance at a fixed start [m].
+        at_end: Distance at a fixed end [m].
         contact_until: Knot up to which contact is allowed; -1 for none.
         contact_from: Knot from which contact is allowed; inf for none.
         depth: Penetration accepted there [m].
-        gives: Which pairs may do with a share of what goes beyond the requirement.
+        gives: Pairs for which a share of the margin beyond the requirement suffices.
         last: The last knot.
-        knots: Over how many knots it grows from what an end has to its full size.
+        knots: Number of knots over which it grows from its size at an end to its full size.
         share: The share.
     """
 
@@ -114,11 +114,11 @@ class DistancePart(Value):
 
     Attributes:
         empty: The cost or constraint, without rows; its weight or its bounds are one number, or one a pair.
-        samples: Where distances are measured.
+        samples: Samples at which distances are measured.
         reach: Pairs farther apart have no row, shape (p,) [m].
         factor: Shape (p,).
         margin: The full margins, shape (p,) [m].
-        taper: How they change along the motion; not at all when None.
+        taper: Their change along the motion; constant when None.
     """
 
     empty: Block
@@ -146,10 +146,10 @@ class FramePart(Value):
     Attributes:
         empty: The cost or constraint, without rows; its weight is one number, its bounds are by sample and
             component.
-        samples: Where it is evaluated.
-        view: The frame, and what it is seen from.
+        samples: Samples at which it is evaluated.
+        view: The frame and its reference.
         term: The formula.
-        configurations: How many count as evaluated: terms over the same samples share them.
+        configurations: Number that count as evaluated: terms over the same samples share them.
     """
 
     empty: Block
@@ -174,15 +174,15 @@ class ChangingDistancePart(Value):
 
     Attributes:
         empty: The constraint, without rows; its bounds are one number, or one a pair.
-        samples: Where distances are measured.
+        samples: Samples at which distances are measured.
         times: Of each sample, shape (S,) [s].
-        driven: Positions of the joints that time drives, shape (S, m) [rad | m].
+        driven: Positions of the joints driven by time, shape (S, m) [rad | m].
         among: Measures them, by the group's positions and these.
         reach: Pairs farther apart have no row, shape (p,) [m].
         margin: Clearance to keep, shape (p,) [m].
         errors: Radius, velocity and acceleration of the error of each pair, shape (p, 3).
-        appears: When both are there, shape (p,) [s].
-        expires: When no longer, shape (p,) [s].
+        appears: Time from which both are there, shape (p,) [s].
+        expires: Time until which both are there, shape (p,) [s].
     """
 
     empty: Block
@@ -220,7 +220,7 @@ class ChangingDistancePart(Value):
 
 @dataclass(frozen=True, eq=False)
 class TorquePart(Value):
-    """Torques as shares of their limits, at moments of a spline over time, where a joint needs much.
+    """Torques as shares of their limits, at moments of a spline over time, for joints with high torque.
 
     Attributes:
         empty: The constraint, without rows; its bounds are one number, or one a joint.
@@ -229,7 +229,7 @@ class TorquePart(Value):
         acceleration: Weights of accelerations, shape (S, k).
         dynamics: Evaluates them.
         effort: Limits, shape (n,) [Nm | N]; inf for none.
-        listed: Share from which on a torque has a row.
+        listed: Share from which a torque has a row.
     """
 
     empty: Block
@@ -260,7 +260,7 @@ class TorquePart(Value):
 
 
 def _with_rows(empty: Block, made: descent.MadeRows) -> Block:
-    """Return a block with rows that are made anew at every point."""
+    """Return a block with rows that are recomputed at every point."""
     rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
     if isinstance(empty, CostRows):
         return replace(empty, rows=rows, weight=made.weight)
@@ -315,7 +315,7 @@ class CompiledProgram:
 
     @cached_property
     def span(self) -> int:
-        """Knots between the first and the last that one row depends on, at most."""
+        """Largest number of knots that one row spans."""
         parts = (*self.costs, *self.constraints)
         linear = (part.at_zero.rows.knots for part in parts if isinstance(part, LinearPart))
         return max(int(np.ptp(knots, axis=1).max(initial=0)) for knots in (self.support, *linear))
@@ -341,7 +341,7 @@ class CompiledProgram:
 
 
 class CoreCounts(Protocol):
-    """Exact numbers of the work done so far.
+    """Exact counts of the work done so far.
 
     Attributes:
         forward_kinematics: Configurations evaluated.
@@ -356,7 +356,7 @@ class CoreCounts(Protocol):
 
 @runtime_checkable
 class CompilableNlp(Nlp, Protocol):
-    """A program that may be evaluated in the core; its `linearise` says the same of the same point."""
+    """A program that the core may evaluate; its `linearise` returns the same at the same point."""
 
     @property
     def counts(self) -> CoreCounts:
@@ -368,5 +368,5 @@ class CompilableNlp(Nlp, Protocol):
         ...
 
     def python_rows(self, x: Floats, sampling: Ints) -> tuple[Block, ...]:
-        """Return the rows of those parts that the core asks for, at a point."""
+        """Return the rows of those parts that the core requests, at a point."""
         ...

@@ -13,13 +13,13 @@ from trajopt.optimise.solvers.smooth_metric import SmoothMetric
 from trajopt.values.arrays import Bools, Floats
 
 ROUNDS = 6
-"""How often a corrected step is checked for rows and bounds that it newly breaks."""
+"""Number of checks of a corrected step for newly violated rows and bounds."""
 DAMPING = 1e-6
-"""Added to the diagonal, as a share of its mean: rows may depend on one another."""
+"""Added to the diagonal, relative to its mean: rows may be dependent."""
 
 
 def always_listed(block: ConstraintRows) -> bool:
-    """Say whether a constraint has all its rows at every point; the others are fields, known near bounds."""
+    """Return whether a constraint has all its rows at every point; others are fields, known near bounds."""
     return not np.isfinite(block.reach)
 
 
@@ -82,12 +82,12 @@ class LinearRows:
         return moved.reshape(step.shape)
 
     def _lack(self, step: Floats) -> Floats:
-        """Return by how much each row is outside its bounds after a step of shape (N n,), shape (m,)."""
+        """Return the distance of each row outside its bounds after a step of shape (N n,), shape (m,)."""
         predicted = self.value + self.matrix @ step
         return np.clip(predicted, self.lower, self.upper) - predicted
 
     def _correction(self, held: Bools, lack: Floats) -> Floats:
-        """Return the smallest change in the metric that gives the held rows what they lack, shape (N n,)."""
+        """Return the smallest change in the metric that closes the lack of the held rows, shape (N n,)."""
         product = self._product[np.ix_(held, held)]
         damping = DAMPING * float(np.diagonal(product).mean()) + 1e-12
         multipliers = np.linalg.solve(product + damping * np.eye(len(product)), lack[held])
@@ -100,15 +100,15 @@ class LinearRows:
 
 
 def into_bounds(x: Floats, lower: Floats, upper: Floats, metric: SmoothMetric) -> Floats:
-    """Bend knots back between their bounds, smoothly, then cut off what little is left outside.
+    """Bend knots back between their bounds, smoothly, then clip the small rest.
 
-    In every joint the excess is smoothed by the metric and scaled so that the worst of it vanishes.
+    In every joint the excess is smoothed by the metric and scaled to remove the largest excess.
 
     Args:
         x: Knots, shape (N, n).
         lower: Lower bounds, shape (N, n).
         upper: Upper bounds, shape (N, n).
-        metric: Says what is smooth.
+        metric: Defines smoothness.
     """
     joints = np.arange(x.shape[1], dtype=np.int64)
     bent: Floats = x

@@ -1,7 +1,7 @@
-"""The metric of smooth changes: what covariant descent divides by, and what noise is drawn from.
+"""The metric of smooth changes: the preconditioner of covariant descent and the precision of noise.
 
 A = K'K with K the second differences of the knots, at rest before the first and after the last. Its inverse
-spreads what happens at one knot smoothly over its neighbours (Zucker et al., CHOMP, IJRR 2013, section 3.1;
+spreads a change of one knot smoothly over its neighbours (Zucker et al., CHOMP, IJRR 2013, section 3.1;
 Kalakrishnan et al., STOMP, ICRA 2011, section II).
 """
 
@@ -20,11 +20,11 @@ RIDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class SmoothMetric:
-    """The inverse of A over the knots that may change, for each joint, with its largest entry made 1.
+    """The inverse of A over the free knots, for each joint, with its largest entry scaled to 1.
 
     Attributes:
-        inverse: Shape (n, N, N); zero where a knot is fixed; in squares of ordinary steps.
-        largest: The largest entry that A's inverse had.
+        inverse: Shape (n, N, N); zero for fixed knots; in squares of ordinary steps.
+        largest: The largest entry of A's inverse before scaling.
     """
 
     inverse: Floats

@@ -1,4 +1,4 @@
-"""What every solver of an `Nlp` offers, and what it returns."""
+"""Interface and result of every solver of an `Nlp`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class SqpStep(Iteration):
         radius: Trust region radius, in units of the program's scale.
         rows: Penalised rows of the QP.
         backend: Name of the QP backend.
-        qp_iterations: Iterations that it used.
+        qp_iterations: Iterations of the backend.
     """
 
     merit: float
@@ -58,10 +58,10 @@ class SqpStep(Iteration):
 
 @dataclass(frozen=True, eq=False)
 class SolveResult(Value):
-    """What a solver returns.
+    """Result of a solver.
 
     Attributes:
-        status: How it ended.
+        status: Reason for its end.
         x: Knots, shape (N, n).
         at: All costs and constraints, linearised there.
         log: One entry per step.
@@ -73,12 +73,12 @@ class SolveResult(Value):
     log: tuple[Iteration, ...]
 
     def __repr__(self) -> str:
-        """Say how it ended, after how many steps, at which cost and violation."""
+        """Return status, number of steps, cost and violation."""
         at = f"cost {self.at.cost:.4g}, violation {self.at.violation:.2g}"
         return f"{type(self).__name__}({self.status.name}, {len(self.log)} steps, {at})"
 
     def __str__(self) -> str:
-        """Say it in a sentence, and the worst violation of each constraint in a line."""
+        """Summarise them in a sentence, with the worst violation of each constraint in a line."""
         steps = f"{len(self.log)} steps"
         lines = [f"{self.status.name} after {steps}, cost {self.at.cost:.4g}: {self.status.value}"]
         lines += [f"  {name}: violated by {worst:.2g}" for name, worst in self.violations().items() if worst]
@@ -122,7 +122,7 @@ Progress = Callable[[Iteration], None]
 
 @runtime_checkable
 class Patient(Protocol):
-    """A `Progress` that need not be called at once: of several steps in turn, a little later."""
+    """A `Progress` that accepts a small delay: it may be called for several steps in turn."""
 
     @property
     def patience(self) -> int | None:
@@ -139,7 +139,7 @@ class Solver(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         ...
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
@@ -151,14 +151,14 @@ class Solver(Protocol):
             progress: Called after every step.
 
         Returns:
-            The last point; `feasible` says whether it holds all constraints.
+            The last point; `feasible` tells whether it holds all constraints.
         """
         ...
 
 
 @runtime_checkable
 class HasNearForm(Protocol):
-    """A solver with a form for seeds that solved a problem much like the one at hand."""
+    """A solver with a variant for seeds that solved a similar problem."""
 
     def near(self) -> Solver:
         """Return the solver for seeds that are nearly solutions."""
@@ -167,8 +167,8 @@ class HasNearForm(Protocol):
 
 @runtime_checkable
 class HasBriefForm(Protocol):
-    """A solver with a form that takes few steps."""
+    """A solver with a variant that takes few steps."""
 
     def brief(self) -> Solver:
-        """Return the solver limited to as many steps as it takes to see whether a seed is promising."""
+        """Return the solver with enough steps to recognise a promising seed."""
         ...

@@ -20,8 +20,9 @@ from trajopt.values.errors.arguments import check_arguments, checked
 WIDENED = 0.1
 """After a round, or on finer samples, the trust region is at least this wide."""
 NEAR_GAIN = 0.03
-"""The relative gain below which a seed that is nearly a solution is left as it is. Costs are squares of what
-is travelled: so much of them is half as much, one or two hundredths, of the way."""
+"""Relative gain below which a seed that is nearly a solution is left unchanged. Costs are squares of travel:
+this share of the cost is half this share, one or two hundredths, of the travel.
+"""
 FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_FINITE}
 """After these no other penalty weight is tried."""
 
@@ -35,16 +36,16 @@ class Sqp:
         qp: Name of the QP backend; "auto" chooses by the structure of the program.
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
-        penalty_rounds: Rounds of growth at most; 0 where whoever asks has other ways to try.
-        max_iterations: QPs at most; what is not feasible by then rarely will be, and another
-            seed is the better use of the time.
+        penalty_rounds: Largest number of rounds of growth; 0 if the caller has other ways to try.
+        max_iterations: Largest number of QPs; a later success is rare, and another seed is the better use
+            of the time.
         relative_gain: Converged when the predicted reduction is below this share of the merit.
-        absolute_gain: Or less than this.
-        until_feasible: Whether any point that holds all constraints will do, whatever it costs.
+        absolute_gain: Or below this value.
+        until_feasible: Whether any point that holds all constraints suffices, regardless of its cost.
         refines: Whether a point that holds all constraints on few samples has to hold them on many as well;
-            if not, what is between the few is for the caller to look at.
-        fine_first: Whether the first samples are those that are needed in the end: from a seed that is nearly
-            a solution, working on coarse ones before only costs time.
+            if not, the caller checks between the samples.
+        fine_first: Whether the first samples have the final density: from a seed that is nearly
+            a solution, coarse samples before only cost time.
         trust_region: First trust region, and its rule.
     """
 
@@ -68,11 +69,11 @@ class Sqp:
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
 
     def brief(self) -> "Sqp":
-        """Return the solver with a quarter of the steps: by then promising seeds stand out."""
+        """Return the solver with a quarter of the steps: promising seeds are recognised by then."""
         return replace(self, max_iterations=ceil(self.max_iterations / 4))
 
     def near(self) -> "Sqp":
@@ -82,7 +83,7 @@ class Sqp:
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Minimise from a seed.
 
-        Works on coarse samples until the constraints hold there, then on fine ones.
+        Uses coarse samples until the constraints hold there, then fine ones.
 
         Args:
             nlp: The program.
@@ -90,7 +91,7 @@ class Sqp:
             progress: Called after every step.
 
         Returns:
-            The last point; `feasible` says whether it holds all constraints.
+            The last point; `feasible` tells whether it holds all constraints.
 
         Raises:
             SolverNotFound: If the QP backend is unknown.
@@ -124,7 +125,7 @@ class Sqp:
             run.region = replace(run.region, radius=max(run.region.radius, WIDENED))
 
     def _begun(self, nlp: Nlp, x: Floats, sampling: Ints, progress: Progress | None) -> Descent:
-        """Return what takes the steps, at the first point: the core where it can, else Python."""
+        """Return the descent at the first point: in the core if possible, else in Python."""
         steps = step_solver(self.qp)
         limits = DescentLimits(self.max_iterations, self.relative_gain, self.absolute_gain)
         run = native_descent(self.qp, nlp, sampling, limits, progress, self.trust_region, self.penalty)

@@ -9,7 +9,7 @@ from trajopt.optimise.nlp import Linearisation
 from trajopt.values.arrays import Bools, Floats, Loss, Rows
 
 REGULARISATION = 1e-9
-"""Added to the Hessian's diagonal, so that variables that no cost depends on stay where they are."""
+"""Added to the Hessian's diagonal, so that variables without cost do not move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,8 +18,8 @@ class QpStep:
 
     Attributes:
         dx: Change of the knots, shape (N, n).
-        predicted_reduction: By how much the merit falls, if the linearisation is right.
-        iterations: Iterations that the backend used.
+        predicted_reduction: Reduction of the merit predicted by the linearisation.
+        iterations: Iterations of the backend.
     """
 
     dx: Floats
@@ -46,17 +46,17 @@ class StepProgram(Protocol):
         Args:
             lower: Of the knots' change, shape (N, n).
             upper: Likewise.
-            accuracy: By how much the model's value may exceed its minimum. General backends
+            accuracy: Largest excess of the model's value over its minimum. General backends
                 solve to their own tolerance instead.
 
         Returns:
-            The step, or None where the backend failed.
+            The step, or None if the backend failed.
         """
         ...
 
 
 class StepSolver(Protocol):
-    """Builds the QPs of the steps; what depends only on their pattern may be kept between them."""
+    """Builds the QPs of the steps; data that depend on the pattern only may be kept between them."""
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> StepProgram:
         """Build the QP around a point.

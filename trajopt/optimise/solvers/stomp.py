@@ -1,8 +1,8 @@
-"""STOMP: stochastic trajectory optimisation for motion planning; it needs no gradient of what it minimises.
+"""STOMP: stochastic trajectory optimisation for motion planning; it needs no gradient.
 
-Source: Kalakrishnan et al., ICRA 2011, 4569-4574, table I. Numbers of roll-outs, their noise and weight of
-the costs are the defaults of MoveIt's implementation, the sensitivity is the paper's. Where this differs
-from what is published, and why, is in docs/decisions/chomp-and-stomp.md.
+Source: Kalakrishnan et al., ICRA 2011, 4569-4574, table I. The number of roll-outs, their noise and the
+weight of the costs are the defaults of MoveIt's implementation, the sensitivity is the paper's. Differences
+from the paper, and their reasons, are in docs/decisions/chomp-and-stomp.md.
 """
 
 from collections.abc import Sequence
@@ -29,13 +29,13 @@ class Stomp:
 
     Attributes:
         seed: Of the noise: the same seed gives the same answer.
-        max_iterations: Updates at most; every one draws new roll-outs.
+        max_iterations: Largest number of updates; every one draws new roll-outs.
         after_feasible: Updates after the constraints hold, which may still lower the cost.
         rollouts: Noisy paths drawn per update.
         kept: Best roll-outs of the last update that take part in the next.
         noise: Standard deviation at the knot that varies most, in ordinary steps.
-        sensitivity: How much better roll-outs count for more: h of the paper's eq. 11.
-        cost_weight: Weight of the costs beside violations.
+        sensitivity: Preference for better roll-outs: h of the paper's eq. 11.
+        cost_weight: Weight of the costs relative to violations.
     """
 
     seed: int = 0
@@ -55,7 +55,7 @@ class Stomp:
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         return "stomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
@@ -63,7 +63,7 @@ class Stomp:
 
         Returns:
             The best point met, never worse than the seed: feasible before infeasible, then by
-            cost, or by violation where none was feasible.
+            cost, or by violation if none was feasible.
         """
         check_arguments(Stomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
@@ -82,10 +82,10 @@ class _Run:
     kept: Sequence[Linearisation] = ()
 
     def update(self, at: Linearisation, incumbent: Incumbent, refined: bool) -> tuple[Linearisation, bool]:
-        """Draw roll-outs, and move to their average, weighted anew at every knot.
+        """Draw roll-outs, and move to their average, weighted separately at every knot.
 
         Returns:
-            The point moved to, or the old one where that is no better; whether it moved.
+            The new point, or the old one if the new one is not better; whether it moved.
         """
         kept, self.kept = () if refined else self.kept, ()
         options, rows = self.options, LinearRows.around(at, self.metric)
@@ -127,9 +127,9 @@ def rollout_weights(costs: Floats, sensitivity: float) -> Floats:
 
 
 def knot_costs(at: Linearisation, cost_weight: float) -> Floats:
-    """Return what each knot costs, shape (N,): violations in tolerances, and weighted costs.
+    """Return the cost of each knot, shape (N,): violations in tolerances, and weighted costs.
 
-    What holds within its bounds costs nothing. A row between two knots is
+    Rows within their bounds cost nothing. A row between two knots is
     shared by both.
     """
     found = np.zeros(len(at.x))

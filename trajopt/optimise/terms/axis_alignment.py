@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 class AxisAngle:
     """One component: the angle t in [0, pi] between axis a and direction d [rad].
 
-    t = `atan2(|a x d|, a . d)`, so `t' = -w . (a x d) / |a x d|` for a frame that turns with w. Where
-    the two are parallel the slope is taken as zero, where opposite along any perpendicular.
+    t = `atan2(|a x d|, a . d)`, so `t' = -w . (a x d) / |a x d|` for a frame with angular velocity w. If
+    the two are parallel the slope is taken as zero, if opposite along any perpendicular.
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel

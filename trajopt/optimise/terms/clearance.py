@@ -60,7 +60,7 @@ class Clearance:
 
 
 WEIGHT = 100.0
-"""Weight of a missing squared metre; beside the default costs, two missing centimetres matter."""
+"""Weight of a missing squared metre; two missing centimetres matter against the default costs."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +78,14 @@ class SoftDistance:
 
 @dataclass(frozen=True, eq=False)
 class SoftClearance:
-    """By how much each pair falls short of its preferred distance, times the root of its weight.
+    """Shortfall of each pair below its preferred distance, times the root of its weight.
 
     The component of a row is the index of its pair; a pair that is far enough apart has none, so the
     square of this is smooth.
 
     Attributes:
         every: The preferred distance of all pairs.
-        single: That of single pairs of links and objects instead.
+        single: Preferred distances of single pairs of links and objects instead.
     """
 
     every: SoftDistance
@@ -96,7 +96,7 @@ class SoftClearance:
         """Measure the pairs that are too near and differentiate; see `Clearance` for the derivative.
 
         Raises:
-            ObjectNotFound: If a single pair names what is neither link nor object.
+            ObjectNotFound: If a single pair names neither a link nor an object.
         """
         distance, root = self.by_pair(motion.query.reduced)
         contacts = motion.query.close_pairs(motion.positions, distance)
@@ -108,7 +108,7 @@ class SoftClearance:
         """Return the preferred distance and the root of the weight of each pair, shape (p,) both.
 
         Raises:
-            ObjectNotFound: If a single pair names what is neither link nor object.
+            ObjectNotFound: If a single pair names neither a link nor an object.
         """
         cached = reduced.derived(_by_term)
         if self not in cached:
@@ -147,8 +147,8 @@ def soft_clearance(
     Args:
         distance: Preferred distance of all pairs [m].
         weight: Of the squared shortfall [1/m^2].
-        pairs: Distance and weight of single pairs of links, frames and objects, where they differ.
-        window: Where it counts.
+        pairs: Distance and weight of single pairs of links, frames and objects, if they differ.
+        window: Part of the motion in which it counts.
 
     Raises:
         ProblemError: If a distance is not positive, or a weight negative.

@@ -26,11 +26,11 @@ LARGE = 0.1
 class PointDistance:
     """Four components [m]: the first point as seen from the second along its frame's axes, and the distance.
 
-    Where the points coincide the distance is taken to grow along the frame's x axis.
+    If the points coincide the distance is taken to grow along the frame's x axis.
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel

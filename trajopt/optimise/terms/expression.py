@@ -37,7 +37,7 @@ class Expression:
         """Evaluate and differentiate at all samples.
 
         Raises:
-            ProblemError: If the expression is no column, or has symbols other than the positions.
+            ProblemError: If the expression is not a column, or has symbols other than the positions.
         """
         reduced = motion.query.reduced
         compiled = reduced.derived(_by_expression)

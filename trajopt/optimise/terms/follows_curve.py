@@ -1,8 +1,8 @@
-"""How far a frame is from its location on a curve, at the knots of a motion.
+"""Deviation of a frame from its location on a curve, at the knots of a motion.
 
 The knots are spread along the curve: knot k belongs to its location s_k, with R_c and p_c. The components are
-R_c^T (p - p_c), its length, and of the rotation log(R_c^T R), or with a free spin about the axis a of the
-frame those components of R_c^T R a that are across a.
+R_c^T (p - p_c), its length, and the rotation log(R_c^T R), or with a free spin about the axis a of the
+frame the components of R_c^T R a that are across a.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class CurveError(Value):
         reduced: The robot and its surroundings.
         required: The curve and the frame that follows it.
         stations: Length along the curve of each knot, shape (N,) [m]; spread evenly when None.
-        window: Where the curve is followed; of a single knot it is the end.
+        window: Part of the motion that follows the curve; a single knot is the end.
     """
 
     reduced: ReducedModel

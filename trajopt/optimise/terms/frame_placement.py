@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from trajopt.optimise.terms.symbolic import SymbolicKinematics
 
 TINY = 1e-4
-"""Where the sine of the angle is smaller, the axis of a rotation is not read from its skew part."""
+"""Sine of the angle below which the axis of a rotation is not read from its skew part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class FramePlacementError:
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -100,7 +100,7 @@ def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
 
 
 def _half_turn(rotation: Floats) -> Floats:
-    """Return log R where sin t is too small to divide by."""
+    """Return log R if sin t is too small to divide by."""
     quaternion = as_quaternion(rotation)
     length = float(np.linalg.norm(quaternion[:3]))
     return quaternion[:3] / length * (2.0 * np.arctan2(length, quaternion[3]))

@@ -86,13 +86,13 @@ ZERO = 1e-12
 def lengths(vectors: Floats, rate: Floats, aside: int | None = None) -> tuple[Floats, Floats]:
     """Return the lengths of vectors and their derivatives.
 
-    Where a vector vanishes its length has no derivative. Zero is taken for one that is bounded above;
-    for one that must grow, the rate along an axis, so that there is a way out.
+    The length of a zero vector has no derivative. Zero is used if it is bounded above; if it must grow, the
+    rate along an axis, so that it can.
 
     Args:
         vectors: Shape (s, d).
         rate: Their derivatives, shape (s, d, n).
-        aside: The axis along which vectors of no length are taken to grow; none when None.
+        aside: The axis along which zero vectors are taken to grow; none when None.
 
     Returns:
         Lengths, shape (s,), and derivatives, shape (s, n).

@@ -1,7 +1,7 @@
-"""How far a point is off a camera's axis, as an angle, and how far away.
+"""Angle of a point off a camera's axis, and its distance.
 
 The angle t = atan2(|a x p|, a . p) of the point p, seen from the camera, off its axis a has a slope
-wherever p is, also behind the camera; 1 - cos t has none there. With p = r (cos t a + sin t n), n across
+for every p, also behind the camera; 1 - cos t has none there. With p = r (cos t a + sin t n), n across
 the axis, t' = (cos t n - sin t a) . p' / r.
 """
 
@@ -36,7 +36,7 @@ class ViewAngle:
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -85,7 +85,7 @@ class ViewDistance:
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel

@@ -51,13 +51,13 @@ class GravityShare(Value):
 
 @dataclass(frozen=True, eq=False)
 class HoldingTorque(Value):
-    """g_j(q) / (effort limit of joint j), where that is near its largest value.
+    """g_j(q) / (effort limit of joint j), for joints near their largest torque.
 
     The component of a row is the index of its joint in the group.
 
     Attributes:
         effort: Effort limits of the group's joints, shape (n,) [Nm | N].
-        listed: Share from which on a joint gets a row, shape (n,); inf for none.
+        listed: Share from which a joint gets a row, shape (n,); inf for none.
     """
 
     effort: Floats
@@ -65,7 +65,7 @@ class HoldingTorque(Value):
     name = "torque to hold still"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate all samples, and differentiate where a joint carries much."""
+        """Evaluate all samples, and differentiate for joints with high torque."""
         found = motion.query.dynamics.gravity(motion.positions)
         share = found.torque / self.effort
         sample, joint = np.nonzero(np.abs(share) >= self.listed)

@@ -49,13 +49,13 @@ class JointPosition(Value):
 
 
 def without_followers(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Requirement, ...]:
-    """Return requirements with joint positions of mimic joints stated for the joints that they follow.
+    """Return requirements with joint positions of mimic joints stated for their leaders.
 
-    A mimic joint stands at factor times leader plus offset, so a range of its positions is a range of the
-    leader's. Each becomes joint positions of its own; all that names no such joint stays as it is.
+    A mimic joint is at factor times leader plus offset, so a range of its positions is a range of the
+    leader's. Each becomes joint positions of its own; requirements without mimic joints are unchanged.
 
     Args:
-        required: What must hold at one moment.
+        required: Requirements at one moment.
         reduced: The robot; the leaders are joints of its group.
     """
     stated: list[Requirement] = []
@@ -92,11 +92,11 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
     """Return which of the group's joints are required, and their names.
 
     Args:
-        required: Joint positions, those of mimic joints stated for their leaders: see `without_followers`.
+        required: Joint positions, with mimic joints stated for their leaders: see `without_followers`.
         reduced: The robot and its group.
 
     Raises:
-        ProblemError: If a joint outside the group is required to be where it is not.
+        ProblemError: If a joint outside the group is required to be elsewhere.
     """
     robot = reduced.scene.robot
     inside: list[str] = []
@@ -118,12 +118,12 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
 
 
 def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> Floats | None:
-    """Return the group's positions, shape (n,), if joint positions are all that is required and fix all.
+    """Return the group's positions, shape (n,), if joint positions alone are required and fix all joints.
 
-    Tolerances are not considered; a joint that several fix is in the middle of what they share.
+    Tolerances are not considered; a joint fixed by several is in the middle of their common range.
 
     Raises:
-        ProblemError: If a joint outside the group is required to be where it is not.
+        ProblemError: If a joint outside the group is required to be elsewhere.
     """
     positions = np.full(len(reduced.joint_names), np.nan)
     for item in together(without_followers(required, reduced)):
@@ -138,11 +138,11 @@ def joint_box(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[F
     """Return the range that limits and all required joint positions leave to the group's joints.
 
     Returns:
-        Lower and upper bounds, shape (n,) each [rad | m]; a lower one exceeds its upper one where nothing
-        is left.
+        Lower and upper bounds, shape (n,) each [rad | m]; a lower bound exceeds its upper one if the
+        range is empty.
 
     Raises:
-        ProblemError: If a joint outside the group is required to be where it is not.
+        ProblemError: If a joint outside the group is required to be elsewhere.
     """
     lower, upper = np.array(reduced.limits.lower), np.array(reduced.limits.upper)
     for item in without_followers(required, reduced):
@@ -187,7 +187,7 @@ class JointSum(Value):
 
     Attributes:
         weights: Shape (n,).
-        constant: What joints add that do not move.
+        constant: Contribution of fixed joints.
     """
 
     weights: Floats
@@ -285,7 +285,7 @@ def rest_posture(
         positions: Joint of the group -> position [rad | m]; at least one.
         weight: Of a squared radian or metre; the default is small compared with the default costs.
         loss: Squared by default.
-        window: Where it counts.
+        window: Part of the motion in which it counts.
 
     Raises:
         ProblemError: If no joint is named.

@@ -2,7 +2,7 @@
 
 In an object's frame only the ends of the line move. With n the normal from the object to the line and s
 the place of the nearest point along it, d' = n . ((1 - s) c' + s p') for the camera c and the target p.
-Objects that move by themselves are where they are at each sample's time.
+Objects that move by themselves are at their predicted placements at each sample's time.
 """
 
 from dataclasses import dataclass
@@ -26,9 +26,9 @@ from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Shape, bounding_sphere
 
 ACTIVATION = 0.1
-"""Objects get rows where the line is nearer than the margin and this [m]."""
+"""Objects within the margin and this of the line get rows [m]."""
 THICKNESS = 1e-3
-"""Radius of the capsule that stands for the line; it is taken off again [m]."""
+"""Radius of the capsule that models the line; it is subtracted again [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +36,13 @@ class SightClearance:
     """Distance between the line of sight and each part of each object that is near it [m].
 
     The component of a row is the number of the part, over all objects that count. If the line goes through
-    a part, the distance is the negative depth by which the line must be moved aside. The error of its
-    prediction is taken off the distance of an object that moves by itself; samples without times have no rows
+    a part, the distance is the negative depth by which the line must be moved aside. The prediction error
+    is subtracted from the distance of an object that moves by itself; samples without times have no rows
     of it.
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -107,7 +107,7 @@ def _counted(need: LineOfSight, reduced: ReducedModel) -> tuple[str, ...]:
 def _seen_from(
     reduced: ReducedModel, motion: Motion, need: LineOfSight, name: str
 ) -> tuple[RelativeFrame, RelativeFrame, Floats]:
-    """Return camera and target as seen from an object, and how far the object may be off, shape (S,) [m].
+    """Return camera and target as seen from an object, and the object's largest error, shape (S,) [m].
 
     The error is -inf, so that nothing is near, if the object moves by itself and samples have no times.
     """
@@ -157,7 +157,7 @@ def _measured(shape: Shape, where: Placement, camera: Floats, target: Floats) ->
 
 
 def _upright(axis: Floats) -> Floats:
-    """Return a rotation whose z axis is a unit vector, or any where that has no length."""
+    """Return a rotation whose z axis is a unit vector, or any rotation for a zero vector."""
     if np.linalg.norm(axis) < 0.5:
         return np.eye(3)
     aside: Floats = np.zeros(3)

@@ -1,4 +1,4 @@
-"""Where a point is about an arc: off the circle, off its plane, and along the arc."""
+"""Coordinates of a point about an arc: off the circle, off its plane, and along the arc."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -29,7 +29,7 @@ class ArcCoordinates:
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel

@@ -1,8 +1,8 @@
-"""Where a point is in a region, in coordinates in which the region is bounded.
+"""Position of a point in a region, in coordinates that bound the region.
 
 Flat faces give linear rows. Round ones give the distance from the centre or axis, and the coordinates
-across besides: the slope of a distance turns with the point, theirs does not, so that steps much longer
-than a tube is wide still end in it.
+across besides: the slope of a distance turns with the point, a coordinate's does not, so that steps much
+longer than the width of a tube still end in it.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ LARGE = 0.05
 
 @dataclass(frozen=True, eq=False)
 class RegionCoordinates:
-    """Coordinates of the point in the nearest member, those that bound it [m].
+    """Coordinates of the point in the nearest member that bound the member [m].
 
     Components 4 m ... 4 m + 3 are of member m: x, y, z of a box; x, y, z and the distance from the
     centre of a sphere; x, y, the distance from the axis and z of a cylinder; z of a half-space. Only
@@ -42,7 +42,7 @@ class RegionCoordinates:
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -77,7 +77,7 @@ class RegionCoordinates:
         )
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Four components per member; those of members that are not the nearest lie within all bounds."""
+        """Four components per member; components of farther members lie within all bounds."""
         import casadi as ca
 
         need = self.required

@@ -1,4 +1,4 @@
-"""From what is required (plain data) to constraints: each term's module registers its own."""
+"""From requirements (plain data) to constraints: each term's module registers its own."""
 
 from dataclasses import dataclass
 from functools import singledispatch
@@ -26,9 +26,9 @@ def constrain(
     """Return the constraints that make a motion hold a requirement.
 
     Args:
-        required: What is required.
+        required: The requirement.
         reduced: The robot and its surroundings.
-        window: Where it must hold.
+        window: Part of the motion in which it must hold.
         inset: Share of each tolerance to keep in reserve.
 
     Raises:
@@ -39,7 +39,7 @@ def constrain(
 
 @dataclass(frozen=True, eq=False)
 class Exceeded:
-    """By how much each number of a requirement is beyond the nearer of its bounds; negative within.
+    """Excess of each number of a requirement over the nearer of its bounds; negative within.
 
     Attributes:
         required: The requirement, with its whole tolerances.
@@ -49,7 +49,7 @@ class Exceeded:
 
     @property
     def name(self) -> str:
-        """What is penalised."""
+        """Name of the penalised requirement."""
         return f"excess of {shown(self.required)}"
 
     def linearise(self, motion: Motion) -> Rows:
@@ -92,7 +92,7 @@ def penalty(required: Requirement, weight: float, *, loss: Loss = Loss.HINGE, wi
     Args:
         required: The requirement.
         weight: Of every row, in the unit of each (metres, radians).
-        loss: A hinge, so that nothing is gained within the tolerances, by default.
-        window: Where it counts.
+        loss: By default a hinge, which is zero within the tolerances.
+        window: Part of the motion in which it counts.
     """
     return Cost(Exceeded(required), weight, loss, window)

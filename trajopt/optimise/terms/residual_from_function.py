@@ -25,8 +25,8 @@ class FunctionResidual:
     """A function of one configuration, evaluated at every sample; its components are the function's.
 
     Attributes:
-        title: What you call it.
-        function: The function; it must give the same for the same positions.
+        title: Your name for it.
+        function: The function; it must return the same value for the same positions.
         jacobian: Positions (n,) -> derivatives, shape (components, n), or (n,) of a single number;
             central differences are taken when None.
         step: Step of the differences [rad | m].
@@ -46,7 +46,7 @@ class FunctionResidual:
         """Evaluate and differentiate at all samples.
 
         Raises:
-            ShapeError: If the function or its Jacobian returns what does not fit, or is not finite.
+            ShapeError: If the function or its Jacobian returns another shape, or is not finite.
         """
         joints = motion.positions.shape[1]
         values = [self._at(position) for position in motion.positions]
@@ -80,7 +80,7 @@ def residual_from_function(
 ) -> FunctionResidual:
     """Make a residual of a function of the positions; `constraint` bounds it, `Cost` penalises it.
 
-    The judge calls the same function at samples of the timed motion, and its certificate says so.
+    The judge calls the same function at samples of the timed motion, and its certificate states so.
 
     Args:
         name: Shown in reports; without a Jacobian "(finite differences)" is added.

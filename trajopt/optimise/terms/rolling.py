@@ -15,10 +15,10 @@ SHARE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Rolling(Value):
-    """How far each step from knot to knot goes across the heading in its middle [m].
+    """Motion of each step from knot to knot across the heading in its middle [m].
 
     The chord of an arc of a circle is along the heading in its middle, so arcs and straight lines hold it
-    exactly, and smooth curves but for the third power of the step.
+    exactly, and smooth curves up to the third power of the step.
 
     Attributes:
         places: Of x, y and yaw among the group's joints.
@@ -48,7 +48,7 @@ class Rolling(Value):
 
 
 def rolling(reduced: ReducedModel, knots: int) -> tuple[Constraint, ...]:
-    """Return the constraint that a base's wheels roll, where the group has such a base.
+    """Return the constraint that a base's wheels roll, if the group has such a base.
 
     Args:
         reduced: The model.

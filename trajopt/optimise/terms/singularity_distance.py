@@ -26,8 +26,8 @@ class FrameJacobian:
     """Jacobian of a frame by the group's joints at S samples, rotation scaled by a length.
 
     Attributes:
-        matrix: Shape (S, 6, n), or (S, 3, n) where the length is zero.
-        slope: Its derivative: [s, :, j, i] is that of column j by joint i, shape (S, 6 or 3, n, n).
+        matrix: Shape (S, 6, n), or (S, 3, n) if the length is zero.
+        slope: Its derivative: [s, :, j, i] is the derivative of column j by joint i, shape (S, 6 or 3, n, n).
     """
 
     matrix: Floats
@@ -77,11 +77,11 @@ def frame_jacobian(
 class SmallestSingularValue:
     """One component: the smallest singular value s of a frame's Jacobian [m/rad; m/m].
 
-    s' = u . J' v with its singular vectors u and v; exact where the value is single.
+    s' = u . J' v with its singular vectors u and v; exact if the value is single.
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: What is required.
+        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -111,7 +111,7 @@ class LostManipulability:
     Attributes:
         frame: Link, tool frame or attached object.
         reference: Manipulability r at which half is lost, > 0.
-        length: Length that a radian of rotation counts as [m]; 0 where only the origin's motion counts.
+        length: Length that a radian of rotation counts as [m]; 0 counts the origin's motion only.
     """
 
     frame: str
@@ -153,9 +153,9 @@ def manipulability(
         frame: Link, tool frame or attached object.
         reference: Manipulability at which half of the cost is left, > 0.
         weight: Of the cost at a singularity.
-        length: What a radian of rotation is weighed as [m]; 0 where only the origin's motion counts.
+        length: Length that a radian of rotation counts as [m]; 0 counts the origin's motion only.
         loss: Squared by default.
-        window: Where it counts.
+        window: Part of the motion in which it counts.
     """
     return Cost(LostManipulability(frame, reference, length), weight, loss, window)
 

@@ -34,7 +34,7 @@ class SplineBasis:
 
     Attributes:
         degree: Of its polynomials.
-        breaks: Where pieces meet, increasing from 0 to 1, shape (m + 1,).
+        breaks: Parameters at which pieces meet, increasing from 0 to 1, shape (m + 1,).
     """
 
     degree: int
@@ -52,7 +52,7 @@ class SplineBasis:
 
     @property
     def averages(self) -> Floats:
-        """Where the control points are in [0, 1]: means of the knots between (Greville), shape (count,)."""
+        """Parameters of the control points in [0, 1]: means of the knots (Greville), shape (count,)."""
         return self.knots[np.arange(self.count)[:, None] + np.arange(1, self.degree + 1)].mean(axis=1)
 
     @cached_property
@@ -73,7 +73,7 @@ class SplineBasis:
 
     @cached_property
     def derivatives(self) -> tuple["Stencils", ...]:
-        """What makes the control points of the first, second ... derivative of those of the spline."""
+        """Matrices from the control points to the control points of the first, second ... derivative."""
         return tuple(self.derivative(order) for order in range(1, self.degree + 1))
 
     def sampled(self, sampling: Ints, exact: Floats) -> tuple[Floats, "Stencils"]:
@@ -102,10 +102,10 @@ class SplineBasis:
         return self.derivative_at(parameters, 0)
 
     def derivative(self, order: int) -> Stencils:
-        """Return what makes the control points of a derivative of those of the spline.
+        """Return the matrix from the control points to the control points of a derivative.
 
         The derivative is a spline of lower degree on the same pieces: it lies between its control points,
-        so that what bounds these bounds it everywhere.
+        so bounds on these bound it everywhere.
 
         Args:
             order: 1 up to the degree.
@@ -122,8 +122,8 @@ class SplineBasis:
     def derivative_at(self, parameters: Floats, order: int) -> Stencils:
         """Return weights of the control points in a derivative at parameters in [0, 1], shape (s,).
 
-        By the recursion over degrees: those up to the degree less the order sum shares of the pieces around,
-        those above take differences.
+        By the recursion over degrees: degrees up to the degree less the order sum shares of the neighbouring
+        pieces, higher ones take differences.
         """
         piece = np.clip(np.searchsorted(self.breaks, parameters, side="right") - 1, 0, len(self.breaks) - 2)
         weight = np.zeros((len(parameters), self.degree + 1))
@@ -167,7 +167,7 @@ def fitted(
         positions: Points there, shape (s, n).
         resting: Control points at either end that coincide with the first or last point: with 3, velocity
             and acceleration vanish at both ends.
-        first: Where those at the start are instead, shape (resting, n).
+        first: Other values of the control points at the start, shape (resting, n).
 
     Returns:
         Shape (count, n).

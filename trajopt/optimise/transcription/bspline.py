@@ -22,7 +22,7 @@ COARSE_SAMPLES = 2
 
 @dataclass(frozen=True, eq=False)
 class KnotPlaces:
-    """Where the spline is on the polyline over knots, to which windows and margins refer.
+    """Places of the spline on the polyline over knots, to which windows and margins refer.
 
     Attributes:
         parameters: Of the spline, increasing from 0 to 1, shape (m,).
@@ -42,13 +42,13 @@ class KnotPlaces:
     def along(
         polyline: Floats, motion: Trajectory, waypoint_knots: Sequence[int] = (), begin: float = 0.0
     ) -> "KnotPlaces":
-        """Say where on a polyline a motion is, from a time on: equal shares of their lengths.
+        """Match a motion, from a time on, to a polyline by equal shares of their lengths.
 
         Args:
             polyline: Knots, shape (N, n) [rad | m].
             motion: The motion.
             waypoint_knots: The knots of waypoints.
-            begin: From when on it is on the polyline [s].
+            begin: Time from which it is on the polyline [s].
         """
         legs = np.linalg.norm(np.diff(polyline, axis=0), axis=1)
         lengths = np.concatenate((np.zeros(1), np.cumsum(legs))) / max(float(legs.sum()), 1e-12)
@@ -69,7 +69,7 @@ class BsplineNlp(CompilableMotionNlp):
 
     Attributes:
         basis: The spline.
-        places: Where its parameters are along the motion over knots.
+        places: Places of its parameters along the motion over knots.
     """
 
     basis: SplineBasis
@@ -84,7 +84,9 @@ class BsplineNlp(CompilableMotionNlp):
         return swept_samples(self.query, corners, COARSE_SAMPLES)
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
-        """Sample the spline: every break, `sampling - 1` parameters between, and those of waypoints."""
+        """Sample the spline: every break, `sampling - 1` parameters between, and the waypoints'
+        parameters.
+        """
         parameters, stencils = self.basis.sampled(sampling, self.places.exact)
         places = self.places(parameters)
         return Motion(x, stencils.support, stencils.weight, places, stencils(x), self.query)
@@ -103,7 +105,7 @@ def over_control_points(
     Args:
         base: The problem over knots.
         basis: The spline.
-        places: Where its parameters are along the motion.
+        places: Places of its parameters along the motion.
         resting: Control points at either end that have the bounds of the first and last knot.
     """
     lower, upper = (

@@ -1,9 +1,8 @@
-"""Programs over the samples of a curve in parts for the core: which terms it can evaluate, and how.
+"""Programs over the samples of a curve in parts for the core.
 
-Terms that are linear are handed over as the rows that they have where all knots are zero; distances as what
-they are measured against, and the commonest terms of frames as what is seen. Other terms of the library are
-evaluated in Python at every point. A term that is none of these leaves the program to Python: nothing is
-known of its rows before.
+Linear terms are passed as their rows at knots of zero; distances as the pairs that they measure, and the
+commonest terms of frames as formulas. Other terms of the library are evaluated in Python at every point. With
+a term of another package, whose rows are not known before, the whole program is evaluated in Python.
 """
 
 from dataclasses import dataclass, field
@@ -48,7 +47,7 @@ from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
 from trajopt.values.arrays import Floats, Ints, Rows
 
 OF_KNOTS = {Velocity, Acceleration, Jerk, SplineRate}
-"""Terms of the knots themselves, which do not ask where the samples are."""
+"""Terms of the knots themselves, which are independent of the samples."""
 LINEAR = OF_KNOTS | {RestPosture, JointPosition, JointSum}
 """Terms whose rows are linear in the knots, and all there at every point."""
 OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
@@ -110,7 +109,7 @@ class CompilableMotionNlp(MotionNlp):
         return frozenset(kinds & (OTHERS | OF_FRAMES | (FRAME_TERMS if kinds & OF_FRAMES else set())))
 
     def _part(self, item: Cost | Constraint, motion: Motion, *, placed: bool) -> Part | None:
-        """Return a cost or constraint as a part; None where its term or its kind of bounds is unknown.
+        """Return a cost or constraint as a part; None if its term or its kind of bounds is unknown.
 
         Args:
             item: The cost or constraint.

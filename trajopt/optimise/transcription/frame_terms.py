@@ -32,7 +32,7 @@ class FrameInCore:
 
 
 def frame_in_core(residual: object) -> FrameInCore | None:
-    """Return a term of a frame as the core needs it; None if it is no such term, or has no formula there."""
+    """Return a term of a frame in the core's form; None if it is not such a term, or has no formula there."""
     build = _BUILD.get(type(residual))
     return None if build is None else build(residual)
 
@@ -93,7 +93,7 @@ FRAME_TERMS = frozenset(_BUILD)
 
 
 def _shape(shape: Region) -> tuple[descent.Shape, Floats]:
-    """Return a shape and what says its size."""
+    """Return a shape and its sizes."""
     match shape:
         case Box():
             return descent.Shape.BOX, np.array((shape.x, shape.y, shape.z)) / 2.0
@@ -119,5 +119,5 @@ def _view(reduced: ReducedModel, frame: str, reference: str, offset: Floats) -> 
 
 
 def _across(axis: Floats) -> Floats:
-    """Return the unit vector across an axis that the terms take where there is no other."""
+    """Return the unit vector across an axis that the terms use when no direction is given."""
     return np.ascontiguousarray(np.linalg.svd(axis[None, :])[2][1])

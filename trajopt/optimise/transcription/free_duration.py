@@ -1,9 +1,9 @@
-"""Transcription with free duration: the shape of a motion and the time it takes, together.
+"""Transcription with free duration: shape and duration of a motion together.
 
 A cubic B-spline over t / T. Its derivatives are splines again, which lie between their control points
 D^r c, linear in the control points c; so |D^r c| <= limit_r T^r at finitely many places holds velocity
 (r = 1), acceleration (2) and jerk (3) at all times. Acceleration is linear between breaks and jerk constant,
-so for them nothing is lost. T is one more coordinate of every control point, tied to its neighbours,
+so their bounds are exact. T is one more coordinate of every control point, tied to its neighbours,
 so that all rows stay near the diagonal.
 """
 
@@ -25,13 +25,13 @@ RESTING = 3
 TOLERANCE = 1e-3
 """Share by which limits may be exceeded in the program: the duration computed at the end holds all."""
 SHORTEST = 1e-2
-"""Least duration of any motion, one that stands still included [s]."""
+"""Least duration of any motion, including one that does not move [s]."""
 ROUNDING = 1e-9
 """Share of the duration that is left to rounding."""
 STRETCH = 2e-3
 """Share by which a duration is lengthened per step until the torques are within their limits."""
 STRETCHES = 300
-"""Times at most: then the arm moves at half the speed."""
+"""Largest number of stretches: the arm then moves at half the speed."""
 SMOOTHNESS = 1e-2
 """Weight of the problem's own costs relative to the duration, which is 1 at first."""
 
@@ -42,9 +42,9 @@ class FreeDurationNlp:
 
     Attributes:
         spline: The program over the control points alone.
-        limits: The group's limits, scaled as the problem says.
+        limits: The group's limits, scaled by the problem.
         reference: Duration of the seed [s].
-        dynamics: Torques, where they are limited.
+        dynamics: Torques, if they are limited.
         start_velocities: Shape (n,) [rad/s | m/s].
         start_accelerations: Shape (n,) [rad/s^2 | m/s^2].
     """
@@ -57,7 +57,7 @@ class FreeDurationNlp:
     start_accelerations: Floats
 
     def __post_init__(self) -> None:
-        """Lay out what does not change."""
+        """Compute the constant parts."""
         basis = self.spline.basis
         self._derivatives = [basis.derivative(order) for order in (1, 2, 3)]
         # From a start in motion a longer duration does not make up for what the tolerance lets pass.
@@ -126,7 +126,7 @@ class FreeDurationNlp:
     def decode(self, x: Floats) -> Trajectory:
         """Return the motion along the spline in the least duration that holds all limits.
 
-        Positions, velocities and accelerations at the breaks say it completely, for its pieces are cubic.
+        Its pieces are cubic, so positions, velocities and accelerations at the breaks define it completely.
         """
         basis, control = self.spline.basis, x[:, :-1]
         breaks = basis.breaks
@@ -281,7 +281,7 @@ def least_duration(breaks: Floats, speed: Floats, bend: Floats, limits: JointLim
 
 
 def _duration(x: Floats) -> CostRows:
-    """The duration, in units of the reference; the first copy stands for all."""
+    """The duration, in units of the reference; the first copy is used for all."""
     jacobian = np.zeros((1, 1, x.shape[1]))
     jacobian[0, 0, -1] = 1.0
     zero = np.zeros(1)
@@ -292,7 +292,7 @@ def _duration(x: Floats) -> CostRows:
 
 
 def _tied(x: Floats) -> ConstraintRows:
-    """Every control point's copy of the duration is that of the one before."""
+    """Every control point's copy of the duration equals its predecessor's."""
     count = len(x) - 1
     first = np.arange(count)
     jacobian = np.zeros((count, 2, x.shape[1]))
@@ -325,7 +325,7 @@ def _beside(bounds: Floats, value: float) -> Floats:
 
 
 def _greville(basis: SplineBasis, support: Ints) -> Floats:
-    """Parameters where control points act, in the middle of each stencil."""
+    """Parameters at which control points act, in the middle of each stencil."""
     knots = basis.knots
     sites = np.convolve(knots[1:-1], np.full(basis.degree, 1.0 / basis.degree), mode="valid")
     return sites[support].mean(axis=1)

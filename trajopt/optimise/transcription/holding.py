@@ -1,8 +1,8 @@
-"""Rows that keep a path where the joints can hold the load still, for those joints that might not.
+"""Rows that keep a path where the joints can hold the load still, for joints that may be overloaded.
 
 Retiming refuses a path on which a joint needs more than its effort limit just to stand still: no timing
-helps there. So the program has rows for that, but only for joints that gravity can load so much: all
-others are shown never to need a row.
+helps there. So the program has rows against it, but only for joints that gravity can overload: the others
+are shown never to need a row.
 """
 
 import numpy as np
@@ -16,18 +16,19 @@ from trajopt.scene.gravity_bound import largest_gravity_torques
 from trajopt.values.arrays import Floats
 
 USABLE = 0.9
-"""Part of what is left above the share that a path may use too, where it cannot do with less. The rest, a
-hundredth of the limit, is for the distance between samples and for corners that retiming rounds: they
-displace what is carried by a few millimetres, where levers are decimetres long."""
+"""Part of the rest above the share that a path may use if necessary. The remainder, a hundredth of the limit,
+is for the distance between samples and for corners that retiming rounds: they displace the payload by a few
+millimetres, with levers of decimetres.
+"""
 LISTED = 0.3
 """A joint gets a row from this far below its share on: a step may change its load by about that."""
 
 
 def holding_rows(problem: Problem, query: Query, stops: Floats) -> tuple[Constraint, ...]:
-    """Return what keeps the joints able to hold the load still; nothing where they always are.
+    """Return the rows that keep the joints able to hold the load still; none if they always are.
 
-    A joint may use its share, and as much as at a stop, which is fixed. Where the problem itself states
-    what share gravity may take, that is enough.
+    A joint may use its share, or its load at a fixed stop if that is larger. If the problem itself limits
+    the share of gravity, that is enough.
 
     Args:
         problem: The problem.

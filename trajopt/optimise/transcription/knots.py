@@ -34,33 +34,33 @@ COARSE_SAMPLES = 3
 MOST_SAMPLES = 400
 """Samples per segment at most."""
 TURN = 0.5
-"""Up to such a step a body travels hardly farther than the distance between its ends [rad | m]."""
+"""Up to this step the travel of a body hardly exceeds the distance between its ends [rad | m]."""
 
 
 def swept_samples(
     query: Query, corners: Floats, least: int = COARSE_SAMPLES, *, sweep: float = SWEEP
 ) -> Ints:
-    """Return how many samples each segment of a polyline needs, shape (N - 1,).
+    """Return the number of samples that each segment of a polyline needs, shape (N - 1,).
 
     Args:
-        query: Measures how far bodies move.
+        query: Measures the travel of bodies.
         corners: Shape (N, n) [rad | m].
-        least: Samples that every segment gets.
-        sweep: No body moves farther than this between two samples [m].
+        least: Least number of samples of a segment.
+        sweep: Largest travel of a body between two samples [m].
     """
     return samples_for(swept(query, corners), least, sweep)
 
 
 def samples_for(way: Floats, least: int, sweep: float = SWEEP) -> Ints:
-    """Return how many samples segments need in which bodies move so far, shape (N - 1,)."""
+    """Return the number of samples for segments with the given travel of bodies, shape (N - 1,)."""
     return np.clip(np.ceil(way / sweep), least, MOST_SAMPLES).astype(np.int64)
 
 
 def swept(query: Query, corners: Floats) -> Floats:
-    """Return how far bodies move in each segment of a polyline, more or less, shape (N - 1,) [m].
+    """Return the approximate travel of bodies in each segment of a polyline, shape (N - 1,) [m].
 
     Args:
-        query: Measures how far bodies move.
+        query: Measures the travel of bodies.
         corners: Shape (N, n) [rad | m].
     """
     segments, steps = len(corners) - 1, corners[1:] - corners[:-1]
@@ -73,7 +73,7 @@ def swept(query: Query, corners: Floats) -> Floats:
 
 
 CLEARANCE_TOLERANCE = 1e-3
-"""A margin counts as held when undercut by no more than this [m]."""
+"""A margin counts as held when undercut by at most this [m]."""
 WIDE = 0.025
 """Joint goals that leave any joint more room than this are sets of configurations, like goals of frames; in
 others a motion ends at the middle [rad | m]."""
@@ -88,9 +88,9 @@ class KnotsNlp(CompilableMotionNlp):
     Build one with `transcribe(problem, seed)`.
 
     Attributes:
-        margins: The clearance that it asks for along the motion.
-        share: How much of the margins beyond what is required that is.
-        waypoint_knots: The knot that each waypoint is held at.
+        margins: The required clearance along the motion.
+        share: Its share of the margins beyond the requirement.
+        waypoint_knots: The knot of each waypoint.
     """
 
     margins: TaperedMargins
@@ -106,18 +106,18 @@ class KnotsNlp(CompilableMotionNlp):
         return swept_samples(self.query, x, sweep=SWEEP * float(np.sqrt(self.share)))
 
     def keeping(self, share: float) -> "KnotsNlp":
-        """Return the program with a share of its margins only, beyond what is required."""
+        """Return the program with a share of its margins beyond the requirement only."""
         clearance = _clearance(self.problem, self.margins, share)
         return replace(self, constraints=(clearance, *self.constraints[1:]), share=share)
 
     def starting_at(self, positions: Floats) -> "KnotsNlp":
-        """Return the program with its first knot elsewhere: where a start in motion can come to rest."""
+        """Return the program with another first knot: the stopping point of a start in motion."""
         lower, upper = self.lower.copy(), self.upper.copy()
         lower[0] = upper[0] = positions
         return replace(self, lower=lower, upper=upper)
 
     def lacks_margin_only(self, at: Linearisation) -> bool:
-        """Whether all holds at a point but margins that nobody asked for, and what is required."""
+        """Whether all holds at a point except default margins, including the requirements."""
         pairs, asked = self.margins.pairs, ShrunkMargins(self.margins, self.share)
         required, gives = pairs.required, shrinkable(pairs)
         for block in at.constraints:
@@ -143,7 +143,7 @@ class KnotsNlp(CompilableMotionNlp):
 def fixed_goal(problem: Problem) -> Floats | None:
     """Return the group's positions at the goal, shape (n,), if the goals fix all of them.
 
-    They do not where a tolerance leaves a joint room that matters: see `WIDE`.
+    A tolerance that leaves a joint considerable room does not fix it: see `WIDE`.
     """
     centre = goal_centre(problem)
     if centre is None:
@@ -185,8 +185,8 @@ def transcribe(
         problem: The problem.
         seed: The knots to start from, shape (N, n): the motion's duration is estimated
             from it, for windows of allowed contact.
-        waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
-        counts: Takes the work done; counts of its own when None.
+        waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
+        counts: Receives the work done; counts of its own when None.
 
     Raises:
         ProblemError: If a requirement has no term, or requires a joint outside the group to move, or there is
@@ -200,18 +200,19 @@ def transcribe(
 def transcribe_covered(
     problem: Problem, seed: Floats, waypoint_knots: Sequence[int], counts: WorkCounts
 ) -> KnotsNlp | None:
-    """Transcribe a problem with boxes in the place of clouds, which are larger and sooner looked at.
+    """Transcribe a problem with boxes in place of clouds, which are larger and faster to measure.
 
-    What holds for a path then holds beside the clouds too. It may be that no path does although one is free.
+    A path that is clear of the boxes is clear of the clouds. A free path may exist although none is clear of
+    the boxes.
 
     Args:
         problem: See `transcribe`.
         seed: See `transcribe`.
         waypoint_knots: See `transcribe`.
-        counts: Takes the work done.
+        counts: Receives the work done.
 
     Returns:
-        The program; None where there is no cloud that boxes can stand for.
+        The program; None if there is no cloud that boxes can replace.
     """
     _check_waypoints(problem, waypoint_knots)
     stops = seed[list(waypoint_knots)]
@@ -265,7 +266,7 @@ def _transcribed(problem: Problem, seed: Floats, waypoint_knots: Sequence[int], 
 
 
 def _clearance(problem: Problem, margins: TaperedMargins, share: float) -> Constraint:
-    """Return the clearance of all pairs, by a share of their margins beyond what is required."""
+    """Return the clearance of all pairs, with a share of their margins beyond the requirement."""
     distance = Clearance(problem.reduced, margins if share == 1.0 else ShrunkMargins(margins, share))
     tolerance = share * CLEARANCE_TOLERANCE
     return constraint(distance, lower=0.0, upper=np.inf, tolerance=tolerance, reach=distance.activation)

@@ -1,8 +1,8 @@
-"""The clearance that the program demands along the motion: never less than is required.
+"""The clearance that the program demands along the motion: never less than the requirement.
 
-Near a fixed start or goal that is nearer to something than the margin, the margin tapers to the actual
-distance: otherwise no motion could hold it. At a goal that leaves a choice, a margin that was asked for
-tapers to the distance at the configuration where the seed ends. Intended contact is allowed for a time.
+Near a fixed start or goal that violates the margin, the margin tapers to the actual
+distance: otherwise no motion could hold it. At a goal that leaves a choice, a requested margin
+tapers to the distance at the end of the seed. Intended contact is allowed for a time.
 """
 
 from dataclasses import dataclass
@@ -17,10 +17,11 @@ from trajopt.scene.scene import DEFAULT_MARGIN
 from trajopt.values.arrays import Bools, Floats, Ints, Printed
 
 TAPER_KNOTS = 3.0
-"""Knots over which a margin grows from what a fixed end has to its full size."""
+"""Knots over which a margin grows from its value at a fixed end to its full size."""
 LONG_TAPER = 0.25
-"""Part of the motion over which margins grow where some were asked for: these may be many times as large as
-what a body moves between two knots. Over the half of the motion that is left between they are whole."""
+"""Part of the motion over which requested margins grow: these may be many times larger than the
+travel of a body between two knots. In the middle half of the motion they have their full size.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class TaperedMargins(Printed):
 
     @cached_property
     def taper(self) -> float:
-        """Knots over which margins grow from what a fixed end has to their full size."""
+        """Number of knots over which margins grow from their values at a fixed end to their full size."""
         asked_for = bool((~shrinkable(self.pairs)).any())
         return max(TAPER_KNOTS, LONG_TAPER * self.last) if asked_for else TAPER_KNOTS
 
@@ -69,9 +70,9 @@ class TaperedMargins(Printed):
 
 @dataclass(frozen=True, eq=False)
 class ShrunkMargins(Printed):
-    """A `MarginRule` that asks for a share of what another asks for beyond what is required.
+    """A `MarginRule` with a share of another rule's margins beyond the requirement.
 
-    Margins that are larger than they are by themselves were asked for, and stay.
+    Margins that are larger than the default were requested, and stay.
 
     Attributes:
         margins: The other.
@@ -89,7 +90,7 @@ class ShrunkMargins(Printed):
 
 
 def shrinkable(pairs: BodyPairs) -> Bools:
-    """Say which pairs have a margin that nobody asked for, shape (p,)."""
+    """Return which pairs have the default margin, shape (p,)."""
     return pairs.margin <= np.maximum(DEFAULT_MARGIN, pairs.required + ROOM) * (1.0 + 1e-12)
 
 
@@ -108,7 +109,7 @@ def tapered_margins(
         knots: Number of knots.
         goal: The group's positions at a fixed goal, shape (n,); None if the goal is not fixed.
         duration: A cautious (long) estimate of the motion's duration, for contact windows [s].
-        end: Where the motion may end, if the goal is not fixed, shape (n,).
+        end: A possible end of the motion, if the goal is not fixed, shape (n,).
     """
     pairs, last = query.reduced.pairs, float(knots - 1)
     asked_for = ~shrinkable(pairs)

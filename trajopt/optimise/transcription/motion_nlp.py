@@ -1,4 +1,4 @@
-"""A problem's costs and constraints on the samples of a curve, whatever the variables of that curve are."""
+"""A problem's costs and constraints on the samples of a curve, independent of the curve's variables."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class MotionNlp(ABC):
     """The program over the variables of a curve; owns the query, so one per thread.
 
     Attributes:
-        problem: What it transcribes.
+        problem: The transcribed problem.
         counts: The work done so far.
         lower: Lower bounds of the variables, shape (N, n).
         upper: Upper bounds, shape (N, n).

@@ -1,7 +1,7 @@
 """Terms of a spline in time: derivatives of its positions, and torques.
 
 The derivative of a spline is a spline that lies between its control points D^r c / T^r, which are linear in
-the control points c: what bounds these bounds the rate at all times, not at samples only.
+the control points c: bounds on these bound the rate at all times, not at samples only.
 """
 
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ class SplineRate(Value):
     Joints without a limit have no rows. The motion's knots are the control points of the spline.
 
     Attributes:
-        name: What is limited: "velocity limit".
+        name: The limit: "velocity limit".
         support: The control points that each of the derivative's depends on, shape (m, k).
         weight: Their factors in the derivative by the spline's parameter, shape (m, k).
         limit: Of the derivative by the spline's parameter, shape (n,); inf for none.
-        place: Where each is along the motion, in knots of a polyline, shape (m,).
+        place: Place of each along the motion, in knots of a polyline, shape (m,).
     """
 
     name: str
@@ -55,11 +55,11 @@ class SplineTorque(Printed):
     """Torques at some moments of a motion whose knots are the control points of a spline.
 
     Attributes:
-        dynamics: With what is carried; its owner's, so one per thread.
+        dynamics: With the payload; its owner's, so one per thread.
         support: The control points that each moment depends on, shape (s, k).
         weights: Their factors in position, velocity and acceleration there, shape (3, s, k).
         effort: Limits, shape (n,) [Nm | N]; inf for none.
-        listed: Share from which on a torque gets a row.
+        listed: Share from which a torque gets a row.
         place: Of each moment along the motion, in knots of a polyline, shape (s,).
     """
 
@@ -72,7 +72,7 @@ class SplineTorque(Printed):
     name = "torque limit"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate the moments, and differentiate by the control points where a joint needs much."""
+        """Evaluate the moments, and differentiate by the control points for joints with high torque."""
         states = np.einsum("rsk,skn->rsn", self.weights, motion.knots[self.support])
         share = self.dynamics.torque(*states) / self.effort
         moment, joint = np.nonzero(np.abs(share) >= self.listed)

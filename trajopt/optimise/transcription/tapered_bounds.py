@@ -1,7 +1,7 @@
-"""Path constraints near stops that hold them with less in hand than the program keeps: their bounds give way.
+"""Path constraints whose bounds give way near stops that violate the program's narrower bounds.
 
-The program keeps a part of every tolerance in hand. A start, a goal or a waypoint that lies in that part
-holds what is asked, and no path could hold more there: near it the bounds go to what it has.
+The program keeps a part of every tolerance in reserve. A start, a goal or a waypoint that lies in that part
+holds the requirement, and no path could hold more there: near it the bounds widen to its value.
 """
 
 from collections.abc import Sequence
@@ -20,24 +20,25 @@ from trajopt.problem.residual import Window
 from trajopt.values.arrays import Floats, Ints, Rows
 
 USABLE = 0.5
-"""Part of what a stop has left of a tolerance that the program may miss its bounds by: the rest is for what
-retiming adds."""
+"""Part of the tolerance left at a stop that the program may use up: the rest is for the error of retiming."""
 LEAST = 1e-7
 """No tolerance is less: linear programs are solved to a few digits more than that."""
 
 
 MOST_KEPT = {"m": 0.01, "rad": 0.05}
-"""No more is kept in hand, by unit: retiming leaves a path by 5 mm at first, which at a lever of a decimetre
-turns a frame by so much, and by less where that breaks something. Of a wide cone a tenth is far more."""
+"""Largest reserve, by unit: retiming first leaves a path by up to 5 mm, which turns a frame by this at a
+lever of
+a decimetre, and by less if that violates something. A tenth of a wide cone would be far more.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class StopExcess:
-    """How far a stop is outside the bounds that the program keeps.
+    """Excess of a stop over the bounds that the program keeps.
 
     Attributes:
         place: Its knot.
-        below: Of the lower bound, by component; 0 where it is kept, as beyond the last one.
+        below: Of the lower bound, by component; 0 if it is kept, as for components beyond the last one.
         above: Of the upper bound.
     """
 
@@ -69,12 +70,12 @@ class TaperedConstraint(Constraint):
 def tapered(
     required: Requirement, query: Query, window: Window, places: Sequence[int], stops: Floats, last: int
 ) -> tuple[Constraint, ...]:
-    """Return a path constraint as terms that every stop holds which holds what is asked.
+    """Return a path constraint as terms that every stop holds if it holds the requirement.
 
     Args:
-        required: What is asked.
+        required: The requirement.
         query: Of the reduced model.
-        window: Where it is asked.
+        window: Part of the motion in which it must hold.
         places: The stops' knots.
         stops: Configurations there, shape (k, n) [rad | m].
         last: The last knot.
@@ -93,7 +94,7 @@ def tapered(
 
 
 def _no_more_kept(item: Constraint, whole: Constraint, most: float) -> Constraint:
-    """Return a constraint that keeps no more in hand than `most` of what is asked."""
+    """Return a constraint whose reserve is at most `most`."""
     with np.errstate(invalid="ignore"):  # infinite bounds keep nothing
         low, high = np.maximum(item.lower - whole.lower, 0.0), np.maximum(whole.upper - item.upper, 0.0)
     wide = np.nanmax(np.concatenate((low, high)), initial=0.0)
@@ -129,5 +130,5 @@ def _tapered(item: Constraint, whole: Constraint, stops: Sequence[tuple[int, Mot
 
 
 def _of(values: Floats, component: Ints) -> Floats:
-    """Return the value of each component, 0 where there is none."""
+    """Return the value of each component, 0 for missing ones."""
     return np.append(values, 0.0)[np.minimum(component, len(values))]

@@ -1,1 +1,1 @@
-"""Knots by CasADi: kinematics as expressions, contacts as callbacks, solved by one of its plugins."""
+"""Knots by CasADi: kinematics as expressions, contacts as callbacks, solved by a CasADi plugin."""

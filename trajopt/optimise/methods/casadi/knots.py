@@ -20,9 +20,9 @@ from trajopt.values.arrays import Floats, Ints, Loss
 from trajopt.values.errors import shown
 
 ROUNDS = 6
-"""Solutions at most: on finer samples, or with a larger penalty, from where the last one ended."""
+"""Largest number of solutions: each begins at the last, on finer samples or with a larger penalty."""
 GROWTH = 10.0
-"""Factor on the penalty where constraints do not hold."""
+"""Factor on the penalty if constraints do not hold."""
 PENALTY = 5.0
 """First weight of constraint violations."""
 
@@ -82,7 +82,7 @@ class CasadiKnots:
 
     @property
     def name(self) -> str:
-        """What it is called in reports."""
+        """Name in reports."""
         return self.solver.plugin
 
     @property

@@ -47,7 +47,7 @@ class KnotLayout(Protocol):
 
     @property
     def equalities(self) -> Equalities:
-        """What ties the variables together."""
+        """Equalities between the variables."""
         ...
 
     def differences(self, order: int) -> ca.MX:
@@ -64,13 +64,13 @@ class KnotLayout(Protocol):
 
 
 class Plain:
-    """The knots that may move are the variables, one after the other."""
+    """The free knots are the variables, one after the other."""
 
     def __init__(self, lower: Floats, upper: Floats) -> None:
         """Lay them out.
 
         Args:
-            lower: Lower bounds of the knots, shape (N, n); equal to upper where one is fixed.
+            lower: Lower bounds of the knots, shape (N, n); equal to upper for fixed ones.
             upper: Upper bounds.
         """
         self._lower, self._upper = lower, upper
@@ -124,9 +124,9 @@ class Staged:
         """Lay the stages out.
 
         Args:
-            lower: Lower bounds of the knots, shape (N, n); equal to upper where one is fixed.
+            lower: Lower bounds of the knots, shape (N, n); equal to upper for fixed ones.
             upper: Upper bounds.
-            order: Highest order of the differences that costs are of, 1 to 3.
+            order: Highest order of the differences in the costs, 1 to 3.
         """
         self._lower, self._upper, self._order = lower, upper, order
         count, joints = lower.shape
@@ -143,7 +143,7 @@ class Staged:
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Bounds of the positions that may move; what is fixed is an equality."""
+        """Bounds of the free positions; fixed ones are equalities."""
         count = len(self._lower)
         found: list[Floats] = []
         for bounds, without in ((self._lower, -np.inf), (self._upper, np.inf)):
@@ -154,7 +154,7 @@ class Staged:
 
     @property
     def equalities(self) -> Equalities:
-        """Gaps between the stages, and what is fixed."""
+        """Gaps between the stages, and fixed positions."""
         values: list[ca.MX] = []
         stages: list[int] = []
         for stage in range(len(self._lower) - 1):
@@ -182,7 +182,7 @@ class Staged:
         return values, stages
 
     def differences(self, order: int) -> ca.MX:
-        """Differences of the knots, those of a stage from its own variables."""
+        """Differences of the knots, each of a stage's own variables."""
         columns: list[ca.MX] = []
         for stage in range(order - 1, len(self._lower) - 1):
             found = self._part(stage, self._order)

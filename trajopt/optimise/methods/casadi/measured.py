@@ -1,9 +1,9 @@
-"""What is measured, not written as an expression, as a function of CasADi with a sparse Jacobian.
+"""Measured rows as a CasADi function with a sparse Jacobian.
 
 A program of CasADi has a fixed number of rows, so measured rows are put in slots: one for each component
-at each sample where these are always there, or for the few that are nearest to their bound, in each segment
-and for each link, where they come and go. Empty slots read far from any bound. Second derivatives are left
-out: the Hessian of the Lagrangian is that of Gauss and Newton in these rows.
+at each sample of a permanent row, or a few for the rows nearest to their bound, in each segment and for each
+link, if rows come and go. Empty slots have a value far from any bound. Second derivatives are left out: the
+Hessian of the Lagrangian is the Gauss-Newton approximation in these rows.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from trajopt.values.errors import ProblemError, shown
 NEAREST = 6
 """Rows kept of each link in each segment, nearest first."""
 FAR = 0.1
-"""What an empty slot reads, and the most that any nearest row does."""
+"""Value of an empty slot, and the largest value of a nearest row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class SegmentEnds:
 
     @property
     def place(self) -> Floats:
-        """Where along the motion each sample is, in knots."""
+        """Position of each sample along the motion, in knots."""
         return self.segment + self.fraction
 
     def motion(self, ends: Floats) -> Motion:
@@ -67,7 +67,7 @@ class Filled:
 
 
 class Slots(Protocol):
-    """Gives measured rows a place."""
+    """Assigns slots to measured rows."""
 
     @property
     def segment(self) -> Ints:
@@ -76,7 +76,7 @@ class Slots(Protocol):
 
     @property
     def empty(self) -> float:
-        """What empty slots read."""
+        """Value of empty slots."""
         ...
 
     def fill(self, motion: Motion) -> Filled:
@@ -89,8 +89,8 @@ class EverySample:
     """One slot for each component at each sample.
 
     Attributes:
-        residual: What is measured.
-        components: How many it has.
+        residual: The measured residual.
+        components: Its number of components.
         segment: Of each slot.
         place: Of each sample, increasing.
     """
@@ -121,7 +121,7 @@ class EverySample:
 class NearestRows:
     """Slots for the rows nearest to their one bound, `NEAREST` for each link in each segment.
 
-    They read by how much the bound is kept.
+    Their values are distances inside the bound.
 
     Attributes:
         item: The constraint.
@@ -169,10 +169,10 @@ def links_of_pairs(reduced: ReducedModel) -> Ints:
 class MeasuredRows(ca.Callback):
     """The slots' values as a function of the ends of all segments, (2 n, N - 1) column by column.
 
-    Keep a reference as long as the program lives.
+    Keep a reference while the program is in use.
 
     Attributes:
-        failure: What a user's function raised, if one did.
+        failure: Exception raised by a user's function, if any.
     """
 
     def __init__(self, ends: SegmentEnds, slots: Slots) -> None:
@@ -241,7 +241,7 @@ class MeasuredRows(ca.Callback):
         return [ca.DM(self.values(arguments[0])[0])]
 
     def has_jacobian(self) -> bool:
-        """There is one."""
+        """The Jacobian is provided."""
         return True
 
     def get_jacobian(

@@ -1,4 +1,4 @@
-"""Solvers of CasADi: a nonlinear program of expressions and callbacks, solved by one of its plugins."""
+"""Solvers of CasADi: a nonlinear program of expressions and callbacks, solved by a plugin."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ QUIET: Mapping[str, Mapping[str, object]] = {
         "print_status": False,
     },
 }
-"""The plugins that are offered, and how each is told to print nothing."""
+"""The supported plugins, and the options that silence each."""
 
 ENDED: Mapping[str, SolverStatus] = {
     "Solve_Succeeded": SolverStatus.CONVERGED,
@@ -33,7 +33,7 @@ ENDED: Mapping[str, SolverStatus] = {
     "Search_Direction_Becomes_Too_Small ": SolverStatus.TRUST_REGION_COLLAPSED,
     "Invalid_Number_Detected": SolverStatus.NON_FINITE,
 }
-"""What the plugins' words for how they ended mean; any other is a failure of their linear algebra or QP."""
+"""Meanings of the plugins' return statuses; any other is a failure of their linear algebra or QP."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class CasadiProgram:
         x: The variables, shape (v, 1).
         objective: A scalar.
         functions: Shape (m, 1).
-        lower: Of the variables, shape (v,); equal to upper where one is fixed.
+        lower: Of the variables, shape (v,); equal to upper for fixed ones.
         upper: Shape (v,).
         least: Of the functions, shape (m,); -inf for none.
         most: Shape (m,); inf for none.
@@ -63,13 +63,13 @@ class CasadiProgram:
 
 @dataclass(frozen=True, eq=False)
 class CasadiSolution:
-    """How a plugin ended.
+    """Result of a plugin.
 
     Attributes:
-        status: As our own solvers say it.
-        said: The plugin's own words.
+        status: In the terms of our own solvers.
+        said: The plugin's own return status.
         x: The last point, shape (v,).
-        log: One entry an iteration; without those of a plugin that reports none.
+        log: One entry for each iteration; empty if the plugin reports none.
     """
 
     status: SolverStatus
@@ -84,11 +84,11 @@ class Nlpsol:
 
     Attributes:
         plugin: "ipopt", "fatrop" or "sqpmethod".
-        options: As `casadi.nlpsol` takes them.
-        penalty: Weight of what elastic functions exceed their bounds by, so that no step asks for what
-            cannot be; 0 keeps all bounds hard.
-        curvature: Whether the Hessian holds second derivatives of the functions; without them it is that
-            of the objective. Fatrop always takes them.
+        options: Passed to `casadi.nlpsol`.
+        penalty: Weight of the excess of elastic functions over their bounds, which keeps every step
+            feasible; 0 keeps all bounds hard.
+        curvature: Whether the Hessian holds second derivatives of the functions; without them it is
+            the objective's. Fatrop always takes them.
     """
 
     plugin: str
@@ -147,7 +147,7 @@ class Nlpsol:
 
 
 def _of_objective(program: CasadiProgram, plugin: str) -> ca.Function:
-    """Return the Hessian of the objective where the plugin expects that of the Lagrangian."""
+    """Return the Hessian of the objective in place of the Lagrangian's."""
     multipliers = ca.MX.sym("lam_g", len(program.least))
     given = [program.x, ca.MX.sym("p", 0), ca.MX.sym("lam_f"), multipliers]
     hessian = given[2] * ca.hessian(program.objective, program.x)[0]
@@ -224,11 +224,11 @@ class _Watcher(ca.Callback):
         self.construct("watcher", {})
 
     def get_n_in(self) -> int:
-        """Say that the solver's outputs are what comes in."""
+        """The inputs are the solver's outputs."""
         return ca.nlpsol_n_out()
 
     def get_n_out(self) -> int:
-        """Say that one number goes out."""
+        """One number is the output."""
         return 1
 
     def get_sparsity_in(self, index: int) -> ca.Sparsity:
@@ -237,7 +237,7 @@ class _Watcher(ca.Callback):
         return ca.Sparsity.dense(size, 1) if size else ca.Sparsity(0, 0)
 
     def eval(self, arguments: list[ca.DM]) -> list[float]:
-        """Note an iteration; 0 lets the solver go on."""
+        """Log an iteration; 0 lets the solver go on."""
         values = {ca.nlpsol_out(index): part for index, part in enumerate(arguments)}
         cost, violation = self._of.worth(
             values["x"].full().ravel(), float(values["f"]), values["g"].full().ravel()

@@ -34,13 +34,13 @@ ORDERS: dict[type, int] = {Velocity: 1, Acceleration: 2, Jerk: 3}
 SAMPLED = (FunctionResidual, SmallestSingularValue, LostManipulability, Exceeded)
 """Measured at every sample."""
 NEAR = (Clearance, SightClearance)
-"""Measured where they are near."""
+"""Residuals measured near their bounds only."""
 
 
 def objection(residual: Residual, reduced: ReducedModel) -> str:
-    """Say why a residual has no place in a program of CasADi; empty if it has.
+    """Return the reason why a residual cannot be in a CasADi program; empty if it can.
 
-    Clearance has one only as the constraint that every problem has.
+    Clearance can be in it only as the constraint that every problem has.
     """
     if isinstance(residual, Exceeded):
         required = residual.required
@@ -53,7 +53,7 @@ def objection(residual: Residual, reduced: ReducedModel) -> str:
 
 
 def requirement_objection(required: Requirement, reduced: ReducedModel) -> str:
-    """Say why a requirement has no place in a program of CasADi; empty if it has."""
+    """Return the reason why a requirement cannot be in a CasADi program; empty if it can."""
     residuals = (item.residual for item in constrain(required, reduced, WHOLE))
     found = (objection(each, reduced) for each in residuals if not isinstance(each, NEAR))
     return "; ".join(text for text in found if text)
@@ -61,13 +61,13 @@ def requirement_objection(required: Requirement, reduced: ReducedModel) -> str:
 
 @dataclass(eq=False)
 class CasadiTranscription:
-    """A program over knots as CasADi takes it, on fixed samples.
+    """A program over knots in CasADi's form, on fixed samples.
 
     Attributes:
-        nlp: The same over knots, which says what the point that is found is worth.
+        nlp: The same over knots, which evaluates the solution.
         layout: The variables.
         sampling: Samples per segment, shape (N - 1,).
-        callbacks: What measures, kept alive as long as this is.
+        callbacks: Measuring callbacks, kept alive with this object.
     """
 
     nlp: KnotsNlp
@@ -90,7 +90,7 @@ class CasadiTranscription:
         return np.concatenate((x, np.zeros(program.x.shape[0] - len(x))))
 
     def raise_failure(self) -> None:
-        """Raise what a user's function raised while it was measured, if one did."""
+        """Raise the exception of a user's function during measurement, if any."""
         for callback in self.callbacks:
             if callback.failure is not None:
                 raise callback.failure
@@ -123,7 +123,7 @@ class _Writer:
         self._elastic = [np.zeros(len(equal.stage), dtype=np.bool_)]
 
     def add_cost(self, cost: Cost) -> None:
-        """Add a cost; what has a kink gets a slack for each row."""
+        """Add a cost; a loss with a kink gets a slack for each row."""
         order = ORDERS.get(type(cost.residual))
         if order is not None:
             first = np.arange(self._last + 1 - order)
@@ -143,7 +143,7 @@ class _Writer:
             self._add(-column - slack, -np.inf, 0.0, stage, elastic=False)
 
     def add_constraint(self, item: Constraint) -> None:
-        """Add what must lie between bounds."""
+        """Add a constraint between bounds."""
         if isinstance(item.residual, NEAR):
             value, stage = self._nearest(item)
             self._add(value, 0.0, np.inf, stage)
@@ -258,6 +258,6 @@ def plainly(nlp: KnotsNlp, sampling: Ints) -> CasadiTranscription:
 
 
 def by_stages(nlp: KnotsNlp, sampling: Ints) -> CasadiTranscription:
-    """Write a program as one of optimal control, a stage for each knot."""
+    """Write an optimal-control program, a stage for each knot."""
     orders = [ORDERS.get(type(cost.residual), 1) for cost in nlp.problem.costs or ()]
     return CasadiTranscription(nlp, Staged(nlp.lower, nlp.upper, max(orders, default=1)), sampling)

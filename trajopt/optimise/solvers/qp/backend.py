@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 UNBOUNDED = 1e20
-"""What backends without infinity get in its place."""
+"""Replaces infinity in backends without it."""
 VIOLATION = 1e-3
 """Largest violation of rows and bounds that a solution may have."""
 RESIDUAL = 1e-2
@@ -28,7 +28,7 @@ NATIVE: Mapping[str, tuple[str, str]] = {
     "proxqp": ("trajopt.optimise.solvers.qp.proxqp", "Proxqp"),
     "proxqp-dense": ("trajopt.optimise.solvers.qp.proxqp", "DenseProxqp"),
 }
-"""Module and class of the backends that are driven directly; their packages come with trajopt."""
+"""Module and class of the backends that are called directly; their packages come with trajopt."""
 
 GENERAL: Mapping[str, str] = {
     "clarabel": "clarabel",
@@ -69,7 +69,7 @@ class Qp:
     upper: Floats
 
     def same_pattern(self, other: "Qp") -> bool:
-        """Say whether the other has non-zeros at the same places."""
+        """Return whether the other has its non-zeros in the same places."""
         return all(
             a.shape == b.shape and np.array_equal(a.indptr, b.indptr) and np.array_equal(a.indices, b.indices)
             for a, b in ((self.P, other.P), (self.A, other.A))
@@ -86,7 +86,7 @@ class Qp:
         return float(max((part.max(initial=0.0) for part in parts), default=0.0))
 
     def residual(self, x: Floats, row_multipliers: Floats) -> float:
-        """Return how far a point and its multipliers are from optimal, >= 0; 0 only at an optimum.
+        """Return the distance of a point and its multipliers from optimality, >= 0; 0 only at an optimum.
 
         The natural residual of the KKT conditions, with the gradient g = Px + q + A'y and the projection
         onto bounds: max(|x - clip(x - g)|, |Ax - clip(Ax + y)|) (Facchinei and Pang, Finite-Dimensional
@@ -113,12 +113,12 @@ class QpStatus(Enum):
 
 @dataclass(frozen=True, eq=False)
 class QpSolution:
-    """What a backend returned.
+    """Result of a backend.
 
     Attributes:
-        status: How it ended.
+        status: Reason for its end.
         x: The minimiser, shape (n,).
-        row_multipliers: Of the rows, positive at the upper bound, shape (m,); NaN where the backend
+        row_multipliers: Of the rows, positive at the upper bound, shape (m,); NaN if the backend
             states none.
         iterations: Iterations used.
     """
@@ -130,7 +130,7 @@ class QpSolution:
 
 
 class QpBackend(Protocol):
-    """A QP solver that may keep what depends on the pattern only."""
+    """A QP solver that may keep data that depend on the pattern only."""
 
     def setup(self, qp: Qp) -> None:
         """Take a program and analyse its pattern."""

@@ -16,9 +16,9 @@ OPTIONS: Mapping[str, Mapping[str, float]] = {
     "scs": {"eps_abs": 1e-6, "eps_rel": 1e-6},
     "highs": {"qp_iteration_limit": 20_000, "simplex_iteration_limit": 20_000},
 }
-"""Options of solvers whose own defaults are too rough for a step, or let it run for ever."""
+"""Options of solvers whose defaults are too inaccurate for a step, or have no limit of time."""
 STRICT = {"quadprog"}
-"""Solvers that take positive definite Hessians only: for them the proximal point method is run."""
+"""Solvers that take positive definite Hessians only: the proximal point method is run for them."""
 PROXIMAL_WEIGHT = 1e-3
 """Weight of the squared distance from the last point, of that method."""
 PROXIMAL_STEPS = 100

@@ -18,7 +18,7 @@ SMALL = 1e-16
 class SymbolicKinematics:
     """Forward kinematics of a reduced model as expressions.
 
-    Derivatives of whatever is made of them are automatic: `casadi.jacobian(expression, k.q)`.
+    Derivatives of expressions made of them are automatic: `casadi.jacobian(expression, k.q)`.
 
     Attributes:
         reduced: The model.
@@ -57,7 +57,7 @@ class SymbolicKinematics:
             reference: "world", link, tool frame or object; it may move.
 
         Raises:
-            FrameNotFound: If a name is no frame.
+            FrameNotFound: If a frame is unknown.
         """
         mine = self._in_world(frame)[0]
         return mine if reference == WORLD else self._in_world(reference)[0].T @ mine
@@ -73,8 +73,8 @@ class SymbolicKinematics:
             reference: "world", link, tool frame or object; it may move.
 
         Raises:
-            FrameNotFound: If a name is no frame.
-            ShapeError: If the offset has not three finite numbers.
+            FrameNotFound: If a frame is unknown.
+            ShapeError: If the offset is not three finite numbers.
         """
         rotation, origin = self._in_world(frame)
         point = origin + rotation @ ca.SX(floats("offset", offset, (3,)))
@@ -106,9 +106,9 @@ def _turn(axis: Floats, angle: ca.SX) -> ca.SX:
 
 @runtime_checkable
 class Symbolic(Protocol):
-    """A residual that has an expression: the same numbers, with automatic derivatives of any order.
+    """A residual with an expression: the same numbers, with automatic derivatives of any order.
 
-    What has none is measured (clearance, lines of sight, singular values) or a plain function.
+    Residuals without one are measured (clearance, lines of sight, singular values) or plain functions.
     """
 
     def expression(self, kinematics: SymbolicKinematics) -> ca.SX:
@@ -121,5 +121,5 @@ class Symbolic(Protocol):
 
 
 def length(vector: ca.SX) -> ca.SX:
-    """Return the length of a vector; it has a slope also where it vanishes."""
+    """Return the length of a vector; it has a slope also at zero."""
     return ca.sqrt(ca.fmax(ca.sumsqr(vector), SMALL))
