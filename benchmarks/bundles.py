@@ -40,11 +40,11 @@ from trajopt.viewer.report import write_report
 MOST_SECONDS, MOST_MEMORY = 2.0, 1024.0
 """What a hostile file may take at most: CPU [s], memory [MiB]."""
 GROUPS: Mapping[str, Callable[[], Mapping[str, Change]]] = {
-    "documents that are none": of_json,
-    "documents that say what they must not": of_contents,
-    "arrays that are none": of_arrays,
-    "values that are none": of_values,
-    "more than there is any need for": of_sizes,
+    "invalid documents": of_json,
+    "documents with forbidden content": of_contents,
+    "invalid arrays": of_arrays,
+    "invalid values": of_values,
+    "excessive sizes": of_sizes,
 }
 REPORTED = ("cup_past_pillar", "goal_in_collision")
 """Of the Panda: a plan, and a failure."""
@@ -83,7 +83,7 @@ def hostile(members: Members, folder: Path) -> Iterator[tuple[str, str, Path]]:
     path = folder / "hostile.trajopt"
     for name in files():
         alone(make_file, name, path, members)
-        yield "files that are no bundles", name, path
+        yield "files that are not bundles", name, path
     for group, changes in GROUPS.items():
         for name in changes():
             alone(change_members, group, name, path, members)

@@ -40,12 +40,12 @@ from trajopt.driving import (
 PROBLEMS = ("cup_past_pillar", "bookshelf_panda", "bookshelf_ur5", "past_pillar_ur5", "past_pillar_xarm7")
 PLANS = 15
 WAYS = {"supervisor": SupervisorOptions(), "plans from rest only": SupervisorOptions(on_the_way=False)}
-ANSWERED = "surprise to committed command (stop, splice or known to hold)"
+ANSWERED = "surprise to proven command"
 SPLICED = "surprise to splice"
-STAGES = ("cycle", "prove", "look again", "stop", "retime", "plan", ANSWERED, SPLICED, "servo tick")
+STAGES = ("cycle", "prove", "re-check", "stop", "retime", "plan", ANSWERED, SPLICED, "servo tick")
 AFTERWARDS = ("plan", "plan ahead", "retime", "prove")
 """Stages of a cycle in which it is known already that what is committed holds, or a stop is committed."""
-BEFORE = 0.035
+FIRST = 0.035
 """Median of a plan before anything of this was built, which its aims are shares of [s]."""
 LED = ("panda", "ur5")
 BOXES, TICKS, PERIOD = 20, 1000, 0.01
@@ -89,7 +89,7 @@ class Tally:
         if not len(times):
             return ["-"] * 8
         found = np.percentile(times, (50.0, 99.0, 99.9))
-        parts = [f"{each / still:.3f}" for still in (np.median(self.plans), BEFORE) for each in found[[0, 2]]]
+        parts = [f"{each / still:.3f}" for still in (np.median(self.plans), FIRST) for each in found[[0, 2]]]
         return [str(len(times)), *(f"{1e3 * each:.2f}" for each in found), *parts]
 
 
@@ -183,22 +183,18 @@ def page(tallies: dict[str, Tally]) -> str:
     names = ", ".join(f"`{name}`" for name in PROBLEMS)
     return "\n".join(
         (
-            f"Problems: {names}, the same seeds for both ways. A negative number of millimetres: the",
-            "simulated robot kept farther away than was proven.",
+            f"Problems: {names}; equal seeds for both rows.",
+            "A negative distance: the robot kept farther away than was proven.",
             "",
             table(heads, [[way, *tally.row()] for way, tally in tallies.items()]),
             "",
-            "CPU time of the thread in each stage, also as shares of the median of a plan in this run,",
-            f"{still:.1f} ms, and of what it was before anything of this was built, {1e3 * BEFORE:.0f} ms.",
-            "`prove`: a piece and its stop are found, proven and committed. One proof is enough for several",
-            f"cycles; spread over all of them, proofs take {proofs:.2f} ms a cycle, {proofs / still:.3f} of",
-            f"a plan in this run and {proofs / (1e3 * BEFORE):.3f} of {1e3 * BEFORE:.0f} ms.",
-            "`look again`: whenever the world is told, until what is committed is known to hold, or a stop",
-            f"is committed, and what is left of the motion is judged. `{ANSWERED}`: all that a cycle",
-            "does after a box appeared but for what plans and commits after that; what is known to hold is a",
-            f"piece of the motion and a proven stop. `{SPLICED}`: all cycles until the next motion is",
-            "committed, plans included; until then the robot drives what is proven, and stops after it.",
-            f"`servo tick`: among {BOXES} boxes, {' and '.join(LED)}.",
+            "CPU time of the thread in each stage, also relative to a plan from rest:",
+            f"{still:.1f} ms (this run), {1e3 * FIRST:.0f} ms (before the supervisor existed).",
+            f"*prove*: find, prove and commit a piece and its stop ({proofs:.2f} ms over all cycles).",
+            "*re-check*: after a change of the scene, until the committed motion is proven again or a stop",
+            f"is committed. *{ANSWERED}*: the cycle in which a box appears, without planning.",
+            f"*{SPLICED}*: until the next motion is committed, planning included.",
+            f"*servo tick*: among {BOXES} boxes, {' and '.join(LED)}.",
             "",
             stages,
         )
@@ -212,7 +208,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=0, help="the first one")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--page", type=Path)
-    parser.add_argument("--scenarios", action="store_true", help="what can happen, one run of each")
+    parser.add_argument("--scenarios", action="store_true", help="one run of each scenario")
     asked = parser.parse_args(words)
     if asked.scenarios:
         text = scenarios_page()

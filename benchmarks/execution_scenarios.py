@@ -313,11 +313,9 @@ def grows_uncertain() -> Outcome:
 
 
 SCENARIOS = {
-    8: Scenario(
-        "a box appears 0.3 s ahead, a stop is possible", "stop or plan anew; no contact", stop_possible
-    ),
+    8: Scenario("a box appears 0.3 s ahead, a stop is possible", "stop or replan; no contact", stop_possible),
     9: Scenario(
-        "a box appears inside the stopping distance", "earliest stop; pair and shortfall are named", too_late
+        "a box appears inside the stopping distance", "earliest stop; pair and shortfall named", too_late
     ),
     10: Scenario(
         "a person's arm reaches in and leaves",
@@ -329,14 +327,14 @@ SCENARIOS = {
     17: Scenario(
         "the deadline is missed ten times running", "committed motion kept, no jump", deadlines_missed
     ),
-    18: Scenario("the scene is edited beside the way", "judged anew, no slowing", edited_elsewhere),
+    18: Scenario("the scene is edited away from the path", "proven again, no slowing", edited_elsewhere),
     19: Scenario("a new goal at peak speed", "spliced without a jump, limits proven", at_full_speed),
     20: Scenario("servo into the table, then away", "stops clear; leaves at full speed", into_the_table),
     21: Scenario("servo into a singularity, then away", "bounded speed, leaves freely", stretched_out),
     22: Scenario("the joystick is silent", "stops after the time-out, within limits", silence),
     23: Scenario("a fault in light contact, then home", "separates monotonically, reaches home", in_contact),
     24: Scenario(
-        "where something is, is known worse and worse", "slows to rest; it is named", grows_uncertain
+        "the position of an object becomes uncertain", "slows to rest; object named", grows_uncertain
     ),
 }
 
@@ -348,4 +346,4 @@ def scenarios_page() -> str:
         outcome = scenario.play()
         verdict = "yes" if outcome.expected else "**no**"
         rows.append([str(number), scenario.name, scenario.expected, outcome.happened, verdict])
-    return table(["", "scenario", "expected", "what happened", "as expected"], rows)
+    return table(["", "scenario", "expected", "result", "as expected"], rows)

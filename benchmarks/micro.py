@@ -60,8 +60,8 @@ def pieces(problem: to.Problem) -> dict[str, float]:
         return lambda: step_solver(name).program(moves, at, 5.0).solve(-box, box, 1e-3)
 
     return {
-        f"near pairs of {len(motion.positions)} samples, nothing known": least(near(Query)),
-        "the same, asked again": least(lambda: nlp.query.close_pairs(motion.positions, reach)),
+        f"near pairs of {len(motion.positions)} samples, empty cache": least(near(Query)),
+        "the same, second call": least(lambda: nlp.query.close_pairs(motion.positions, reach)),
         "the same, plain Python": least(near(PlainQuery), runs=3),
         f"linearisation, {len(at.constraints[0].lower)} rows": least(lambda: nlp.linearise(line, coarse)),
         "QP, banded": least(qp("banded")),

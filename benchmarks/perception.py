@@ -161,7 +161,7 @@ def main() -> None:
                 several.append(reach(shelf, own, stands[-1], unseen=name == "solid", cell=given.cell))
                 print(name, several[-1], flush=True)
     plain = {
-        "times": times,
+        "runs": times,
         "exact": exact,
         "shelves": {name: [asdict(each) for each in several] for name, several in found.items()},
     }
@@ -182,7 +182,7 @@ def section(
     """Return the tables in Markdown."""
     image, plan = (float(np.median(times[name])) for name in ("image", "plan"))
     costs = table(
-        ("CPU", "median ms", "p90 ms", "times"),
+        ("CPU", "median ms", "p90 ms", "runs"),
         [
             (
                 words,
@@ -192,7 +192,7 @@ def section(
             )
             for name, words in (
                 ("image", "640x480 depth image to a scene, 5 mm cells"),
-                ("plan", "still `plan()`, Panda sets"),
+                ("plan", "static `plan()`, Panda sets"),
             )
         ],
     )
@@ -212,7 +212,7 @@ def section(
             )
         )  # fmt: skip
     head = (
-        "what nobody saw",
+        "unseen space",
         "shelves",
         "outcomes",
         "contacts",
@@ -223,9 +223,9 @@ def section(
     return "\n\n".join(
         (
             costs,
-            f"An image takes {image / plan:.2f} of the median of a still plan; "
-            f"about {points:.0f} balls are left of it.",
-            f"Depths that MuJoCo draws are off rays cast into the same scene by {1e6 * exact[0]:.1f} um "
+            f"An image takes {image / plan:.2f} of a static plan (medians) and "
+            f"leaves about {points:.0f} balls.",
+            f"MuJoCo's depths differ from ray casts by {1e6 * exact[0]:.1f} um "
             f"(median) and {1e6 * exact[1]:.0f} um (99 in 100); {1e2 * exact[2]:.2f} % of the pixels, on "
             "edges, by more than 1 mm.",
             table(head, rows),

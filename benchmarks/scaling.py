@@ -1,4 +1,4 @@
-"""How the cost of planning grows: knots, boxes far and near, faces of one exact mesh, things carried, joints.
+"""Cost of planning as a problem grows: knots, boxes, triangles of a mesh, attached objects, joints.
 
 python -m benchmarks.scaling [--json FILE] [--page FILE]
 """
@@ -18,8 +18,8 @@ from benchmarks.problems import arms, carrying, close_by, over_waves, past_pilla
 SIZES = {
     "knots": [10, 20, 50, 100, 200],
     "boxes": [10, 30, 100, 300, 1000],
-    "boxes close by": [10, 30, 100, 300, 1000],
-    "things carried": [1, 3, 10, 30, 100],
+    "nearby boxes": [10, 30, 100, 300, 1000],
+    "attached objects": [1, 3, 10, 30, 100],
     "mesh faces": [200, 1_000, 10_000, 100_000, 1_000_000],
     "joints": [2, 4, 7, 10, 14],
 }
@@ -31,8 +31,8 @@ def families(folder: Path) -> dict[str, Callable[[int], to.Problem]]:
     return {
         "knots": lambda size: past_pillar(panda, knots=size),
         "boxes": lambda size: past_pillar(panda, boxes=size),
-        "boxes close by": lambda size: close_by(panda, size),
-        "things carried": lambda size: carrying(panda, size),
+        "nearby boxes": lambda size: close_by(panda, size),
+        "attached objects": lambda size: carrying(panda, size),
         "mesh faces": lambda size: over_waves(panda, size),
         "joints": lambda size: arms(folder, size),
     }

@@ -23,7 +23,7 @@ TITLES = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter, b
 INSTEAD = {"hang": Status.OUT_OF_TIME, "crash": Status.METHOD_CANNOT, "refused": Status.METHOD_CANNOT}
 """The status that stands for what did not come back with one."""
 HEAD = (
-    "robot", "problems", "askable", "verified of these", "share", "hangs", "attempts median / p90",
+    "robot", "problems", "answerable", "verified of these", "share", "hangs", "attempts median / p90",
     "CPU ms median / p90", "times the Panda's",
 )  # fmt: skip
 LONGEST = 220
@@ -189,6 +189,6 @@ def section(item: Done, total: dict[str, object], sets: dict[str, dict[str, obje
             set_table({**sets, "all": total}),
             stage_table(total),
             f"Won by {winners(total)}.",
-            "\n".join(lines) or "All that can be asked are solved.",
+            "\n".join(lines) or "All answerable problems are solved.",
         )
     )

@@ -228,7 +228,7 @@ def page(
     rows = [
         ("requests, connections", f"{given.requests}, {given.connections}"),
         ("ended", said(seen.ended)),
-        ("told to come again (429)", str(full)),
+        ("rejected with 429", str(full)),
         ("CPU of all the server's processes for each", f"{1e3 * cpu:.1f} ms"),
         ("CPU of the bare `plan()`", f"{1e3 * alone:.1f} ms"),
         ("ratio", f"{cpu / alone:.2f}"),

@@ -290,7 +290,7 @@ def page(tallies: dict[tuple[str, str], dict[str, Tally]]) -> str:
         [f"{', '.join(names)}", *(f"{ways[way].gone / ways[way].asked:.0%}" for way in (WAYS[2], WAYS[0]))]
         for names, ways in tallies.items()
     ]
-    followed = table(["followed", "joints within limits, nothing around", "trajopt, among boxes"], alone)
+    followed = table(["followed", "joint limits alone", "trajopt, with boxes"], alone)
     return "\n".join((table(heads, rows), "", followed))
 
 

@@ -100,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     given = parser.parse_args(arguments)
     rates, count = measured(given.data.resolve() / "panda", given.workers, given.rounds, given.limit)
-    text = table(["", "plans a second", "of one thread's", "of the processes'"], rows(rates))
+    text = table(["", "plans a second", "relative to one thread", "relative to processes"], rows(rates))
     text += f"\n\n{count} problems in each of {given.rounds} rounds; medians."
     print(text)
     given.json.parent.mkdir(parents=True, exist_ok=True)

@@ -120,12 +120,12 @@ def faults_table() -> str:
     found: list[dict[str, Any]] = json.loads(FAULTS.read_text()) if FAULTS.exists() else []
     head = (
         "engine",
-        "in its midst",
-        "rows then",
-        "rows at its end",
+        "disturbance",
+        "rows at that time",
+        "rows when it ended",
         "after resuming",
         "unique ids",
-        "as undisturbed",
+        "equal to an undisturbed run",
     )
     rows = [
         (

@@ -18,7 +18,7 @@ def section(rows: Sequence[Row]) -> str:
     known = [cast("dict[str, Any]", row) for row in rows if "primitives" in row]
     asked = [row for row in known if row["primitives"]["status"] not in OUTSIDE]
     lost = [row for row in rows if row["outcome"] in ("crash", "hang")]
-    names = {"primitives": "as it is", RAW: f"{EACH:,} points an object, balls of {1e3 * RADIUS:g} mm"}
+    names = {"primitives": "primitives", RAW: f"{EACH:,} points an object, balls of {1e3 * RADIUS:g} mm"}
     names[THIN] = f"one point in {1e3 * CELL:g} mm cells, balls of {1e3 * COVERING:.1f} mm"
     plain = _median(row["primitives"] for row in asked if row["primitives"]["judged"])
     lines = list[list[str]]()
@@ -35,14 +35,14 @@ def section(rows: Sequence[Row]) -> str:
     head = [
         "scene",
         "points (median)",
-        "planned, of what is free",
+        "planned, of free problems",
         "CPU: median / p90 / worst",
-        "of the primitives'",
+        "ratio to primitives",
     ]
     texts = [
-        f"{len(asked)} Panda problems of MotionBenchMaker. Free: start and goal touch nothing by Pinocchio "
-        "and Coal on the same balls. CPU of `plan()` with all trees of the scene; planned: proven by a judge "
-        "made anew."
+        f"{len(asked)} Panda problems of MotionBenchMaker. Free: start and goal are clear of the same balls "
+        "by Pinocchio and Coal. CPU: `plan()` with all trees of the scene. Planned: proven by a "
+        "separate judge."
         + f" {len(known) - len(asked)} more end outside the joint limits." * (len(known) > len(asked))
         + f" {len(lost)} lost (a crash, or out of time)." * bool(lost),
         table(head, lines),
@@ -66,11 +66,11 @@ def _beside_ompl(asked: Sequence[dict[str, Any]]) -> list[str]:
         ],
     ]
     lost = [each["cpu"] for each in theirs if not each["found"]]
-    words = f" It found no path in 30 s of wall-clock time on {len(lost)}" * bool(lost)
-    words += f", after {min(lost):.0f} to {max(lost):.0f} s of CPU: the machine was shared." if lost else ""
+    words = f" It found no path in 30 s of wall time on {len(lost)}" * bool(lost)
+    words += f" ({min(lost):.0f} to {max(lost):.0f} s of CPU)." if lost else ""
     return [
-        f"On {len(both)} of the thinned scenes beside OMPL with Coal on the same balls, checked every 0.02 "
-        "rad; its polyline is judged for clearance only, and is not timed." + words,
+        f"OMPL with Coal on the same balls, on {len(both)} of the thinned scenes, checked every 0.02 "
+        "rad. Its polyline is judged for clearance only and is not timed." + words,
         table(["", "proven clear", "CPU: median / p90"], lines),
     ]
 
@@ -82,9 +82,8 @@ def _parity(rows: Sequence[dict[str, Any]]) -> list[str]:
     passed = sum(row["balls"]["clear"] for row in rows)
     apart = max(abs(row["cloud"]["slack"] - row["balls"]["slack"]) for row in rows if row["balls"]["clear"])
     return [
-        f"The same motion judged beside a cloud and beside the same balls as single `Sphere` parts: {same} "
-        f"of {len(rows)} verdicts the same ({passed} clear), clearances of those up to {1e3 * apart:.2f} mm "
-        "apart, at a resolution of 1 mm."
+        f"A motion judged with a cloud and with its balls as `Sphere` parts: {same} of {len(rows)} verdicts "
+        f"agree ({passed} clear); clearances differ by up to {1e3 * apart:.2f} mm at a resolution of 1 mm."
     ]
 
 

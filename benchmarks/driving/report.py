@@ -80,10 +80,10 @@ def page(rows: Iterable[Row], names: Sequence[str]) -> str:
         f"Failures (problem, seed): {', '.join(failures) if failures else 'none'}.",
     ]
     if errors:
-        parts += ["", f"{len(errors)} runs were ended by an exception, and are in no table:", ""]
+        parts += ["", f"{len(errors)} runs ended with an exception and are not in the tables:", ""]
         parts += [f"- `{row['key']}`: {row['error']}" for row in errors]
     if others:
-        parts += ["", "Beside other rules, the same problems and seeds:", "", table(HEADS, others)]
+        parts += ["", "Other rules, same problems and seeds:", "", table(HEADS, others)]
     if beyond:
         parts += ["", "Beyond the stated errors:", "", table(HEADS, _lines("supervisor", beyond))]
     return "\n".join(parts)

@@ -29,17 +29,17 @@ SPREADS = {
 }
 """Keys of spreads, with their columns: title, what is shown, factor, form."""
 COLUMNS = """
-* *claimed*: the planner says that it has a solution. *path free*: the path, as a polyline, is proven to touch
-  nothing anywhere on it, with no margin, and joins start and goal; in brackets: or touches by less than 1 mm.
-  *motion free*: so is the timed motion. *limits proven*: position, velocity and acceleration limits hold at
-  all times. *within 2 %*: they hold but for 2 %, accelerations as a mean over 5 ms (toppra keeps them at grid
-  points only; a cubic through samples overshoots where the acceleration jumps). Shares are of all problems.
-* *CPU*: process time, median / p90 over all problems, failures included; *set-up* is making the scene and
-  comes on top. The first problem is solved once before, unmeasured.
-* *motion time*: duration over trajopt's, median over the problems (their number in brackets) of which both
-  motions are free. *path rad*: length in joint space, median over free paths. *clearance*: of what is free,
-  least / median. *acceleration*: largest mean over 5 ms as a multiple of the limit, median / most. trajopt's
-  motions also keep the torque limits, which the others are not given."""
+* *claimed*: the planner reports a solution. *path free*: the polyline is proven to be clear everywhere,
+  without a margin, and joins start and goal; in brackets: or touches by less than 1 mm. *motion free*: the
+  timed motion is. *limits proven*: position, velocity and acceleration limits hold at all times. *within
+  2 %*: within 2 % of them, accelerations averaged over 5 ms (toppra keeps limits at grid points only).
+  Shares are of all problems.
+* *CPU*: process time, median / p90 over all problems, failures included; *set-up* (building the scene) is
+  extra. A first, unmeasured problem warms up each planner.
+* *motion time*: duration relative to trajopt's, median over the problems (number in brackets) with both
+  motions free. *path rad*: length in joint space, median over free paths. *clearance*: least / median over
+  free ones. *acceleration*: largest mean over 5 ms as a multiple of the limit, median / most. trajopt's
+  motions also keep torque limits, which the others are not given."""
 
 
 def summary(records: Sequence[Record], reference: Sequence[Record]) -> Record:

@@ -30,11 +30,11 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         found = run(Path(folder) / "killed", writes=given.writes, kills=given.kills, seed=0)
         rows = [
-            ("writes that two processes said were done", str(found.acknowledged)),
+            ("acknowledged writes of two processes", str(found.acknowledged)),
             ("`kill -9`", str(found.kills)),
-            ("of those writes lost", str(found.lost)),
-            ("entries that are there by half", str(found.half)),
-            ("whole entries of which no process could tell any more", str(found.beyond)),
+            ("acknowledged writes lost", str(found.lost)),
+            ("incomplete entries", str(found.half)),
+            ("complete entries, killed before acknowledgement", str(found.beyond)),
             *costs(Path(folder) / "costs", given.entries),
         ]
     text = table(["", ""], [list(row) for row in rows])
@@ -58,11 +58,11 @@ def costs(path: Path, entries: int) -> list[tuple[str, str]]:
         finding = timed(lambda: kept.find(text="state 77"), 20)
         reading = timed(lambda: kept.plan("shelf"), 20)
     return [
-        ("keeping a plan of a Panda, its meshes being there already", f"{keeping:.0f} ms"),
+        ("keep a plan of a Panda, meshes already stored", f"{keeping:.0f} ms"),
         ("the file: the first plan, with the meshes", f"{first / 2**20:.1f} MB"),
         ("each further plan", f"{more / 2**10:.0f} KB"),
-        ("reading a plan, robot and scene made anew", f"{reading:.0f} ms"),
-        (f"finding a word among {entries} entries", f"{finding:.1f} ms"),
+        ("read a plan with robot and scene", f"{reading:.0f} ms"),
+        (f"find a word among {entries} entries", f"{finding:.1f} ms"),
     ]
 
 

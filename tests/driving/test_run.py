@@ -207,7 +207,7 @@ def test_an_exception_in_a_run_is_a_row_that_names_it_and_counts_as_an_error(
     row = driving.driven("cup_past_pillar", 0, Part.BEYOND, WAYS[SUPERVISOR], key)
     assert failed(row) and "ValueError: broken in the middle (test_run.py, line" in str(row["error"])
     text = page([row], ("cup_past_pillar",))
-    assert "1 runs were ended by an exception" in text and f"`{key}`: ValueError" in text
+    assert "1 runs ended with an exception" in text and f"`{key}`: ValueError" in text
 
 
 def test_a_random_box_leaves_the_robot_room_until_it_could_have_come_to_rest() -> None:

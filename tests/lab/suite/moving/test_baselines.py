@@ -126,7 +126,6 @@ def test_the_tables_count_what_is_known() -> None:
     assert "| Panda | 60 | 1 | 1 | 1 | 1.10 / 1.10 / 1.10 | 100.0 % | 1 | 0.50 | 0.45 |" in text
     assert "| Panda | 20 | 1 | 0 | 0 |" in text
     assert "| 10 | 2 | 1 | 50.0 % | 100 / 100 | 2 | 100.0 % | 2 | 1 | 0 | 0.50 |" in text
-    assert "5 rows of `crossing` at abc1234" in text
     assert "UR5" not in text and len(report.rows) == len(rows)
     assert Report({}, keys, rooms).text() == ""
 
