@@ -23,7 +23,7 @@ from trajopt.files.moveit.trajectory_message import trajectory_message
 
 
 class PlanningNode(Node):
-    """Plans from where the robot is to the last pose that was published."""
+    """Plans from the measured state to the last pose that was published."""
 
     def __init__(self):
         """Load the robot, and begin to listen."""
@@ -40,7 +40,7 @@ class PlanningNode(Node):
         self.create_subscription(PoseStamped, "/goal_pose", self.go, 10)
 
     def hear_joints(self, state):
-        """Remember where the joints are [rad | m]."""
+        """Store the positions of the joints [rad | m]."""
         known = self.scene.robot.joint_names
         stated = zip(state.name, state.position, strict=True)
         self.joints |= {name: position for name, position in stated if name in known}

@@ -16,7 +16,7 @@ from tests.ros.driver.controller import BEGIN, JOINTS, Controller, bridge, contr
 from trajopt.driving import EventKind, Executor, Supervisor, SupervisorOptions, conformance
 from trajopt.files.messages import Generation
 from trajopt.ros.driver import FollowJointTrajectoryExecutor
-from trajopt.values.errors import ExecutionError, ProblemError
+from trajopt.values.errors import ExecutionError, ProblemError, ShapeError
 
 LATENCY = 0.3
 """Long enough for a machine that does much else [s]."""
@@ -204,6 +204,10 @@ def test_refuses_what_it_cannot_drive(url: str) -> None:
         executor("no address")
     with pytest.raises(ProblemError, match="latency must be positive"):
         executor("ws://127.0.0.1:9", latency=0.0)
+    with pytest.raises(ProblemError, match="tolerance must not be negative"):
+        executor("ws://127.0.0.1:9", tolerance=-1e-3)
+    with pytest.raises(ShapeError, match="tolerance"):
+        executor("ws://127.0.0.1:9", tolerance=np.array((1e-3, np.nan, 1e-3)))
     base = tuple(f"world_joint/{name}" for name in ("x", "y", "theta"))
     with pytest.raises(ProblemError, match=r"does not drive a base \(world_joint\)"):
         FollowJointTrajectoryExecutor("ws://127.0.0.1:9", base, tolerance=1e-3)

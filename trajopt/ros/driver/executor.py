@@ -24,14 +24,14 @@ from trajopt.ros.driver.client import RosbridgeClient
 from trajopt.ros.rosbridge.wire import Incoming, plain
 from trajopt.values.arrays import Floats, floats, number
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import ExecutionError, ProblemError
+from trajopt.values.errors import ExecutionError, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 DRIFT = 1e-4
 """Two clocks go apart by no more than this share of the time: quartz keeps 1e-4."""
 SETTLING = 0.5
-"""Stamps are compared with this machine's clock for so long before the first motion [s]."""
+"""Time during which stamps are compared with this machine's clock before the first motion [s]."""
 
 
 class RosClock:
@@ -46,7 +46,7 @@ class RosClock:
         """Start with the first stamp, which has just arrived."""
         self._origin, now = first.to_nsec(), time.monotonic()
         self._estimate = now, now
-        """When it was made, and what the local clock showed at the origin then [s]."""
+        """Local time when the estimate was made, and local time of the origin [s]."""
 
     def __call__(self) -> float:
         """Return the time [s]."""
@@ -55,7 +55,7 @@ class RosClock:
         return now - begin - DRIFT * (now - made)
 
     def heard(self, stamp: Time) -> float:
-        """Take note of a stamp that has just arrived; return it on this clock [s]."""
+        """Use a stamp that has just arrived; return it on this clock [s]."""
         since = 1e-9 * (stamp.to_nsec() - self._origin)
         made, begin = self._estimate
         now = time.monotonic()
@@ -79,17 +79,18 @@ class _Measured:
 class FollowJointTrajectoryExecutor:
     """Drives a robot through rosbridge, by the action `FollowJointTrajectory` and the topic of joint states.
 
-    Each motion that is spliced in becomes a goal: what is left of the motion under way, and then the new
-    one. It has the stamp of now and points with velocities and accelerations, so a joint trajectory
-    controller, for which a new goal replaces the one under way, drives the same polynomials as before up to
-    the splice, and then the new ones. Its clock is that of the stamps in ROS, which must run in real time.
+    Each motion that is spliced in becomes a goal: the rest of the motion under way, and then the new motion.
+    The goal has the present time as its stamp, and points with velocities and accelerations. A joint
+    trajectory controller replaces the goal under way by it, and so drives the same polynomials as before up
+    to the splice, and then the new ones. The executor's clock is the clock of the stamps in ROS, which must
+    run in real time.
 
     Attributes:
         joint_names: Joints that the controller drives.
         period: Time from one command of the controller to the next [s].
-        latency: A motion given now can begin so much later [s].
-        tolerance: How far each joint may be from where it has to be, shape (n,) [rad | m].
-        committed: What the robot has to do.
+        latency: Time after which a motion given now can begin, at the earliest [s].
+        tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
+        committed: The motion that the robot must follow.
     """
 
     @checked
@@ -112,8 +113,8 @@ class FollowJointTrajectoryExecutor:
         Args:
             url: Address of the rosbridge server, such as "ws://robot:9090".
             joint_names: All joints of the controller.
-            tolerance: How far each joint may be from where it has to be, one number for all or shape (n,)
-                [rad | m]. `conformance` names one that is too small.
+            tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
+                `conformance` reports a tolerance that is too small.
             action: Name of the action.
             joint_states: Name of the topic of `sensor_msgs/JointState`; messages of other joints are ignored.
             generation: ROS 2 with actions, or ROS 1 with the topics of actionlib.
@@ -124,7 +125,8 @@ class FollowJointTrajectoryExecutor:
 
         Raises:
             ExecutionError: If there is no server, or no joint states with stamps come.
-            ProblemError: If a number is not positive, or a joint belongs to a base that moves in the plane.
+            ProblemError: If a time is not positive, a tolerance is negative, or a joint is that of a base.
+            ShapeError: If the tolerance is not one finite number for each joint.
         """
         named = {"period": period, "latency": latency, "silence": silence, "timeout": timeout}
         for name, value in named.items():
@@ -138,6 +140,8 @@ class FollowJointTrajectoryExecutor:
         allowed = np.full(size, tolerance) if isinstance(tolerance, float | int) else tolerance
         self.joint_names, self.period, self.latency = joint_names, period, latency
         self.tolerance: Floats = floats("tolerance", allowed, (size,))
+        if self.tolerance.min(initial=0.0) < 0.0:
+            raise ProblemError(f"tolerance must not be negative, is {shown(self.tolerance.tolist())}")
         self._silence, self._topic, self._generation = silence, joint_states, generation
         kind = Ros2Action if generation is Generation.ROS2 else Ros1Action
         self._action: TrajectoryAction = kind(action)
@@ -196,7 +200,7 @@ class FollowJointTrajectoryExecutor:
         return self._failure or self._client.failure or old
 
     def clear_fault(self) -> None:
-        """Go on where the robot stands now.
+        """Continue from the measured positions, at rest.
 
         Raises:
             ExecutionError: If the connection is lost, or joint states do not come.
@@ -227,7 +231,7 @@ class FollowJointTrajectoryExecutor:
         return measured
 
     def _send(self, planned: CommittedMotion, now: float) -> str:
-        """Send what is to be driven from now on as a goal; return the reason if it cannot be sent."""
+        """Send the motion from now on as a goal; return the reason if it cannot be sent."""
         motion = planned.ahead(now, self.joint_names)
         if motion is None:
             return ""

@@ -48,7 +48,7 @@ class RelayedGoal:
     done: "asyncio.Future[Incoming]"
 
     def cancel(self) -> None:
-        """Ask the client to cancel the goal."""
+        """Send a cancellation of the goal to the client."""
         message = {"op": "cancel_action_goal", "id": self.number, "action": self.action}
         self.provider.offer(written(message))
 

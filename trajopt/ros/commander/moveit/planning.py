@@ -72,7 +72,7 @@ class MotionPlanResponse(InPart):
         trajectory: The motion; without points if there is none.
         planning_time: Process time that planning took [s].
         error_code: MoveIt's number, and the reason.
-        start_state: Where the motion begins.
+        start_state: State in which the motion begins.
         planner_id: The method.
     """
 
@@ -106,7 +106,7 @@ class _Group(UnchangedMoveGroup):
     """A group whose goal may be constraints messages.
 
     Attributes:
-        goals: Constraints of which any one is the goal; if there are none, what was set otherwise.
+        goals: Alternative constraints, any one of which is the goal; empty if the goal is set otherwise.
     """
 
     goals: Sequence[Constraints] = ()
@@ -146,7 +146,7 @@ class PlanningComponent(InPart):
         return self._group.get_named_target_values(name)
 
     def set_start_state_to_current_state(self) -> bool:
-        """Plan from where the robot is."""
+        """Plan from the current state of the robot."""
         self._start = None
         self._group.set_start_state_to_current_state()
         return True
@@ -180,7 +180,7 @@ class PlanningComponent(InPart):
         """Plan to a state by its name, a RobotState, a pose of a link, or any one of several constraints.
 
         Raises:
-            MoveItCommanderException: If it is not exactly one of them, or names what does not exist.
+            MoveItCommanderException: If it is not exactly one of them, or a name is unknown.
         """
         _one_of(
             configuration_name=configuration_name,
@@ -269,27 +269,27 @@ class PlanningSceneMonitor(InPart):
 
     @contextmanager
     def read_write(self) -> Generator[PlanningScene]:
-        """Enter the scene, to change it: each change is there at once."""
+        """Enter the scene, to change it; the next plan uses each change."""
         yield PlanningScene(self._model, self._world, writable=True)
 
     def process_collision_object(self, collision_object_msg: Any, color_msg: Any = None) -> bool:
-        """Do what a CollisionObject says; colours are ignored."""
+        """Apply a CollisionObject; colours are ignored."""
         with self.read_write() as scene:
             scene.apply_collision_object(collision_object_msg)
         return True
 
     def process_attached_collision_object(self, attached_collision_object_msg: Any) -> bool:
-        """Do what an AttachedCollisionObject says."""
+        """Apply an AttachedCollisionObject."""
         with self.read_write() as scene:
             scene.process_attached_collision_object(attached_collision_object_msg)
         return True
 
     def new_planning_scene_message(self, scene: Any) -> bool:
-        """Replace the scene by that of a message, or change it if that is a difference."""
+        """Replace the scene by a message, or change it if the message is a difference."""
         return PlanningSceneInterface(world=self._world).apply_planning_scene(scene)
 
     def wait_for_current_robot_state(self, *_: object) -> bool:
-        """Return: where the robot is is known."""
+        """Return: the state is always known."""
         return True
 
 
@@ -328,11 +328,11 @@ class MoveItPy(InPart):
         self._model = RobotModel.of(self.world.robot, self.world.rng)
 
     def get_planning_component(self, planning_component_name: str) -> PlanningComponent:
-        """Return what plans for a group."""
+        """Return the planning component of a group."""
         return PlanningComponent(planning_component_name, self)
 
     def get_planning_scene_monitor(self) -> PlanningSceneMonitor:
-        """Return what reads and changes the scene."""
+        """Return the monitor of the scene."""
         return PlanningSceneMonitor(self._model, self.world)
 
     def get_robot_model(self) -> RobotModel:
@@ -340,7 +340,7 @@ class MoveItPy(InPart):
         return self._model
 
     def current_state(self) -> RobotState:
-        """Return where the robot is now."""
+        """Return the current state of the robot."""
         state = RobotState(self._model)
         state.positions = state_positions(None, self.world)
         return state
@@ -356,7 +356,7 @@ class MoveItPy(InPart):
         """Drive a motion.
 
         Args:
-            given: The motion; in some versions of MoveIt the name of the group stands in front of it.
+            given: The motion; in some versions of MoveIt the name of the group precedes it.
             robot_trajectory: The motion.
             group_name: The group; the motion's own counts.
             blocking: Whether to return when the robot has arrived, or when it has begun to move.
@@ -374,7 +374,7 @@ class MoveItPy(InPart):
         return ExecutionStatus("SUCCEEDED" if done else "ABORTED")
 
     def shutdown(self) -> None:
-        """Call what the script wants to be called at its end."""
+        """End the script's node."""
         self.world.node.end()
 
 

@@ -1,4 +1,4 @@
-"""Stands for what MoveIt 2's scripts call of `rclpy`: there is no node, and nothing is received."""
+"""Stands for the part of `rclpy` that MoveIt 2's scripts call: there is no node, and nothing is received."""
 
 import logging as _logging
 

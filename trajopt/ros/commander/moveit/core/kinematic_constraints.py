@@ -20,7 +20,7 @@ from trajopt.server.move_group.outcome import MoveItCommanderException
 def construct_joint_constraint(
     robot_state: RobotState, joint_model_group: JointModelGroup, tolerance: float = 0.01
 ) -> Constraints:
-    """Return constraints that hold a group's joints where a state has them, within a tolerance [rad | m]."""
+    """Return constraints on a group's joints: their positions in a state, within a tolerance [rad | m]."""
     names = joint_model_group.active_joint_model_names
     values = robot_state.joint_positions
     held = [JointConstraint(name, values[name], tolerance, tolerance, 1.0) for name in names]

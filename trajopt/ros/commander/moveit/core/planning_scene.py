@@ -1,4 +1,4 @@
-"""Stands for `moveit.core.planning_scene`: what is around the robot, and whether a state is free of it."""
+"""Stands for `moveit.core.planning_scene`: the objects around the robot, and collision checks."""
 
 import logging
 from typing import Any
@@ -60,15 +60,15 @@ class PlanningScene(InPart):
         return name in scene.frame_names or name in scene.objects
 
     def get_frame_transform(self, frame_id: str) -> Floats:
-        """Return where a frame, link or object is, in the root link, shape (4, 4)."""
+        """Return the placement of a frame, link or object in the root link, shape (4, 4)."""
         return self._world.scene.placement_of(frame_id, self._world.positions).homogeneous
 
     def apply_collision_object(self, collision_object_msg: Any, color_msg: Any = None) -> None:
-        """Do what a CollisionObject says: add, remove, append or move; colours are ignored."""
+        """Apply a CollisionObject: add, remove, append or move; colours are ignored."""
         self._interface().add_object(collision_object_msg)
 
     def process_attached_collision_object(self, object: Any) -> None:
-        """Do what an AttachedCollisionObject says: attach or detach."""
+        """Apply an AttachedCollisionObject: attach or detach."""
         self._interface().process_attached(object)
 
     def process_planning_scene_world(self, msg: Any) -> None:

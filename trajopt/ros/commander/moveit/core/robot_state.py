@@ -24,7 +24,7 @@ from trajopt.values.arrays import Floats, floats
 from trajopt.values.errors import shown
 
 DRAWS = 100
-"""Random positions are drawn so often at most until the robot does not collide with itself."""
+"""Most draws of random positions until the robot does not collide with itself."""
 
 
 @speaks_moveit
@@ -72,7 +72,7 @@ class RobotState(InPart):
         return False
 
     def update(self, force: bool = False, category: str = "all") -> None:
-        """Do nothing: transforms are computed when they are asked for."""
+        """Do nothing: transforms are computed when they are used."""
 
     def set_to_default_values(self, joint_model_group: Any = None, name: str = "") -> bool:
         """Take the positions of a group's named state, or the defaults of all joints without a name."""
@@ -123,11 +123,11 @@ class RobotState(InPart):
     set_joint_group_active_positions = set_joint_group_positions
 
     def get_pose(self, link_name: str) -> Pose:
-        """Return where a link is, in the root link."""
+        """Return the pose of a link in the root link."""
         return pose_of(self.robot_model.scene.placement_of(link_name, self.positions))
 
     def get_frame_transform(self, frame_id: str) -> Floats:
-        """Return where a link or tool frame is, in the root link, shape (4, 4)."""
+        """Return the placement of a link or tool frame in the root link, shape (4, 4)."""
         return self.robot_model.scene.placement_of(frame_id, self.positions).homogeneous
 
     get_global_link_transform = get_frame_transform
