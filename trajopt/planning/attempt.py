@@ -38,24 +38,24 @@ def plan_once(
     """Plan from one seed: transcribe, solve, retime, verify.
 
     Args:
-        problem: What the motion must achieve, with one goal.
+        problem: The problem, with one goal.
         seed: Knots to start from, shape (N, n) [rad | m].
-        method: Transcription and solver, or the name of one; when None sequential QP over knots, or of a
-            start in motion the method that takes it.
-        waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
-        program: The problem as the method transcribed it for an earlier seed; transcribed when None.
-        workspace: What attempts at this problem share; a new one without bounds when None.
-        brief: Whether a few steps are enough, where the method can stop early.
-        near: Whether the seed solved a problem much like this one, so that it need not be polished for long,
-            where the method tells those apart.
+        method: Transcription and solver, or a method's name; when None sequential QP over knots, or for a
+            start in motion the method that supports it.
+        waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
+        program: The problem as transcribed by the method for an earlier seed; transcribed when None.
+        workspace: Shared by attempts at this problem; a new one without bounds when None.
+        brief: Whether a few steps are enough, if the method can stop early.
+        near: Whether the seed solved a similar problem, so that less polishing suffices, if the method
+            distinguishes such seeds.
 
     Returns:
-        The motion with its certificate, or why this seed led to none.
+        The motion with its certificate, or the reason why this seed led to none.
 
     Raises:
-        SolverNotFound: If there is no method of that name.
+        SolverNotFound: If the method's name is unknown.
         ProblemError: If a requirement does not fit this robot, or an argument is of the wrong kind.
-        ShapeError: If the seed is not of the problem's knots and the group's joints.
+        ShapeError: If the seed does not fit the problem's knots and the group's joints.
         Stopped: If the workspace's budget runs out first.
     """
     check_arguments(plan_once, locals())
@@ -97,7 +97,7 @@ def _improved(
     program: SupportsImprovement,
     work: PlanningWorkspace,
 ) -> Result:
-    """Return a shorter motion than a first one, if there is one; else the first, and how long it takes.
+    """Return a shorter motion than a first one, if there is one, else the first; and its duration.
 
     Raises:
         Stopped: If the budget runs out and the first motion is not verified.

@@ -1,4 +1,4 @@
-"""Budget: how much work planning may do, for how long, on how many cores; and what it has used so far."""
+"""Budget of planning: work, time and cores allowed, and the use of them."""
 
 import time
 from collections.abc import Callable, Generator, Mapping
@@ -14,12 +14,14 @@ from trajopt.values.arrays import function, number, one_of, unless_none
 from trajopt.values.errors import ProblemError, shown
 
 BACKSTOP = (10.0, 10.0)
-"""A budget by another clock also ends by wall time, after this many times its seconds, and this many more: a
-sleep costs no processor time, and a clock that stands still would never end it."""
+"""Factor and offset of the wall-time limit of a budget by another clock: a sleep costs no processor time, and
+a
+stopped clock would never end planning.
+"""
 
 
 class Stop(Enum):
-    """What ended planning before it was done."""
+    """Reason for ending planning early."""
 
     CLOCK = "the time was used up; another run may end differently"
     WORK = "the counted work was used up"
@@ -28,20 +30,20 @@ class Stop(Enum):
 
 @dataclass(frozen=True)
 class Budget:
-    """What planning may use.
+    """Limits of planning.
 
-    With none of `seconds`, `work` and `attempts` planning ends when the seeds of the schedule are
-    attempted; with any of them it goes on to other seeds until that is used up.
+    Without `seconds`, `work` and `attempts` planning ends when the seeds of the schedule are
+    attempted; with any of them it goes on to other seeds until that limit.
 
     Attributes:
         seconds: Time by `clock` [s]. The answer then depends on the machine.
         work: Configurations that goal search, optimiser and sampling planner may evaluate: an exact
             number, so that the same problem has the same answer everywhere.
-        attempts: Seeds at most; 1 is the straight line to the nearest goal configuration alone.
-        workers: Threads that attempt seeds, from when the straight line has failed (with
+        attempts: Largest number of seeds; 1 is the straight line to the nearest goal configuration alone.
+        workers: Threads that attempt seeds, once the straight line has failed (with
             `improve`: has been attempted). The answer is the same for any number.
         improve: Whether to go on after the first motion, until the budget is used up, and return the
-            shortest in time.
+            fastest.
         clock: Returns the time [s]: wall time; `time.process_time` for benchmarks. With any other clock
             planning also ends after `wall_seconds`.
     """
@@ -54,16 +56,16 @@ class Budget:
     clock: Callable[[], float] = time.monotonic
 
     def __repr__(self) -> str:
-        """Show what differs from the default."""
+        """Return the fields that differ from the default."""
         changed = (item for item in fields(self) if getattr(self, item.name) != item.default)
         return f"Budget({', '.join(f'{item.name}={shown(getattr(self, item.name))}' for item in changed)})"
 
     def __post_init__(self) -> None:
-        """Refuse bounds that bound nothing.
+        """Refuse invalid limits.
 
         Raises:
             ProblemError: If a number is not positive, or nothing would ever end the improvement.
-            ShapeError: If the seconds are no number.
+            ShapeError: If the seconds are not a number.
         """
         if self.seconds is not None and number("seconds", self.seconds, infinite=True) <= 0.0:
             raise ProblemError(f"budget: seconds must be positive, is {self.seconds:g}")
@@ -80,7 +82,7 @@ class Budget:
 
     @property
     def wall_seconds(self) -> float | None:
-        """When planning ends whatever `clock` says: 10 s after ten times the seconds; None without [s]."""
+        """Wall-time limit for any `clock`: 10 s after ten times the seconds; None without [s]."""
         if self.seconds is None or self.clock is time.monotonic:
             return self.seconds
         return BACKSTOP[0] * self.seconds + BACKSTOP[1]
@@ -102,20 +104,20 @@ class Stopped(Exception):
     """The budget is used up, or planning was cancelled; raised between pieces of work."""
 
     def __init__(self, stop: Stop) -> None:
-        """Note what it was."""
+        """Store the reason."""
         self.stop = stop
         super().__init__(stop.value)
 
 
 @dataclass(eq=False)
 class BudgetTracker:
-    """Counts work and time of one call of planning, and raises `Stopped` when it must stop.
+    """Counts work and time of one call of planning, and raises `Stopped` at a limit.
 
     Attributes:
-        budget: What may be used.
+        budget: The limits.
         cancel: Once set, from any thread, planning stops.
         progress: Called at every stage and step.
-        counts: Exact numbers of the work.
+        counts: Exact counts of the work.
         seconds: CPU time of the thread in each stage [s].
     """
 
@@ -133,7 +135,7 @@ class BudgetTracker:
         """Check the arguments and start the clocks.
 
         Raises:
-            ProblemError: If `cancel` is no event, or `progress` cannot be called.
+            ProblemError: If `cancel` is not an event, or `progress` cannot be called.
         """
         unless_none("cancel", self.cancel, Event)
         function("progress", self.progress)
@@ -148,7 +150,7 @@ class BudgetTracker:
         """Raise `Stopped` if the budget is used up.
 
         Args:
-            counts: Work that goes on and is not yet counted.
+            counts: Work in progress that is not yet counted.
         """
         budget = self.budget
         going_on = 0 if counts is None else counts.forward_kinematics
@@ -168,7 +170,7 @@ class BudgetTracker:
         return self.budget.clock() - self._begin
 
     def remaining(self) -> Budget:
-        """Return what is left of the budget, for a call of planning that is part of this one.
+        """Return the rest of the budget, for a call of planning inside this one.
 
         Raises:
             Stopped: If nothing is left.
@@ -187,10 +189,10 @@ class BudgetTracker:
 
     @contextmanager
     def optimising(self, counts: WorkCounts) -> Generator["StepWatch"]:
-        """Count and bound the work of a solver; yields what it is to call after every step.
+        """Count and bound the work of a solver; yields a function to call after every step.
 
         Args:
-            counts: Of the program that it solves; whatever is added to them from now on is its work.
+            counts: Of the program that it solves; increases from now on are its work.
         """
         watch = StepWatch(self, counts, replace(counts))
         with self.stage("optimise"):
@@ -204,7 +206,7 @@ class BudgetTracker:
         self.add(numbers, {})
 
     def count_work(self, counts: WorkCounts) -> None:
-        """Add what a query has counted."""
+        """Add the counts of a query."""
         self.count(
             distance_calls=counts.distances,
             bounds=counts.bounds,
@@ -220,9 +222,9 @@ class BudgetTracker:
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
-        """Check the budget, say that a stage begins, and take the time until its end.
+        """Check the budget, report the start of a stage, and measure its time.
 
-        A stage inside another is no time of the other's.
+        The time of a nested stage is not part of the outer stage's.
         """
         self.check()
         if self.progress is not None:
@@ -237,16 +239,16 @@ class BudgetTracker:
 
     @property
     def so_far(self) -> tuple[int, float, float]:
-        """What another thread has to know: the work done, the time used by budget's and wall's clock [s]."""
+        """State for another thread: the work done, the time used by the budget's and the wall's clock [s]."""
         return self.work, self.used, monotonic() - self._wall_begin
 
     @staticmethod
     def elsewhere(budget: Budget, so_far: tuple[int, float, float], over: Event) -> "BudgetTracker":
-        """Return a tracker for another thread: nothing counted yet, as much used up as there.
+        """Return a tracker for another thread: nothing counted yet, the same part of the budget used up.
 
         Args:
-            budget: What may be used.
-            so_far: What was used when the thread was asked for.
+            budget: The limits.
+            so_far: Use of the budget when the thread was requested.
             over: Set when its answer is no longer wanted.
         """
         other = BudgetTracker(budget, over)
@@ -257,14 +259,14 @@ class BudgetTracker:
 
 @dataclass(frozen=True, eq=False)
 class StepWatch:
-    """What a solver calls after its steps; raises `Stopped` when planning must stop.
+    """Called by a solver after its steps; raises `Stopped` at a limit.
 
-    It may be called late, unless somebody listens.
+    Calls may be delayed, unless there is a progress listener.
 
     Attributes:
-        tracker: Bounds the work, and tells of it.
+        tracker: Bounds the work, and reports it.
         counts: Of the program that is solved.
-        before: The same when it began.
+        before: Its counts at the beginning.
     """
 
     tracker: BudgetTracker

@@ -1,4 +1,4 @@
-"""Endpoint checks: whether a motion can begin and end where it has to, and at which configurations."""
+"""Endpoint checks: whether a motion can begin and end as required, and at which configurations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +43,7 @@ class EndpointChecks:
     """Checks the ends of a problem's motion, and its waypoints.
 
     Attributes:
-        workspace: Of the problem; makes the results that say why there can be no motion.
+        workspace: Of the problem; makes the results with the reasons for failure.
     """
 
     workspace: PlanningWorkspace
@@ -74,10 +74,10 @@ class EndpointChecks:
         return replace(refusal, certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE)
 
     def goals(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
-        """Return goal configurations, or why there is none.
+        """Return goal configurations, or the reason why there are none.
 
-        Of goals of all joints their middle comes first, others within their tolerances only where these
-        leave room or the middle will not do; all others come nearest first.
+        For goals of all joints the middle comes first, others within the tolerances only if these
+        leave room or the middle is refused; all others come nearest first.
         """
         work, problem = self.workspace, self.workspace.problem
         impossible = self._joint_goals_impossible()
@@ -109,7 +109,7 @@ class EndpointChecks:
             work.tracker.count_work(counts)
 
     def _candidates(self, rng: np.random.Generator, counts: WorkCounts) -> GoalCandidates:
-        """Search goal configurations; thoroughly before reporting without a proof that there is none."""
+        """Search goal configurations; thoroughly before reporting failure without a proof."""
         work = self.workspace
 
         def search(starts: int) -> GoalCandidates:
@@ -128,7 +128,7 @@ class EndpointChecks:
         return search(MANY_STARTS) if nothing and not self._proofs else found
 
     def _out_of_reach(self, rng: np.random.Generator, counts: WorkCounts, found: GoalCandidates) -> Result:
-        """Say that no configuration holds what is required at the end, or that none was found."""
+        """Return the failure that no configuration holds the requirements at the end, or none was found."""
         work = self.workspace
         if self._proofs:
             status, words = self._proofs[0]
@@ -140,7 +140,7 @@ class EndpointChecks:
 
     @cached_property
     def _proofs(self) -> tuple[tuple[Status, str], ...]:
-        """Proofs that nothing holds what is required at the end."""
+        """Proofs that no configuration holds the requirements at the end."""
         reduced = self.workspace.problem.reduced
         far = (out_of_reach(item, reduced) for item in self._wanted)
         clash = (
@@ -175,7 +175,7 @@ class EndpointChecks:
         return None
 
     def _middle_refused(self, middle: Floats) -> Result | None:
-        """Refuse the middle of a goal of all joints; proven where no part of the goal will do either."""
+        """Refuse the middle of a goal of all joints; proven if every part of the goal fails."""
         problem = self.workspace.problem
         lower, upper = joint_box(problem.goals, problem.reduced)
         seen = self.workspace.judge.examine(middle, moment=Moment.END)
@@ -198,7 +198,7 @@ class EndpointChecks:
         return replace(refusal, certainty=Certainty.PROVEN if everywhere else Certainty.EVIDENCE)
 
     def waypoints(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
-        """Return a configuration for each waypoint, or why one has none."""
+        """Return a configuration for each waypoint, or the reason why one has none."""
         work, problem, counts = self.workspace, self.workspace.problem, WorkCounts()
         if not problem.waypoint_names:
             return ()
@@ -232,12 +232,12 @@ class EndpointChecks:
 
     @property
     def _always(self) -> tuple[Requirement, ...]:
-        """What holds on the way up to the end."""
+        """Requirements on the way up to the end."""
         return self.workspace.problem.requirements_at(self._last_stop)
 
     @property
     def _wanted(self) -> tuple[Requirement, ...]:
-        """What must hold at the end."""
+        """Requirements at the end."""
         return (*self.workspace.problem.goals, *self._always)
 
     def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:
@@ -264,7 +264,7 @@ class EndpointChecks:
         return self.workspace.result(status, reasons.overloaded(weak, where)) if weak else None
 
     def _broken(self, positions: Floats, stop: int) -> str:
-        """Say which path constraint does not hold at a configuration, or nothing."""
+        """Return the path constraint that is violated at a configuration; empty if none is."""
         problem = self.workspace.problem
         held = problem.requirements_at(stop)
         if not held:

@@ -21,10 +21,10 @@ class EveryGoal:
 
     Attributes:
         problem: The problem; its goal is a set.
-        choice: The method, and why it was taken.
-        rng: Draws what is random for each goal; None for the same as where it is planned alone.
-        tracker: Counts what is used, and stops planning.
-        on_incumbent: Called with each verified motion that is better than the one before, whatever its goal.
+        choice: The method, and the reason for its choice.
+        rng: Random generator for each goal; None for the same as when planned alone.
+        tracker: Counts the use of the budget, and stops planning.
+        on_incumbent: Called with each verified motion that is better than the one before, to any goal.
         results: Of the goals that were planned to, by name.
     """
 
@@ -39,16 +39,16 @@ class EveryGoal:
         """Refuse a single goal.
 
         Raises:
-            ProblemError: If the goal is no set.
+            ProblemError: If the goal is not a set.
         """
         if not self.problem.alternatives:
             raise ProblemError("every_goal compares the goals of a set: make one with any_of({name: goal})")
 
     def planned(self, run: Callable[[PlanSearch], Result]) -> Result:
-        """Plan to each goal; return the shortest motion in time with the results of all.
+        """Plan to each goal; return the fastest motion with the results of all.
 
-        Seconds and work are shared out: each goal gets an equal part of what is left, and what it leaves goes
-        to those after it. Attempts hold for each goal.
+        Seconds and work are shared out: each goal gets an equal part of the rest, and unused parts go
+        to the following goals. Attempts hold for each goal.
 
         Args:
             run: Runs a search to its end.
@@ -97,7 +97,7 @@ class EveryGoal:
         return replace(result, stopped=stop)
 
     def _better(self, name: str) -> Callable[[Result], None] | None:
-        """Return what is told of a motion to a goal: it counts if it is better than those to others."""
+        """Return the callback for motions to a goal: it reports those better than motions to other goals."""
         told = self.on_incumbent
         if told is None:
             return None

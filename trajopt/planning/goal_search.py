@@ -1,4 +1,4 @@
-"""Planning to one goal: its branches, the candidates of each round, and what earlier attempts showed."""
+"""Planning to one goal: its branches, the candidates of each round, and results of earlier attempts."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -41,14 +41,14 @@ from trajopt.values.arrays import Floats, Value
 
 @dataclass(eq=False)
 class GoalBranch(Value):
-    """One end that a motion may have.
+    """One possible end of a motion.
 
     Attributes:
         kind: Kind of its straight line.
-        problem: The problem, with the goal that it is to end at.
-        line: Straight legs there.
+        problem: The problem, with this end as its goal.
+        line: Straight legs to it.
         method: Transcribes the problem.
-        blocked: Where its straight line ended against something.
+        blocked: Contact that ended its straight line.
     """
 
     kind: SeedKind
@@ -64,19 +64,19 @@ class GoalBranch(Value):
 
     @cached_property
     def context(self) -> SeedContext:
-        """What sources of seeds need to know."""
+        """Input of the sources of seeds."""
         return SeedContext(self.problem.reduced, self.line, self.program.scale, self.problem.requirements)
 
 
 def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method) -> Iterator[GoalBranch]:
-    """Yield the ends that a motion may have, nearest first.
+    """Yield the possible ends of a motion, nearest first.
 
-    Where goal configurations were searched for, the program first gets each of them as it is, and only then
+    If goal configurations were searched, the program first gets each of them fixed, and only then
     the nearest with the freedom to choose another: that is harder to solve.
 
     Args:
         problem: The problem, with one goal.
-        stops: For each goal configuration, nearest first: those of the waypoints, and it.
+        stops: For each goal configuration, nearest first: the waypoints' configurations, and itself.
         method: Transcribes the problem.
     """
     reduced, pinned = problem.reduced, fixed_goal(problem)
@@ -115,21 +115,22 @@ SOURCES: dict[SeedKind, SeedSource] = {
     SeedKind.BUMP: Bumps(),
     SeedKind.SAMPLED: SampledPaths(),
 }
-"""Sources of the seeds of each kind but the straight lines, whose kind each branch names itself, and the
-paths that a caller gives."""
+"""Sources of the seeds of each kind, except straight lines, whose kind each branch names itself, and the
+caller's paths.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A seed that is yet to be made.
+    """A seed to be made.
 
     Attributes:
         workspace: Of its problem.
-        branches: Where it may lead: the end of the seed says which it is.
+        branches: Its possible branches: the end of the seed selects one.
         kind: Its kind.
         make_seed: Makes it.
-        brief: Whether it is only solved briefly: a few steps show how promising it is.
-        goal_name: Of a goal set: the goal that it leads to.
+        brief: Whether it is only solved briefly: a few steps show whether it is promising.
+        goal_name: Of a goal set: its goal.
     """
 
     workspace: PlanningWorkspace
@@ -174,10 +175,10 @@ class GoalSearch:
 
     Attributes:
         workspace: Of the problem.
-        choice: The method with its options, and why it was taken.
+        choice: The method with its options, and the reason for its choice.
         rng: Draws starts and bends; every seed from a child of its own.
         goal_name: Of a goal set: the name of the goal.
-        given: Knots of the paths that the caller gives, shape (k, n) each.
+        given: Knots of the caller's paths, shape (k, n) each.
         nearest: The failure that came nearest, if any attempt has failed.
     """
 
@@ -225,13 +226,13 @@ class GoalSearch:
 
         Args:
             rows: The round's rows of the schedule.
-            incumbent: The best motion so far, if one was found and a better one is looked for.
+            incumbent: The best motion, if one was found and a better one is wanted.
         """
         in_turn = zip_longest(*(self._of(row, incumbent) for row in rows))
         return [item for one_of_each in in_turn for item in one_of_each if item is not None]
 
     def learn(self, candidate: Candidate, result: Result) -> None:
-        """Note what became of a candidate."""
+        """Record the result of a candidate."""
         if candidate.kind is candidate.branches[0].kind:
             candidate.branches[0].blocked = _blocked(result)
         if result.verified:
@@ -264,7 +265,7 @@ class GoalSearch:
         return [replace(item, brief=row.brief) for item in islice(self._running[row.source], row.count)]
 
     def _promising(self, row: Row) -> list[Candidate]:
-        """Continue the seeds that came nearest, from where they stopped."""
+        """Continue the seeds that came nearest, from their last points."""
         nearest_first = sorted(self._seen, key=lambda seen: seen[0])
         self._seen.clear()
         return [candidate for _, candidate in nearest_first[: row.count]]
@@ -301,14 +302,14 @@ class GoalSearch:
 
 
 def _rank(result: Result) -> float:
-    """Order failures by how near they came: by how late they are, then by what they violate."""
+    """Order failures by the stage that they reached, then by violation."""
     if result.status is Status.TOO_LATE and result.trajectory is not None:
         return -1.0 / result.trajectory.duration
     return np.inf if result.solve is None else result.solve.at.violation
 
 
 def _blocked(result: Result) -> tuple[Blocked, ...]:
-    """Return where the worst pair undercuts its clearance most, if that is what is worst of all."""
+    """Return the place of the worst pair's largest violation, if clearance is violated most."""
     solved = result.solve
     if solved is None or solved.feasible:
         return ()

@@ -60,7 +60,7 @@ class Along:
 
 
 def judged(items: tuple[Constraint, ...], reduced: ReducedModel) -> tuple[Along, ...]:
-    """Return the constraints as what the judge samples."""
+    """Return the constraints in the judge's form."""
     if not items:
         return ()
     query = Query(reduced)
@@ -69,13 +69,13 @@ def judged(items: tuple[Constraint, ...], reduced: ReducedModel) -> tuple[Along,
 
 @dataclass(frozen=True, eq=False)
 class Judged(Printed):
-    """A motion that was judged.
+    """A judged motion.
 
     Attributes:
         problem: The problem, with one goal.
         trajectory: The motion.
-        verified: Whether everything that the problem requires is proven.
-        known: Its certificate, where it is there already, as that of a motion that is refused.
+        verified: Whether all requirements of the problem are proven.
+        known: Its certificate, if measured already, as for a refused motion.
     """
 
     problem: Problem
@@ -85,16 +85,16 @@ class Judged(Printed):
 
     @cached_property
     def certificate(self) -> Certificate:
-        """What holds, by how much and how that is known; measured when it is first asked for.
+        """The checks with their margins and proofs; measured on first use.
 
-        That something holds is known sooner than how nearly it does not, so planning asks for no more.
+        Deciding that a motion holds takes less work than measuring by how much, so planning only decides.
         """
         return self.known or judge(self.problem, self.trajectory)
 
 
 @checked
 def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None = None) -> Certificate:
-    """Judge a motion by everything that a problem requires; nothing else that its planner made is used.
+    """Judge a motion by all requirements of a problem; no other result of its planner is used.
 
     Args:
         problem: The problem, with one goal.
@@ -110,7 +110,7 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
 
 
 def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict:
-    """Judge whether a motion does everything that a problem requires, as `decide` does, and not why not.
+    """Return whether a motion holds all requirements of a problem, as `decide` does, without reasons.
 
     Args:
         problem: The problem, with one goal.
@@ -124,7 +124,7 @@ def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict
 
 
 def decide(problem: Problem, trajectory: Trajectory, workspace: Judge) -> tuple[Judged, int]:
-    """Judge whether a motion does everything that a problem requires, as `judge` does, but no more.
+    """Decide whether a motion holds all requirements of a problem, as `judge` does, without measuring more.
 
     Args:
         problem: The problem, with one goal.
@@ -132,7 +132,7 @@ def decide(problem: Problem, trajectory: Trajectory, workspace: Judge) -> tuple[
         workspace: The judge of the problem's reduced model.
 
     Returns:
-        The verdict, with the certificate if it is a refusal, and how many distances were measured.
+        The verdict, with the certificate if it is a refusal, and the number of distances measured.
 
     Raises:
         ProblemError: If the trajectory is of other joints than the group's, or the goal is a set.

@@ -16,12 +16,13 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 
 AHEAD = 2
-"""Problems that are taken ahead, for each worker: enough that none waits for another's long one, and few
-enough that the problems may come from a generator without end."""
+"""Problems taken ahead for each worker: enough that none waits for another's long one, and few
+enough that the problems may come from an endless generator.
+"""
 
 
 class PlansProblem(Protocol):
-    """What plans one problem."""
+    """Plans one problem."""
 
     def __call__(self, problem: Problem, /, *, cancel: Event | None = None) -> Result:
         """Plan; end soon once `cancel` is set."""
@@ -38,12 +39,12 @@ def plan_many(
 ) -> Iterator[Result]:
     """Plan many problems side by side in threads; yield the results in the order of the problems.
 
-    Each result is the one that `planner` gives alone, whatever the number of workers. Problems are taken as
-    they are needed, so they may come from a generator.
+    Each result is the result of `planner` alone, for any number of workers. Problems are taken when
+    needed, so they may come from a generator.
 
     Args:
         problems: The problems.
-        workers: Threads; as many as the machine has cores when None.
+        workers: Threads; the number of cores when None.
         planner: Plans one; `functools.partial(to.plan, seconds=1.0)` plans with options.
         bar: Whether a progress bar is shown while standard error is a terminal.
 
@@ -51,8 +52,8 @@ def plan_many(
         The results, each as soon as it and all before it are there. Ending the iteration ends the planning.
 
     Raises:
-        ProblemError: If an argument is of the wrong kind, or, at its turn, a problem is none; what the
-            planner raises is raised at the turn of its problem.
+        ProblemError: If an argument is of the wrong kind, or, at its turn, an item is not a problem;
+            exceptions of the planner are raised at the turn of their problem.
     """
     count = os.cpu_count() or 1 if workers is None else workers
     if type(count) is not int or count < 1:
@@ -92,7 +93,7 @@ def _planned(
 
 @contextmanager
 def _bar(total: int | None, *, shown: bool) -> Generator[Callable[[], None]]:
-    """Show a progress bar; yields what advances it."""
+    """Show a progress bar; yields a function that advances it."""
     if not (shown and sys.stderr.isatty()):
         yield lambda: None
         return

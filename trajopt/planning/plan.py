@@ -55,39 +55,40 @@ def plan(
 ) -> Result:
     """Plan a motion and have it judged.
 
-    Among things that move, appear and expire the motion may begin later, stop or slow down on its way, or go
-    around where they pass; the shortest of these in time, until the goal, is returned. Where a deadline is
+    Among objects that move, appear and expire the motion may begin later, stop or slow down on its way, or go
+    around their paths; the fastest of these is returned. If a deadline is
     missed (`problem.finish_by`) and no method is named, shape and time are optimised together as well.
 
     Args:
-        problem: What the motion must achieve.
-        method: Transcription and solver with their options, or the name of one ("chomp"). When None
-            sequential QP over knots, or of a start in motion the method that takes it; the result says which.
+        problem: The problem.
+        method: Transcription and solver with their options, or a method's name ("chomp"). When None
+            sequential QP over knots, or for a start in motion the method that supports it; the result names
+            it.
         improve: Whether to look for a shorter motion than the fastest along its path: shape and time are then
             optimised together as well ("free-duration"), which takes a few times as long to plan. The result
-            says how long either motion takes.
+            reports both durations.
         every_goal: Whether the goals of a set are all planned to, each by itself, and the results kept for
-            comparison (`result.of_each_goal`). The plan is the shortest of them in time. A budget's seconds
+            comparison (`result.of_each_goal`). The plan is the fastest of them. A budget's seconds
             and work are shared out among the goals.
-        seeds: Paths to begin with, the best first, of motions that solved problems much like this one: each
+        seeds: Paths to begin with, the best first, of motions that solved similar problems: each
             is moved so that it leads from the start to the goal, and attempted before all others.
         experience: Remembers motions (`trajopt.planning.experience.Experience`): the most similar is tried
-            after `seeds`, and what comes of it is learnt.
-        seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
-        rng: Draws what is random; a fixed seed when None, so that the answer is the same every time.
-        budget: How much work, time and how many cores it may use, and whether to go on improving.
-        cancel: Set it from another thread to stop: the best motion so far is returned, if there is one.
+            after `seeds`, and its success is recorded.
+        seconds: Time limit [s, wall clock]; short for a budget of as many seconds.
+        rng: Random generator; a fixed seed when None, so that the answer is the same every time.
+        budget: Limits of work, time and cores, and whether to go on improving.
+        cancel: Set it from another thread to stop: the best motion is returned, if there is one.
         progress: Called at every stage and step of the solver.
         on_incumbent: Called with every verified motion that is better than the one before.
 
     Returns:
-        A result; `result.require()` gives the plan or raises with the reason.
+        A result; `result.require()` returns the plan or raises with the reason.
 
     Raises:
-        SolverNotFound: If there is no method of that name.
-        ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, nothing
-            improves what the method plans, every goal is asked for of one, or seeds with waypoints.
-        ShapeError: If a seed is not of the group's joints (`JointNotFound` if it does not name one).
+        SolverNotFound: If the method's name is unknown.
+        ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, the method's
+            plans cannot be improved, every goal is requested of one, or seeds with waypoints.
+        ShapeError: If a seed does not fit the group's joints (`JointNotFound` if it does not name one).
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     tracker = BudgetTracker(bounded(budget, seconds), cancel, progress)
@@ -112,10 +113,10 @@ def plan(
 
 
 def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTracker) -> Recalled | None:
-    """Return what is remembered for a problem; None where nothing was asked.
+    """Return the memories for a problem; None without experience.
 
     Raises:
-        ProblemError: If what was given remembers nothing.
+        ProblemError: If the given experience cannot remember.
     """
     if experience is None:
         return None
@@ -135,7 +136,7 @@ def _every_goal(search: PlanSearch, given: np.random.Generator | None, run: Run)
 
 
 def _in_time(result: Result, problem: Problem, search: PlanSearch, run: Run, *, decided: bool) -> Result:
-    """Return a motion in time, where the first came too late and shape and time together can help."""
+    """Return a motion in time, if the first is too late and shape and time together can help."""
     missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
     if not missed or result.stopped is not None or decided or problem.starts_moving:
         return result
@@ -145,7 +146,7 @@ def _in_time(result: Result, problem: Problem, search: PlanSearch, run: Run, *, 
 
 
 def _attempted_in_time(search: PlanSearch) -> Result:
-    """Search for a motion among what changes with time, in the ways that `in_time` knows."""
+    """Search for a motion among changing objects by `in_time`."""
 
     def run(each: Problem, /, *, most: int | None = None, choice: Choice | None = None) -> Result:
         return _attempted(
@@ -198,7 +199,7 @@ def bounded(budget: Budget, seconds: float | None) -> Budget:
 
 
 POLL = 0.005
-"""How often the budget is checked while waiting [s]."""
+"""Interval of budget checks while waiting [s]."""
 
 
 def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker) -> Iterator[Result]:
@@ -206,10 +207,10 @@ def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker
 
     Args:
         candidates: The candidates.
-        tracker: Of the whole of planning; its budget says how many workers there may be.
+        tracker: Of the whole of planning; its budget limits the number of workers.
 
     Raises:
-        Stopped: If the budget ends; whoever ends the iteration ends the attempts.
+        Stopped: If the budget ends; ending the iteration ends the attempts.
     """
     from concurrent.futures import ThreadPoolExecutor, wait
 
@@ -239,19 +240,19 @@ def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker
 
 @runtime_checkable
 class Remembers(Protocol):
-    """What remembers motions; `trajopt.planning.experience.Experience` does."""
+    """Remembers motions; `trajopt.planning.experience.Experience` does."""
 
     def recall(self, problem: Problem) -> Recalled:
-        """Return what is worth trying first for a problem."""
+        """Return paths to try first for a problem."""
         ...
 
     def learn(self, problem: Problem, result: Result, recalled: Recalled, given: int = 0) -> None:
-        """Note what became of a problem, and of what was recalled for it.
+        """Record the result of a problem, and of its recalled paths.
 
         Args:
             problem: The problem.
-            result: What planning answered.
-            recalled: What `recall` returned before.
-            given: How many paths were tried before those, because the caller gave them.
+            result: Result of planning.
+            recalled: Earlier result of `recall`.
+            given: Number of the caller's paths, which were tried before those.
         """
         ...

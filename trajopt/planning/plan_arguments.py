@@ -14,10 +14,10 @@ from trajopt.values.errors import ProblemError, shown
 
 @dataclass(frozen=True, eq=False)
 class Recalled(Value):
-    """What was remembered of motions for problems much like one.
+    """Remembered motions of similar problems.
 
     Attributes:
-        version: Of the memory: how often it had changed by then.
+        version: Of the memory: the number of its changes by then.
         memories: The numbers of the memories, the best first.
         seeds: The knots of their paths, shape (k, n) each [rad | m].
     """
@@ -33,16 +33,16 @@ class Recalled(Value):
 
 @dataclass(frozen=True, eq=False)
 class PlanArguments(Value):
-    """How planning was called.
+    """Arguments of planning.
 
     Attributes:
-        method: As `plan` takes it: a method, the name of one, or None.
-        improve: Whether a motion shorter than along the path was looked for.
+        method: As `plan` takes it: a method, its name, or None.
+        improve: Whether a motion faster than along the path was looked for.
         every_goal: Whether all goals of a set were planned to.
-        budget: What planning was allowed to use.
-        random: The state of the generator that was given, before planning; None where none was.
-        seeds: Knots of the paths that were given or remembered, shape (k, n) each [rad | m].
-        recalled: What was remembered, and by which version of the memory; None where nothing was asked. Its
+        budget: Limits of planning.
+        random: The state of the given generator before planning; None without.
+        seeds: Knots of the given or remembered paths, shape (k, n) each [rad | m].
+        recalled: The remembered motions and the version of the memory; None without experience. Its
             paths are the last of `seeds`, so that planning again needs no memory.
     """
 
@@ -70,10 +70,10 @@ class PlanArguments(Value):
 
     @property
     def generator(self) -> np.random.Generator | None:
-        """A generator in the state of the one that was given; None where none was.
+        """A generator in the state of the given one; None without.
 
         Raises:
-            ProblemError: If it was of a kind that numpy does not have.
+            ProblemError: If numpy does not have its kind.
         """
         if self.random is None:
             return None

@@ -15,20 +15,22 @@ from trajopt.scene.scene import DEFAULT_MARGIN
 from trajopt.values.printed import in_degrees
 
 MIDDLE = (0.5, 0.25, 0.75)
-"""Where between start and goal joints are cut: nearer to the ends a margin may not have its full size yet."""
+"""Shares of the way from start to goal at which joints are cut: nearer to the ends a margin may be
+reduced.
+"""
 
 
 def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Problem, tuple[str, ...]]:
-    """Return the problem with the default margin for pairs that no configuration takes as far as theirs.
+    """Return the problem with the default margin for pairs whose requested margin no configuration keeps.
 
-    A margin is a wish: what no motion could keep must not keep a motion from being found.
+    A margin is a wish: an impossible one must not prevent a motion.
 
     Args:
         problem: The problem.
         tracker: Counts the work.
 
     Returns:
-        The problem itself where there are none, and a sentence on each pair.
+        The problem itself if there are none, and a sentence on each pair.
     """
     reduced = problem.reduced
     pairs, asked_for = reduced.pairs, ~shrinkable(reduced.pairs)
@@ -50,7 +52,7 @@ def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Pro
 
 
 def margin_cut(problem: Problem) -> ClosedCut | None:
-    """Look for a place that every motion has to pass, and where none keeps the margins asked for."""
+    """Look for a place that every motion has to pass and that violates the requested margins."""
     pairs = problem.reduced.pairs
     asked_for = ~shrinkable(pairs)
     if not asked_for.any():
@@ -64,11 +66,11 @@ TURN = 2.0 * np.pi
 def long_turns(problem: Problem) -> tuple[str, ...]:
     """Return a sentence on each joint without limits whose goal is more than half a turn away.
 
-    The position is what was asked for, and turns may be meant, as where a cable is unwound; but the same
+    The goal is kept, since turns may be intended, as when a cable is unwound; but the same
     angle is nearer.
 
     Args:
-        problem: The problem; of a goal set each goal is looked at.
+        problem: The problem; of a goal set each goal is considered.
     """
     found: dict[str, None] = {}
     start, turning = _turning(problem)
@@ -89,7 +91,7 @@ def long_turns(problem: Problem) -> tuple[str, ...]:
 
 
 def _turning(problem: Problem) -> tuple[dict[str, float], set[str]]:
-    """Return where the group's joints start, and which of them turn without limits."""
+    """Return the start of the group's joints, and which of them turn without limits."""
     reduced = problem.reduced
     free = np.isinf(reduced.limits.lower) & np.isinf(reduced.limits.upper)
     return (

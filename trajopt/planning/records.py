@@ -13,17 +13,17 @@ from trajopt.values.errors import shown
 
 @dataclass(frozen=True)
 class Attempt:
-    """What became of one seed: optimised, timed and judged as far as it got.
+    """Record of one seed: optimised, timed and judged as far as it got.
 
     Attributes:
         number: Its number in the order of attempts, from 1.
-        kind: Where the seed came from.
-        status: How the attempt ended.
-        solver: How the solver ended, if it got so far.
-        message: The particulars: what could not be satisfied, where and by how much.
+        kind: Source of the seed.
+        status: Status at the end of the attempt.
+        solver: Status of the solver, if it got that far.
+        message: The particulars: which constraint was violated, where and by how much.
         iterations: Steps of the solver.
-        block: What stood in its way most; None if nothing did, or nothing with a location.
-        goal_name: Of a goal set: the goal it was for.
+        block: The main obstruction; None if there was none, or none with a location.
+        goal_name: Of a goal set: its goal.
     """
 
     number: int
@@ -49,7 +49,7 @@ class Attempt:
         }
 
     def __repr__(self) -> str:
-        """Say its number, the kind of its seed and how it ended."""
+        """Return its number, the kind of its seed and its status."""
         steps = f"{self.iterations} step{'s' * (self.iterations != 1)}"
         return f"Attempt({self.number}, {self.kind.name}: {self.status.name} after {steps})"
 
@@ -65,14 +65,14 @@ HEAD = ("goal", "duration [s]", "path length", "clearance [mm]", "status")
 
 @dataclass(frozen=True)
 class ComparedGoal:
-    """What became of one goal of a set.
+    """Result of one goal of a set.
 
     Attributes:
         name: Its name.
-        status: How planning to it ended.
-        duration: Of the verified motion to it [s]; None where there is none.
+        status: Status of planning to it.
+        duration: Of the verified motion to it [s]; None without.
         path_length: Of its path in joint space [rad | m].
-        clearance: What is proven of the distance to everything that must keep apart [m]; infinite where there
+        clearance: Proven distance to everything that must keep apart [m]; infinite if there
             is nothing.
     """
 
@@ -97,7 +97,7 @@ class ComparedGoal:
 
 
 def table(goals: Sequence[ComparedGoal]) -> list[str]:
-    """Return the lines of a table, with its head; numbers stand to the right."""
+    """Return the lines of a table, with its head; numbers are aligned right."""
     rows = (HEAD, *(goal.cells for goal in goals))
     widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
     lines = (

@@ -29,17 +29,17 @@ from trajopt.verify import Judge
 
 
 def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
-    """Return a problem with its start on a motion that is being driven.
+    """Return a problem with its start on a running motion.
 
-    The start has the motion's position, velocity and acceleration at that time, so that what is planned goes
-    on from it without a jump; joints outside the group are where the problem's own start has them. From the
-    end of the motion on it is at rest. A deadline comes sooner by that time. The scene stays the problem's
-    own: where things in it move, give that of the time at which the motion from there on starts (`scene.at`).
+    The start has the motion's position, velocity and acceleration at that time, so that the plan goes
+    on from it without a jump; joints outside the group are at the problem's own start. After the
+    end of the motion it is at rest. A deadline comes sooner by that time. The scene stays the problem's
+    own: if objects in it move, pass the scene at the start of the new motion (`scene.at`).
 
     Args:
-        problem: What the motion from there on must achieve.
+        problem: The requirements of the motion from there on.
         running: Of the group's joints.
-        time: On the running motion, at least 0 [s]: now, and as long as it takes until the plan is driven.
+        time: On the running motion, at least 0 [s]: now, plus the time until the plan is executed.
 
     Raises:
         ShapeError: If the time is before the motion begins, or the motion moves other joints.
@@ -72,18 +72,19 @@ def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
 
 
 def _within(rate: Floats, most: Floats) -> Floats:
-    """Take back what a motion may exceed a limit by: rounding, and what the judge accepts."""
+    """Remove a motion's accepted excess over a limit: rounding, and the judge's tolerance."""
     accepted = np.abs(rate) <= most * (1.0 + EXCESS)
     return np.where(accepted, np.clip(rate, -most, most), rate)
 
 
 SLOWER = (1.05, 1.25)
-"""Where what is left does not do in as much time, so many times as long are tried: what even pieces cost, and
-room to bend around a thing. Where that is not enough, the way is another one, which is planned anew."""
+"""Factors on the remaining duration to try if it does not suffice: the cost of even pieces, and
+room to bend around an object. If these fail, the motion is planned from scratch.
+"""
 MOMENTS = 200
 """Moments of a motion that is led elsewhere."""
 BECAUSE = "what is left of the running motion is nearly what is asked"
-"""Why planning takes the method."""
+"""Reason of planning for the method."""
 
 
 @named
@@ -97,24 +98,24 @@ def replan(
     cancel: Event | None = None,
     progress: Progress | None = None,
 ) -> Result:
-    """Plan from where a running motion will be at a time, beginning with what is left of it.
+    """Plan from a point of a running motion, beginning with the rest of it.
 
-    First the shape and the timing of what is left are optimised together, in about as much time, so that they
-    hold what is asked now: mostly that takes a quarter of the time of planning anew, and the arm goes on
-    much as it was going. Where nothing is proven so, `plan` plans anew from there. Both go on from the
+    First shape and timing of the rest are optimised together, in about the same time, to
+    hold the new requirements: that mostly takes a quarter of the time of planning from scratch, and the arm
+    nearly keeps its course. If that gives no verified motion, `plan` plans from there. Both continue the
     running motion without a jump of position, velocity or acceleration.
 
     Args:
-        problem: What is asked from then on, in the scene as it will be then; see `on_the_way`.
+        problem: The requirements from then on, in the scene as it will be then; see `on_the_way`.
         running: Of the group's joints.
-        time: On the running motion, at least 0 [s]: now, and as long as it takes until the plan is driven.
-        seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
-        budget: How much work, time and how many cores it may use. One that improves plans anew at once.
+        time: On the running motion, at least 0 [s]: now, plus the time until the plan is executed.
+        seconds: Time limit [s, wall clock]; short for a budget of as many seconds.
+        budget: Limits of work, time and cores. A budget that improves plans from scratch immediately.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and step of the solver.
 
     Returns:
-        A result, as of `plan`; its problem begins where the running motion will be.
+        A result of `plan`; its problem begins on the running motion.
 
     Raises:
         ShapeError: If the time is before the motion begins, or the motion moves other joints.
@@ -139,7 +140,7 @@ def replan(
 
 
 def _from_rest_of_it(here: Problem, rest: Trajectory, tracker: BudgetTracker) -> Result | None:
-    """Return a verified motion near to what is left of one; None if none is found.
+    """Return a verified motion near to the rest of one; None if none is found.
 
     Raises:
         Stopped: If the budget runs out before.
@@ -191,7 +192,7 @@ def _soonest(proven: list[Result]) -> Result:
 
 
 def _won(proven: Result, solved: SolveResult | None, goal_name: str, tracker: BudgetTracker) -> Result:
-    """Return the result of a verified motion, with how it was made; None where that was not done."""
+    """Return the result of a verified motion, with its method; None without a motion."""
     status, steps = (None, 0) if solved is None else (solved.status, len(solved.log))
     won = Attempt(1, SeedKind.RUNNING, Status.SOLVED, status, "", steps, goal_name=goal_name)
     return replace(
@@ -208,7 +209,7 @@ def _won(proven: Result, solved: SolveResult | None, goal_name: str, tracker: Bu
 
 
 def _nearest_goal(here: Problem, end: Floats, judge: Judge) -> tuple[str, Problem, Floats] | None:
-    """Return the goal that is nearest to a configuration, and where near to that it holds, shape (n,)."""
+    """Return the goal nearest to a configuration, and a configuration near it that holds it, (n,)."""
     found = list[tuple[float, str, Problem, Floats]]()
     for name, alone in (here.alternatives or {"": here}).items():
         if all(check.holds for check in judge.check(end, alone.goals)):

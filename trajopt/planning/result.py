@@ -32,11 +32,11 @@ SHOWN_ATTEMPTS = 5
 
 
 def improvement(along_path: float, duration: float) -> str:
-    """Say how long a motion takes along its path, and how long with shape and time optimised together.
+    """Return a sentence on the durations along the path and with shape and time optimised together.
 
     Args:
-        along_path: The one [s].
-        duration: The other [s].
+        along_path: The first [s].
+        duration: The second [s].
     """
     if duration >= along_path:
         return f"nothing shorter than {along_path:.3f} s along the path was found"
@@ -45,15 +45,15 @@ def improvement(along_path: float, duration: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A motion that was verified.
+    """A verified motion.
 
     Attributes:
         problem: The problem.
         path: The path, without time.
         trajectory: The motion.
         judged: The judge's verdict on it.
-        along_path: Where shape and time were optimised together: how long the motion takes that this began
-            with, the fastest along its path (of a start in motion: once that has stopped) [s].
+        along_path: If shape and time were optimised together: duration of the fastest motion along the
+            initial path (of a start in motion: after it has stopped) [s].
     """
 
     problem: Problem
@@ -88,11 +88,11 @@ class Plan:
 
     @property
     def certificate(self) -> Certificate:
-        """What the judge measured: what holds, by how much and how that is known."""
+        """The judge's checks, with their margins and proofs."""
         return self.judged.certificate
 
     def __repr__(self) -> str:
-        """Say problem, duration and clearance."""
+        """Return problem, duration and clearance."""
         return (
             f"Plan({shown(self.problem.name)}, {self.trajectory.duration:.3f} s, {self.certificate.closest})"
         )
@@ -105,7 +105,7 @@ class Plan:
         return "\n".join([*lines, f"  judged       {self.certificate.verdict}"])
 
     def require(self) -> Plan:
-        """Return this plan: what takes a result takes a plan as well."""
+        """Return this plan: functions that take a result take a plan as well."""
         return self
 
     @checked
@@ -121,10 +121,10 @@ class Plan:
 
     @checked
     def save(self, path: FilePath | str) -> None:
-        """Write a bundle, as `Result.save`; without what planning reported of itself.
+        """Write a bundle, as `Result.save`, without the report of planning.
 
         Raises:
-            ModelError: If the problem holds code of the caller's, which no file can hold.
+            ModelError: If the problem holds the caller's code, which no file can hold.
             FileFormatError: If the file cannot be written.
         """
         import_module("trajopt.files.bundle").save(self, path)
@@ -139,41 +139,40 @@ OTHER_NAMES = {
     **dict.fromkeys(("joint_trajectory", "motion"), "result.trajectory"),
     **dict.fromkeys(("error_code", "val"), "result.status"),
 }
-"""Names of attributes in other libraries, and what to use here."""
+"""Names of attributes in other libraries, and their names here."""
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What planning returned.
+    """Result of planning.
 
     Attributes:
-        problem: What was asked.
-        status: How it ended.
+        problem: The problem.
+        status: Status at the end.
         message: The particulars: which pair, which joint, by how much.
-        path: The solver's path, if it got so far.
-        solve: The solver's result, if it got so far.
-        trajectory: The motion, verified or not, if it got so far.
-        timed: What retiming reports; None where the method decided on time itself.
-        judged: The judge's verdict, if it got so far.
-        counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
+        path: The solver's path, if it got that far.
+        solve: The solver's result, if it got that far.
+        trajectory: The motion, verified or not, if it got that far.
+        timed: Report of retiming; None if the method determined time itself.
+        judged: The judge's verdict, if it got that far.
+        counts: Exact counts of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
-        alternatives: Of a goal set that failed: the result of each goal, that of the nearest first.
-        attempts: What became of each seed, in order.
-        won: Of a motion: the attempt that it came from, the last one or, with a budget that improves, the
+        alternatives: Of a goal set that failed: the result of each goal, nearest first.
+        attempts: Record of each seed, in order.
+        won: Of a motion: its attempt, the last one or, with a budget that improves, the
             one of least cost.
-        stopped: What ended planning before it was done; None if nothing did.
-        certainty: How well the status is known; of a goal set that failed, proven
+        stopped: Reason for ending planning early; None if it was completed.
+        certainty: Certainty of the status; of a goal set that failed, proven
             only if the failure of every goal is.
         method: Name of the method that planned.
-        because: Why planning chose that method itself; empty where it was asked for, or is the default.
-        along_path: As of a plan; None where no shorter motion than along the path was looked for.
-        of_each_goal: Of a goal set, where every goal was asked for: the result of each, the shortest motion
+        because: Reason why planning chose that method; empty if requested, or the default.
+        along_path: As in a plan; None if no faster motion than along the path was looked for.
+        of_each_goal: Of a goal set, if every goal was requested: the result of each, the fastest motion
             first.
-        remarks: What of the problem could not be taken as it was asked, or may be meant otherwise, in
-            sentences.
-        blocks: Of a failure among what changes with time: what is in the way, from when to when.
-        arguments: How planning was called beside the problem; None where something else than `plan` made it.
+        remarks: Sentences on parts of the problem that were changed, or may be intended otherwise.
+        blocks: Of a failure among changing objects: the obstructions, with their times.
+        arguments: Arguments of planning besides the problem; None if it was not made by `plan`.
     """
 
     problem: Problem
@@ -203,11 +202,11 @@ class Result:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
-            """Name what is meant by a name of another library."""
+            """Name the attribute for a name of another library."""
             raise unknown_attribute(self, name, OTHER_NAMES)
 
     def __repr__(self) -> str:
-        """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""
+        """Return status, number of attempts, and of a motion its duration and clearance."""
         parts = [shown(self.problem.name), self.status.name]
         if self.trajectory is not None and self.certificate is not None:
             parts += [f"{self.trajectory.duration:.3f} s", self.certificate.closest]
@@ -232,16 +231,16 @@ class Result:
 
     @property
     def certificate(self) -> Certificate | None:
-        """What the judge measured, if it got so far: what holds, by how much and how that is known.
+        """The judge's checks, with their margins and proofs, if planning got that far.
 
-        That a motion is proven was known before; how near it comes to everything is measured when this is
-        first asked for, which takes a few milliseconds.
+        The proof of a motion is known before; its margins are measured on first
+        use, which takes a few milliseconds.
         """
         return None if self.judged is None else self.judged.certificate
 
     @property
     def compared(self) -> tuple[ComparedGoal, ...]:
-        """Where every goal was asked for: what became of each, the shortest motion first."""
+        """Results of each goal, if every goal was requested, the fastest motion first."""
         return tuple(
             ComparedGoal(name, found.status)
             if found.trajectory is None
@@ -265,10 +264,10 @@ class Result:
 
     @property
     def cost(self) -> float:
-        """By what motions of one problem are compared: the duration [s]; infinite without a plan.
+        """Measure by which motions of one problem are compared: the duration [s]; infinite without a plan.
 
-        Not the costs of the problem: their sum belongs to one program, and means something else with other
-        knots, goals or methods. Time means the same for all.
+        The costs of the problem are not used: their sum depends on the program, its
+        knots, goals and method. Time is comparable for all.
         """
         return self.trajectory.duration if self.verified and self.trajectory is not None else inf
 
@@ -297,7 +296,7 @@ class Result:
         return Plan(self.problem, self.path, self.trajectory, self.judged, self.along_path)
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold; the points are those of the motion, if any."""
+        """Return plain data that JSON can hold; the points are the motion's, if any."""
         trajectory = self.trajectory
         recalled = None if self.arguments is None else self.arguments.recalled
         motion: dict[str, object] = {"joint_names": list(self.problem.reduced.joint_names), "points": []}
@@ -332,7 +331,7 @@ class Result:
 
     @checked
     def write(self, path: FilePath | str) -> None:
-        """Write `as_dict` as JSON; a motion is what `trajopt view`, `check` and `export` take.
+        """Write `as_dict` as JSON; `trajopt view`, `check` and `export` take a motion.
 
         Raises:
             FileFormatError: If the file cannot be written.
@@ -341,13 +340,13 @@ class Result:
 
     @checked
     def save(self, path: FilePath | str) -> None:
-        """Write a bundle: one file with robot, scene, problem, motion and verdict, or with what failed.
+        """Write a bundle: one file with robot, scene, problem, motion and verdict, or with the failure.
 
-        `trajopt.files.bundle.read_bundle` says what it holds; `trajopt check`, `view` and `replay` take it on
-        a machine that has never seen the robot.
+        See `trajopt.files.bundle.read_bundle` for its content; `trajopt check`, `view` and `replay` take it
+        on a machine without the robot's files.
 
         Raises:
-            ModelError: If the problem holds code of the caller's, which no file can hold.
+            ModelError: If the problem holds the caller's code, which no file can hold.
             FileFormatError: If the file cannot be written.
         """
         # Bundles are a higher layer, which reads and plans anew; a result only knows where to find it.
@@ -362,15 +361,15 @@ class Result:
         return f"{text} ({self.message})" if self.message else text
 
     def explain(self, *, plan_again: bool = False) -> Any:
-        """Say what stands in the way, how that is known, and what would change it.
+        """Explain a failure: the obstructions, the certainty, and the changes that would help.
 
-        Without planning again it takes milliseconds to a second or two: the nearest configuration that is
-        free, the requirements that exclude each other, proofs, multipliers.
+        Without planning again it takes milliseconds to a second or two: the nearest free
+        configuration, the requirements that exclude each other, proofs, multipliers.
 
         Args:
             plan_again: Whether to plan changed problems too, which takes as long as planning some dozens of
-                times: of a failure to find the smallest changes that make it solvable, of a success to
-                find what each limit and constraint costs in seconds.
+                times: for a failure to find the smallest changes that make it solvable, for a success to
+                find the cost of each limit and constraint in seconds.
 
         Returns:
             The explanation: print it, or read its parts.

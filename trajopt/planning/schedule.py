@@ -1,7 +1,7 @@
-"""Schedule: which seeds planning tries, in which order, as a table.
+"""Schedule: the seeds that planning tries, in their order, as a table.
 
-Within a round no seed depends on what another came to, so a round may be tried on any number of cores: what
-decides in the end is the order of the table, not who was first.
+Within a round seeds do not depend on each other's results, so a round may be tried on any number of cores:
+the order of the table decides, not the order of completion.
 """
 
 from collections.abc import Iterator
@@ -16,13 +16,13 @@ class Row:
     """A row of the table.
 
     Attributes:
-        source: Where the seeds come from; None goes on with those that were looked at and came nearest.
-        branches: The first of the goal configurations that they lead to, nearest first, and the one after the
-            last; None for all there are.
-        count: Seeds of this row; None for all there are.
-        brief: Whether they are only looked at: a few steps show how promising a seed is.
-        to_any: Whether each seed leads to whichever of the goal configurations it reaches first.
-        bends_best: Whether the best motion so far is bent instead, once there is one.
+        source: Source of the seeds; None continues the most promising of the briefly solved ones.
+        branches: First and last (exclusive) index of their goal configurations, nearest first;
+            None for all.
+        count: Number of seeds; None for all.
+        brief: Whether they are only solved briefly: a few steps show whether a seed is promising.
+        to_any: Whether each seed leads to the goal configuration that it reaches first.
+        bends_best: Whether the best motion is bent instead, once there is one.
     """
 
     source: SeedKind | None
@@ -51,21 +51,21 @@ OPENING: tuple[Round, ...] = (
     (Row(None, count=3),),
     (Row(SeedKind.STRAIGHT, (NEAREST + 1, None)),),
 )
-"""What is tried first."""
+"""First seeds."""
 
 CYCLE: tuple[Round, ...] = (
     (Row(SeedKind.SAMPLED, count=3, to_any=True),),
     (Row(SeedKind.BUMP, (0, NEAREST + 1), count=12, brief=True, bends_best=True),),
     (Row(None, count=3),),
 )
-"""What is tried then, over and over."""
+"""Seeds after the opening, repeated."""
 
 CYCLES = 3
-"""How often, where no budget says how much."""
+"""Number of repetitions without a budget."""
 
 
 GIVEN: Round = (Row(SeedKind.GIVEN, to_any=True),)
-"""What is tried before everything else, where the caller gives paths."""
+"""Seeds before all others, if the caller passes paths."""
 
 
 def rounds(*, bounded: bool, given: bool = False) -> Iterator[Round]:
@@ -73,7 +73,7 @@ def rounds(*, bounded: bool, given: bool = False) -> Iterator[Round]:
 
     Args:
         bounded: Whether a budget ends planning: then there is no last round.
-        given: Whether the caller gives paths to begin with.
+        given: Whether the caller passes paths to begin with.
     """
     cycles = repeat(CYCLE) if bounded else repeat(CYCLE, CYCLES)
     return chain((GIVEN,) * given, OPENING, chain.from_iterable(cycles))

@@ -1,4 +1,4 @@
-"""Search: one call of planning: what it has attempted, and the best motion so far."""
+"""Search: state of one call of planning, with its attempts and best motion."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -36,15 +36,15 @@ class PlanSearch:
 
     Attributes:
         problem: The problem; may have a goal set.
-        choice: The method, and why it was taken.
-        rng: Draws what is random.
-        tracker: Counts what is used, and stops planning.
+        choice: The method, and the reason for its choice.
+        rng: Random generator.
+        tracker: Counts the use of the budget, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
-        remarks: What is to be said of the problem besides.
+        remarks: Other remarks on the problem.
         given: Knots of the paths that are tried first, shape (k, n) each.
-        most: Attempts at most, fewer than the budget's; None for as many as that allows.
-        incumbent: The best of those.
-        attempts: What became of each seed.
+        most: Largest number of attempts, fewer than the budget's; None for the budget's.
+        incumbent: The best motion.
+        attempts: Record of each seed.
     """
 
     problem: Problem
@@ -103,19 +103,19 @@ class PlanSearch:
 
     @property
     def _most(self) -> int | None:
-        """How many seeds may be attempted."""
+        """Largest number of attempts."""
         bounds = [bound for bound in (self.most, self.tracker.budget.attempts) if bound is not None]
         return min(bounds, default=None)
 
     @property
     def done(self) -> bool:
-        """Whether there is a motion and no better one is looked for, or all attempts are used up."""
+        """Whether there is a motion and no better one is wanted, or all attempts are used up."""
         budget = self.tracker.budget
         found = self.incumbent is not None and not budget.improve
         return found or (self._most is not None and len(self.attempts) >= self._most)
 
     def learn(self, candidate: Candidate, result: Result) -> None:
-        """Note what became of a candidate; keep its motion if it is better than the best so far."""
+        """Record the result of a candidate; keep its motion if it is the best."""
         next(goal for goal in self.goals if goal.goal_name == candidate.goal_name).learn(candidate, result)
         attempted = _attempt(len(self.attempts) + 1, candidate, result)
         self.attempts.append(attempted)
@@ -125,10 +125,10 @@ class PlanSearch:
                 self.on_incumbent(self._complete(self.incumbent))
 
     def result(self, stopped: Stop | None) -> Result:
-        """Return the best motion, or why there is none.
+        """Return the best motion, or the reason why there is none.
 
         Args:
-            stopped: What ended planning before it was done.
+            stopped: Reason for ending planning early.
         """
         found = self.incumbent or self._failure(stopped)
         return self._complete(replace(found, stopped=stopped or found.stopped))
@@ -139,7 +139,7 @@ class PlanSearch:
         return best if best is not None and best.goal_name == goal.goal_name else None
 
     def _walled_in(self, goal: GoalSearch) -> bool:
-        """Look for a proof that no other seed can succeed either, with the margins that were asked for."""
+        """Look for a proof that no other seed can succeed, with the requested margins."""
         stuck = goal.nearest
         if stuck is None or stuck.status is not Status.STUCK:
             return False
@@ -176,7 +176,7 @@ class PlanSearch:
         return replace(first, status=ENDED[stopped], message=message, certainty=Certainty.EVIDENCE)
 
     def _complete(self, result: Result) -> Result:
-        """Add what planning did in total."""
+        """Add the totals of planning."""
         return replace(
             result,
             attempts=tuple(self.attempts),
@@ -189,11 +189,11 @@ class PlanSearch:
 
 
 def failure_of_all(problem: Problem, first: Result, known: Mapping[str, Result]) -> Result:
-    """Return the failure of a goal set: proven only if that of every goal is.
+    """Return the failure of a goal set: proven only if every goal's failure is.
 
     Args:
         problem: The problem with the goal set.
-        first: The failure that is told first.
+        first: The failure that is reported first.
         known: The failures by the goal's name.
     """
     certainties = {failure.certainty for failure in known.values()}

@@ -84,9 +84,7 @@ class BsplineNlp(CompilableMotionNlp):
         return swept_samples(self.query, corners, COARSE_SAMPLES)
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
-        """Sample the spline: every break, `sampling - 1` parameters between, and the waypoints'
-        parameters.
-        """
+        """Sample the spline at every break, `sampling - 1` parameters between, and waypoints."""
         parameters, stencils = self.basis.sampled(sampling, self.places.exact)
         places = self.places(parameters)
         return Motion(x, stencils.support, stencils.weight, places, stencils(x), self.query)

@@ -1,4 +1,4 @@
-"""Motions that are remembered: the most similar one is where planning begins."""
+"""Remembered motions: planning begins with the most similar one."""
 
 from trajopt.planning.experience.experience import Experience as Experience
 from trajopt.planning.experience.storage import Memory as Memory

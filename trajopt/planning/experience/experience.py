@@ -19,16 +19,17 @@ from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.errors.arguments import checked
 
 FAR = 0.3
-"""How far a problem may be from one that is remembered: the largest difference of a joint at the start
-[rad | m], plus that of a number of the goal, plus how far apart the objects are in the mean [m]. A metre
-counts as a radian: by that an arm of a metre moves its hand as far. Three tenths of it are more than an arm
-is wide: what was free before tells little then."""
+"""Largest distance of a problem from a remembered one: the largest difference of a joint at the start
+[rad | m], plus the largest difference of a number of the goal, plus the mean distance of the objects [m]. A
+metre counts as a radian: an arm of a metre moves its hand by as much. Three tenths of it are more than the
+width of an arm: a path that was free before is little use beyond.
+"""
 ANEW = FAR / 2.0
-"""A motion from a memory nearer than this is not remembered beside it: that one will do again."""
+"""A motion from a memory nearer than this is not remembered: that memory suffices."""
 FORGIVEN = 3
-"""A memory that failed so often in a row is forgotten: what stands in its way now is no accident."""
+"""Number of consecutive failures after which a memory is forgotten: the obstacle in its way is permanent."""
 LOOKED_AT = 8
-"""So many memories, nearest in start and goal, have their scenes compared."""
+"""Number of memories, nearest in start and goal, whose scenes are compared."""
 
 
 @dataclass(frozen=True)
@@ -44,16 +45,16 @@ class _Group:
 @checked
 @dataclass(eq=False)
 class Experience:
-    """Remembers motions, and what came of remembering them: `plan(problem, experience=experience)`.
+    """Remembers motions and their successes: `plan(problem, experience=experience)`.
 
-    Of a problem in a still world that begins at rest, without waypoints, the most similar one that was
-    solved is looked up, and its path tried first. What is found from it is judged like any other motion; if
-    nothing is, the usual tries follow. Threads and, with a warehouse, processes may share one.
+    For a problem in a static scene that begins at rest, without waypoints, the path of the most similar
+    solved problem is tried first. A motion found from it is judged like any other; otherwise
+    the usual tries follow. Threads and, with a warehouse, processes may share one.
 
     Attributes:
-        storage: Where it is kept; in this process alone unless stated. `Warehouse.experience` keeps it in a
-            file.
-        most: Memories at most; then what has not won for longest is forgotten.
+        storage: Storage of the memories; this process alone by default. `Warehouse.experience` keeps them in
+            a file.
+        most: Largest number of memories; beyond it the one whose last success is oldest is forgotten.
         learning: Whether it changes; without, equal calls have equal answers.
     """
 
@@ -75,14 +76,14 @@ class Experience:
             raise ProblemError(f"most must be at least 1, is {self.most}")
 
     def __len__(self) -> int:
-        """Return how many motions are remembered."""
+        """Return the number of remembered motions."""
         with self._lock:
             self._look()
             return len(self._known)
 
     @property
     def version(self) -> int:
-        """How often it has changed."""
+        """Number of its changes."""
         return self.storage.version
 
     @checked
@@ -97,7 +98,7 @@ class Experience:
 
     @checked
     def learn(self, problem: Problem, result: Result, recalled: Recalled, given: int = 0) -> None:
-        """Remember a motion, and whether what was recalled has led to it; see `Remembers.learn`."""
+        """Remember a motion, and whether the recalled path has led to it; see `Remembers.learn`."""
         if not self.learning or not comparable(problem):
             return
         with self._lock:
@@ -121,18 +122,18 @@ class Experience:
 
     @checked
     def remember(self, problem: Problem, path: ArrayLike) -> bool:
-        """Remember a path that solved a problem elsewhere, unless a problem this near is remembered already.
+        """Remember a path that solved a problem elsewhere, unless a similar problem is remembered already.
 
         Args:
-            problem: What it solved, with one goal.
+            problem: The solved problem, with one goal.
             path: Points from start to end, shape (k, n) with k at least 2 [rad | m].
 
         Returns:
-            Whether it is remembered now; it is not where `learning` is off, either, or where motions of such
+            Whether it is remembered now; it is not if `learning` is off, or if motions of such
             problems are never remembered.
 
         Raises:
-            ShapeError: If the path is not one of the group's joints.
+            ShapeError: If the path does not fit the group's joints.
         """
         points = floats("path", path, (None, len(problem.reduced.joint_names)))
         if len(points) < 2:
@@ -149,11 +150,11 @@ class Experience:
             return True
 
     def _in_excess(self, kept: Collection[int], gone: Sequence[int] = ()) -> Sequence[int]:
-        """Return the number of the memory that one more takes the place of, where there is no room.
+        """Return the number of the memory that a new one replaces, if there is no room.
 
         Args:
             kept: Memories that stay.
-            gone: Those that go anyway.
+            gone: Memories that are removed anyway.
         """
         if len(self._known) - len(gone) < self.most:
             return ()
@@ -161,7 +162,7 @@ class Experience:
         return [min(left, key=lambda each: (each.used, each.number)).number] if left else ()
 
     def _change(self, new: Memory | None, after: Sequence[Memory], gone: Sequence[int]) -> None:
-        """Change what is kept; if nobody else did meanwhile, what is known here needs no reading anew."""
+        """Change the stored memories; without changes by others they need not be read again."""
         version, learnt = self.storage.change(new=new, changed=after, gone=gone)
         if version != self._version + 1:
             return
@@ -184,7 +185,7 @@ class Experience:
         return _memory(result.problem, result.path.knots)
 
     def _look(self) -> None:
-        """Read the memories where another thread or process has changed them."""
+        """Read the memories if another thread or process has changed them."""
         version = self.storage.version
         if version == self._version:
             return
@@ -194,7 +195,7 @@ class Experience:
         self._version = version
 
     def _stack(self, keys: Collection[str]) -> None:
-        """Stack the memories of some keys anew."""
+        """Rebuild the stacks of the memories of some keys."""
         by_key: dict[str, list[Memory]] = {key: [] for key in keys}
         for memory in self._known.values():
             if memory.key in by_key:
@@ -221,12 +222,12 @@ def _after(memory: Memory, *, won: bool, version: int) -> Memory:
 
 
 def comparable(problem: Problem) -> bool:
-    """Say whether a problem is one that motions are remembered of."""
+    """Return whether motions of this kind of problem are remembered."""
     return not problem.waypoints and not problem.scene.changing and not problem.starts_moving
 
 
 def _nearest(groups: Mapping[str, _Group], problem: Problem) -> tuple[float, int] | None:
-    """Return how far the nearest memory is, and its number; None where none is near enough."""
+    """Return the distance of the nearest memory, and its number; None if none is near enough."""
     found = list[tuple[float, int]]()
     for alone in (problem.alternatives or {"": problem}).values():
         like = likeness(alone)
@@ -237,7 +238,7 @@ def _nearest(groups: Mapping[str, _Group], problem: Problem) -> tuple[float, int
 
 
 def _near(group: _Group, like: Likeness) -> list[tuple[float, int]]:
-    """Return how far memories of a group are that are near enough, and their numbers."""
+    """Return the distances of memories of a group that are near enough, and their numbers."""
     apart = _largest(group.starts - like.start) + _largest(group.goals - like.goal)
     first = [int(place) for place in np.argsort(apart, kind="stable")[:LOOKED_AT] if apart[place] <= FAR]
     whole = [
@@ -248,17 +249,17 @@ def _near(group: _Group, like: Likeness) -> list[tuple[float, int]]:
 
 
 def _largest(rows: Floats) -> Floats:
-    """Return the largest size in each row; 0 where rows are empty."""
+    """Return the largest size in each row; 0 for empty rows."""
     return np.abs(rows).max(axis=1, initial=0.0)
 
 
 def _won(result: Result, place: int, paths: int) -> bool | None:
-    """Say whether the motion came from a path that was tried first; None where that was not attempted.
+    """Return whether the motion came from the recalled path; None if that was not attempted.
 
     Args:
-        result: What planning answered.
-        place: The place of the path among those.
-        paths: How many they were.
+        result: Result of planning.
+        place: The place of the path among those tried first.
+        paths: Number of paths tried first.
     """
     of_it = [
         each for each in result.attempts if each.kind is SeedKind.GIVEN and (each.number - 1) % paths == place

@@ -1,4 +1,4 @@
-"""Likeness: what makes problems comparable, and how far apart they are."""
+"""Likeness: the data by which problems are compared, and the distance between them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
@@ -16,18 +16,18 @@ from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import bounding_box
 
 FARTHEST = 10.0
-"""Walls and floors are taken to end there, beyond the reach of arms: no motion is told apart by it [m]."""
+"""Extent to which walls and floors are cut, beyond the reach of arms: it does not distinguish motions [m]."""
 UNLIKE = 1.0
-"""An object without a like one counts as one moved so far: by as much as an arm reaches [m]."""
+"""Displacement that an object without a counterpart counts as: the reach of an arm [m]."""
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """What a problem is compared by.
+    """Data by which a problem is compared.
 
     Attributes:
-        key: What must be the same: robot, group, and the kinds of what is required.
-        start: Where the group's joints are, shape (n,) [rad | m].
+        key: Must be equal: robot, group, and the kinds of the requirements.
+        start: Start of the group's joints, shape (n,) [rad | m].
         goal: The numbers of the goal, shape (g,).
         scene: As `scene_signature` returns it.
     """
@@ -39,7 +39,7 @@ class Likeness:
 
 
 def likeness(problem: Problem) -> Likeness:
-    """Return what a problem with one goal is compared by."""
+    """Return the data by which a problem with one goal is compared."""
     reduced = problem.reduced
     numbers, words = list[float](), list[str]()
     for part in _parts(problem.goals):
@@ -61,10 +61,10 @@ def likeness(problem: Problem) -> Likeness:
 
 
 def scene_signature(scene: Scene) -> Floats:
-    """Return where the objects of the world are and how large, in no order: shape (objects, 6) [m].
+    """Return positions and sizes of the objects of the world, unordered: shape (objects, 6) [m].
 
-    Of each the centre of the axis-aligned box around it, and half its edges. Names do not matter, so that a
-    camera may name what it sees anew each time.
+    For each the centre of the axis-aligned box around it, and half its edges. Names do not matter, so that a
+    camera may rename its detections each time.
     """
     rows = list[Floats]()
     for name, item in scene.objects.items():
@@ -83,11 +83,11 @@ def scene_signature(scene: Scene) -> Floats:
 
 
 def scenes_apart(first: Floats, second: Floats) -> float:
-    """Return how far apart the objects of two scenes are in the mean, each from the most similar one [m].
+    """Return the mean distance of the objects of two scenes, each from the most similar one [m].
 
     Args:
         first: The signature of one.
-        second: That of the other.
+        second: The signature of the other.
     """
     count = len(first) + len(second)
     if not count:
@@ -99,7 +99,7 @@ def scenes_apart(first: Floats, second: Floats) -> float:
 
 
 def _parts(value: object) -> Iterator[str | float]:
-    """Yield what a value consists of: its numbers, and in words everything else."""
+    """Yield the parts of a value: its numbers, and everything else as text."""
     match value:
         case bool() | None | str():
             yield repr(value)

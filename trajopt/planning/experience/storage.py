@@ -9,17 +9,17 @@ from trajopt.values.arrays import Floats, Value
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Memory(Value):
-    """A motion that solved a problem, and what has come of remembering it.
+    """A motion that solved a problem, and its record of success.
 
     Attributes:
         number: Its number; numbers are not given again.
-        key: What must be the same of another problem: robot, group, and the kinds of what is required.
-        start: Where the group's joints were at the start, shape (n,) [rad | m].
+        key: Must be equal for another problem: robot, group, and the kinds of the requirements.
+        start: Start of the group's joints, shape (n,) [rad | m].
         goal: The numbers of the goal: positions, placements, tolerances, shape (g,).
-        scene: Where the objects were and how large they are, shape (objects, 6) [m]; see `scene_signature`.
+        scene: Positions and sizes of the objects, shape (objects, 6) [m]; see `scene_signature`.
         knots: The path, shape (k, n) [rad | m].
-        wins: How often a motion was found from it.
-        failures: How often none was, since it last won.
+        wins: Number of motions found from it.
+        failures: Number of failures since its last win.
         used: The version of the memory when it was learnt, or last won.
     """
 
@@ -35,11 +35,11 @@ class Memory(Value):
 
 
 class Storage(Protocol):
-    """Where memories are kept; `trajopt.server.warehouse.Warehouse` has one in its file."""
+    """Storage of memories; `trajopt.server.warehouse.Warehouse` has one in its file."""
 
     @property
     def version(self) -> int:
-        """How often it was changed."""
+        """Number of its changes."""
         ...
 
     def all(self) -> Mapping[int, Memory]:
@@ -54,7 +54,7 @@ class Storage(Protocol):
         Args:
             new: One to add; it gets the next number.
             changed: Memories that have other counts.
-            gone: The numbers of those to remove.
+            gone: The numbers of the memories to remove.
 
         Returns:
             The version afterwards, and the new memory with its number.
@@ -72,7 +72,7 @@ class InProcessStorage:
 
     @property
     def version(self) -> int:
-        """How often it was changed."""
+        """Number of its changes."""
         return self._version
 
     def all(self) -> Mapping[int, Memory]:
