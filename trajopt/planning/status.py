@@ -8,7 +8,7 @@ from trajopt.values.printed import in_short
 
 
 class Status(Enum):
-    """How planning ended; each value says what it means and what to try."""
+    """Status at the end of planning; each value states its meaning and a remedy."""
 
     SOLVED = "the judge verified the motion"
     START_IN_COLLISION = (
@@ -99,13 +99,13 @@ class Certainty(Enum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OutcomeSummary(Value):
-    """How planning ended and why: `print` it, or read its parts.
+    """Outcome of planning and its reason: `print` it, or read its parts.
 
     Attributes:
-        status: How planning ended.
+        status: Status at the end of planning.
         reason: The result's own sentence.
         certainty: Whether the verdict is proven.
-        grounds: Why it is known, or how much speaks for it.
+        grounds: Proof of the verdict, or evidence for it.
         details: Particulars, one a line.
     """
 
@@ -126,7 +126,7 @@ class OutcomeSummary(Value):
         }
 
     def __repr__(self) -> str:
-        """Say the verdict and how well it is known."""
+        """Return the verdict and its certainty."""
         return in_short(f"{type(self).__name__}({self.status.name}, {self.certainty.value}: {self.grounds})")
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Workspace: what the attempts at one problem share: its judge, its budget, and the way to make results."""
+"""Workspace: judge, budget and maker of results, shared by the attempts at one problem."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import CheckKind, Judge
 
 PATH_TOLERANCES = (PATH_TOLERANCE, 1e-3)
-"""How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
+"""Largest distances of the timed motion from the checked path, tried in turn if the judge refuses it [m]."""
 EXACT_TOLERANCE = 1e-4
 """The same, a third time, for problems with waypoints, which may be at corners of the path, and for narrow
 gaps [m]."""
@@ -37,8 +37,8 @@ class MotionCandidate(Printed):
     Attributes:
         path: Its path.
         trajectory: The motion.
-        timed: What retiming reports; None where the method decided on time itself.
-        remarks: What it does for what changes with time, in sentences.
+        timed: Report of retiming; None if the method determined time itself.
+        remarks: Its changes because of changing objects, in sentences.
     """
 
     path: Path
@@ -64,7 +64,7 @@ class PlanningWorkspace(Printed):
 
     Attributes:
         problem: The problem, with one goal.
-        tracker: Counts the work and the time, and stops both.
+        tracker: Counts work and time, and stops planning.
     """
 
     problem: Problem
@@ -77,13 +77,13 @@ class PlanningWorkspace(Printed):
 
     @cached_property
     def query(self) -> Query:
-        """What retiming asks for torques and displacements; the same for all motions."""
+        """Measures torques and displacements for retiming; the same for all motions."""
         return Query(self.problem.reduced)
 
     def timed(self, decoded: Iterable[Decoded]) -> Iterator[MotionCandidate | RetimeFailure]:
-        """Time what a method made, and time it again, nearer to its path, each time another is needed.
+        """Time the path of a method; each time another motion is needed, time it again, nearer to the path.
 
-        A motion that is as near as that already would be the same again, and is not made twice.
+        A motion that is already that near would be the same again, and is not made twice.
         """
         for item in decoded:
             if item.trajectory is not None:
@@ -123,7 +123,7 @@ class PlanningWorkspace(Printed):
             yield from self.begun(MotionCandidate(item.path, retimed.trajectory, retimed, (stops,)))
 
     def begun(self, motion: MotionCandidate) -> Iterator[MotionCandidate]:
-        """Yield a motion timed so that it seems clear of what changes, the soonest first; as it is if never.
+        """Yield a motion timed to be clear of changing objects, the soonest first; unchanged if never.
 
         Raises:
             Stopped: If the budget ends before.
@@ -136,11 +136,11 @@ class PlanningWorkspace(Printed):
             yield motion
 
     def clear(self, motion: MotionCandidate, by: float = np.inf) -> Iterator[MotionCandidate]:
-        """Yield a motion among what changes, timed so that it seems clear, the soonest first.
+        """Yield a motion among changing objects, timed so that it seems clear, the soonest first.
 
         Args:
             motion: The motion.
-            by: When it is to be over [s].
+            by: Latest end [s].
 
         Raises:
             Stopped: If the budget ends before.
@@ -149,11 +149,11 @@ class PlanningWorkspace(Printed):
         yield from self._counted(self._among, self._among.timings(motion.trajectory, by), motion)
 
     def soon(self, motion: MotionCandidate, by: float) -> Iterator[MotionCandidate]:
-        """Yield a motion among what changes as it is, and begun later, where that seems clear.
+        """Yield a motion among changing objects unchanged, and begun later, if that seems clear.
 
         Args:
             motion: The motion.
-            by: When it is to be over [s].
+            by: Latest end [s].
 
         Raises:
             Stopped: If the budget ends before.
@@ -162,7 +162,7 @@ class PlanningWorkspace(Printed):
         yield from self._counted(self._among, self._among.soon(motion.trajectory, by), motion)
 
     def stands_clear(self, until: float) -> bool:
-        """Say whether the robot seems clear of what changes if it stands at the start until a time [s]."""
+        """Return whether the robot at rest at the start seems clear of changing objects until a time [s]."""
         among = self._among
         assert among is not None
         before = replace(among.looks.counts)
@@ -189,11 +189,11 @@ class PlanningWorkspace(Printed):
         return Among.of(self.problem, self.query) if self.problem.scene.changing else None
 
     def judged(self, motion: MotionCandidate, solve: SolveResult | None = None) -> Result:
-        """Have a motion judged against everything that the problem requires.
+        """Have a motion judged against all requirements of the problem.
 
         Args:
             motion: The motion.
-            solve: What its solver returned; None where no solver made it.
+            solve: Result of its solver; None if no solver made it.
         """
         with self.tracker.stage("verify"):
             found, distances = decide(self.problem, motion.trajectory, self.judge)
@@ -210,7 +210,7 @@ class PlanningWorkspace(Printed):
         )
 
     def proven(self, motion: MotionCandidate) -> Result | None:
-        """Have a motion judged, and return it if it is verified: why it is not takes longer to find."""
+        """Have a motion judged, and return it if it is verified; a refusal has no reasons."""
         with self.tracker.stage("verify"):
             verdict = holds(self.problem, motion.trajectory, self.judge)
         self.tracker.count(judge_distance_calls=verdict.counts.distances)
@@ -261,7 +261,7 @@ class PlanningWorkspace(Printed):
         judged: Judged | None = None,
         remarks: tuple[str, ...] = (),
     ) -> Result:
-        """Return a result with what has been counted so far; the arguments are its fields."""
+        """Return a result with the current counts; the arguments are its fields."""
         return Result(
             problem=self.problem,
             status=status,

@@ -1,4 +1,4 @@
-"""Proofs that a problem has no solution: what is returned here holds; no proof proves nothing."""
+"""Proofs that a problem has no solution: every returned proof holds; a missing one proves nothing."""
 
 from trajopt.planning.infeasibility.cover import ClosedCut as ClosedCut
 from trajopt.planning.infeasibility.cover import NeverApart as NeverApart

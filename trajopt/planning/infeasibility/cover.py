@@ -4,14 +4,13 @@ At the middle of a box some pair of convex bodies is in penetration by a depth p
 farther than delta while the joints stay in the box; and bodies whose Minkowski difference holds a ball of
 radius p around the origin still meet after their points have moved by less than p, and are nearer than a
 required clearance c after less than p + c. So delta < p + c closes a box, where p is minus the distance of
-bodies apart; else it is halved, and a middle that is free opens the whole. Nothing else counts as a proof: a
-box that stays undecided proves nothing. Related: Schwarzer, Saha, Latombe, IEEE T-RO 2005 (the same bound,
-for clearance).
+bodies apart; else it is halved, and a free middle opens the whole. An undecided box proves
+nothing. Related: Schwarzer, Saha, Latombe, IEEE T-RO 2005 (the same bound, for clearance).
 
 Two proofs cover boxes. `closed_cut`: there is no path from the start to the goal. A joint that starts on one
 side of a value and must end on the other has to pass it. If every configuration with the joint at that value
-is in collision, whatever all other joints do, nothing passes. A pair that must keep a clearance collides, in
-this sense, where it is nearer than that.
+is in collision, for all positions of the other joints, nothing passes. A pair that must keep a clearance
+collides, in this sense, if it is nearer than the clearance.
 
 `never_apart`: two bodies come nearer than their clearance in every configuration of the group. Only the
 joints between the two move them against each other, so boxes of the positions of these joints are covered.
@@ -34,17 +33,17 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.shapes.mesh_file import Mesh
 
 ACCURACY = 1e-4
-"""By how much measured depths may be wrong [m]."""
+"""Largest error of measured depths [m]."""
 
 
 @dataclass(frozen=True)
 class Closed:
-    """A box of configurations that are all in collision, or nearer to something than is required.
+    """A box of configurations that are all in collision, or violate a required clearance.
 
     Attributes:
         pairs: Links and objects whose contact, or required clearance, closes it, most frequent first.
-        boxes: Boxes that were examined.
-        farthest: At the middles of these the nearest of the pairs were apart by no more than this [m].
+        boxes: Number of examined boxes.
+        farthest: Largest distance of the nearest pair at the middles of these [m].
     """
 
     pairs: tuple[tuple[str, str], ...]
@@ -53,7 +52,7 @@ class Closed:
 
 
 class ConfigurationCover:
-    """Covers boxes with smaller ones, until all are used up.
+    """Covers boxes with smaller ones, up to a number of boxes.
 
     Attributes:
         left: Boxes that may still be examined.
@@ -62,14 +61,15 @@ class ConfigurationCover:
     def __init__(
         self, reduced: ReducedModel, most: int, apart: Floats | None = None, counts: WorkCounts | None = None
     ) -> None:
-        """Bound how far bodies move.
+        """Bound the travel of bodies.
 
         Args:
             reduced: The robot and its surroundings.
-            most: Boxes that are examined, in all calls together, before a question is left undecided.
-            apart: Distance below which pairs count as in collision, shape (p,) [m], -inf for those that
-                never do; what is required of them when None.
-            counts: Takes the work done.
+            most: Largest number of boxes to examine, in all calls together, before a question is left
+                undecided.
+            apart: Distance below which pairs count as in collision, shape (p,) [m], -inf for pairs that
+                never do; the required clearance when None.
+            counts: Receives the work done.
         """
         self._reduced, self._query = reduced, Query(reduced, counts)
         self._levers = pair_levers(reduced)
@@ -113,7 +113,7 @@ class ConfigurationCover:
 
 
 def pair_levers(reduced: ReducedModel) -> Floats:
-    """Bound how far the bodies of each pair move towards each other by joint, (p, n); inf for no proof."""
+    """Bound the motion of each pair's bodies towards each other by joint, (p, n); inf for no proof."""
     chain, pairs = Chain(reduced), reduced.pairs
     levers = np.array([chain.levers(body) for body in range(len(reduced.bodies))])
     total = levers[pairs.first] + levers[pairs.second]
@@ -153,7 +153,7 @@ def endless(reduced: ReducedModel) -> Bools:
 
 
 def _periodic(reduced: ReducedModel) -> Bools:
-    """Return which joints of the group have everything where it was after one turn, shape (n,)."""
+    """Return which joints of the group have the same placements after one turn, shape (n,)."""
     names = [reduced.model.joints[reduced.model.getJointId(name)].shortname() for name in reduced.joint_names]
     turns = np.array(["JointModelR" in name for name in names], dtype=np.bool_)
     mimicked = (reduced.mimic_matrix != 0.0).sum(axis=0) > 1
@@ -161,7 +161,7 @@ def _periodic(reduced: ReducedModel) -> Bools:
 
 
 SHARES = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
-"""Where between start and goal each joint is cut."""
+"""Shares of the way from start to goal at which each joint is cut."""
 CUT_BOXES = 30000
 """Boxes that are examined, of all cuts together, before the question is left undecided."""
 
@@ -190,9 +190,9 @@ def closed_cut(
 
     Args:
         problem: The problem.
-        apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for those that need
-            none; what is required of them when None.
-        shares: Where between start and goal each joint is cut.
+        apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for pairs without
+            one; the required clearance when None.
+        shares: Shares of the way from start to goal at which each joint is cut.
 
     Returns:
         The first that is proven; None if none is, which proves nothing.
@@ -211,7 +211,7 @@ def closed_cut(
 
 
 def _must_move(problem: Problem) -> dict[int, tuple[float, float]]:
-    """Return where joints with a goal of their own begin and where they must come to at least."""
+    """Return the starts of joints with a goal of their own, and the nearest positions to reach."""
     reduced, found = problem.reduced, dict[int, tuple[float, float]]()
     for goal in without_followers(problem.goals, reduced):
         if isinstance(goal, JointPositions):
@@ -233,22 +233,23 @@ def _whole(reduced: ReducedModel, joint: int, value: float) -> tuple[Floats, Flo
 
 
 PAIR_BOXES = 60000
-"""Boxes that are examined, of all pairs together, before the rest is left undecided: some tenths of a second,
-spent only where the start is too near already."""
+"""Boxes to examine, of all pairs together, before the rest is left undecided: some tenths of a second,
+spent only if the start is too near already.
+"""
 CLOSER = 0.1
-"""The farthest found is rounded up by this share of what is missing: proving less takes more boxes."""
+"""Share of the lack by which the farthest distance is rounded up: proving less takes more boxes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NeverApart:
-    """Two links or objects that are nearer than is asked of them in every configuration.
+    """Two links or objects that are nearer than required in every configuration.
 
     Attributes:
         first: One.
         second: The other.
-        distance: The distance that is asked of them [m].
-        most: They are nowhere farther apart than this [m].
-        farthest: The largest distance that was measured, smaller than that [m].
+        distance: The required distance [m].
+        most: Bound of their distance in all configurations [m].
+        farthest: The largest distance that was measured, smaller than the bound [m].
     """
 
     first: str
@@ -258,7 +259,7 @@ class NeverApart:
     farthest: float
 
     def words(self, lead: str) -> str:
-        """Say how far they are apart at most, and what is asked of them.
+        """Return a phrase with their largest distance, and the required one.
 
         Args:
             lead: Leads from the distance to the two: "are required of".
@@ -278,12 +279,12 @@ class NeverApart:
 def never_apart(
     reduced: ReducedModel, distances: Mapping[tuple[str, str], float], counts: WorkCounts
 ) -> tuple[NeverApart, ...]:
-    """Return the pairs that are nearer than is asked in every configuration, as far as that is proven.
+    """Return the pairs that are proven nearer than required in every configuration.
 
     Args:
-        reduced: The robot and its surroundings; joints outside the group stand still.
-        distances: What is asked, by pair of links or objects [m].
-        counts: Takes the work done.
+        reduced: The robot and its surroundings; joints outside the group do not move.
+        distances: Required distance, by pair of links or objects [m].
+        counts: Receives the work done.
     """
     owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
     left, found = PAIR_BOXES, list[NeverApart]()
@@ -309,7 +310,7 @@ def never_apart(
 def _between(reduced: ReducedModel, pairs: Bools) -> tuple[Floats, Floats] | None:
     """Return the box of all configurations of the joints between the bodies of pairs, middle and half, (n,).
 
-    None where one of these joints slides without end, or nothing moves.
+    None if one of these joints slides without end, or nothing moves.
     """
     middle, half = whole_range(reduced)
     between = np.zeros(len(half), dtype=np.bool_)

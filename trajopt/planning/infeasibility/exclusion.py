@@ -1,8 +1,8 @@
-"""Requirements that exclude each other: a proof for two of them, or a search for the fewest that seem to.
+"""Requirements that exclude each other: a proof for two of them, or a search for a smallest conflicting set.
 
 The proofs hold for any robot, by angles and distances alone. A frame turned to within an angle of a rotation,
 and an axis of it held within a cone, both restrict the same rotation; the triangle inequality of angles
-decides whether both can be held. Likewise two points of one body keep their distance, wherever the body goes.
+decides whether both can be held. Likewise two points of one body keep their distance in every placement.
 """
 
 from collections.abc import Sequence
@@ -53,7 +53,7 @@ class _Place:
 
 
 def exclusion(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
-    """Say why two requirements cannot be held together; empty where that cannot be proven."""
+    """Return the reason why two requirements cannot be held together; empty if there is no proof."""
     if isinstance(first, JointPositions) and isinstance(second, JointPositions):
         pairs = product(without_followers((first,), reduced), without_followers((second,), reduced))
         return next(filter(None, (_joints(one, other, reduced) for one, other in pairs)), "")
@@ -122,7 +122,7 @@ def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> s
 
 
 def _apart(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
-    """Compare the distance of two places with that of the body's own points."""
+    """Compare the distance of two places with the distance of the body's own points."""
     if not (isinstance(first, FramePlacement) and isinstance(second, FramePlacement)):
         return ""
     one, other = _place(first, reduced), _place(second, reduced)
@@ -207,17 +207,17 @@ def conflicting(
     rng: np.random.Generator,
     counts: WorkCounts,
 ) -> tuple[Requirement, ...]:
-    """Return requirements of which no configuration was found that holds them together.
+    """Return requirements for which no common configuration was found, a minimal set.
 
-    Whichever one is left out, the others can be held together. A single one cannot be held alone.
+    Without any one of them, the others can be held together. A single one cannot be held alone.
     Source: the deletion filter of Chinneck and Dravnieks, Locating minimal infeasible constraint sets in
     linear programs, ORSA J. Computing 1991, with the search of goal configurations as its oracle.
 
     Args:
         reduced: The robot and its limits; collisions are not considered.
-        requirements: What no configuration was found for.
+        requirements: The requirements.
         rng: Draws the starts of the search.
-        counts: Takes the work done.
+        counts: Receives the work done.
     """
     query, begin = Query(reduced, counts), random_starts(reduced, rng, STARTS)
     kept = list(requirements)

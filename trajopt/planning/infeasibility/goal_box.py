@@ -1,6 +1,7 @@
-"""Proofs that no configuration of a box will do: each collides, or breaks what must hold.
+"""Proofs that every configuration of a box collides, or violates a requirement.
 
-What is measured at the middle of the box cannot change by more than the joints of the box can move it.
+Distances and residuals in the box differ from those at its middle by at most the travel that its joints
+cause.
 """
 
 import numpy as np
@@ -30,7 +31,7 @@ ACCURACY = 1e-6
 
 
 def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
-    """Say whether every configuration of a box is proven to be in collision.
+    """Return whether every configuration of a box is proven to be in collision.
 
     Args:
         reduced: The robot and its surroundings.
@@ -44,10 +45,10 @@ def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
 
 
 def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
-    """Say whether every configuration of a box is proven to break a requirement.
+    """Return whether every configuration of a box is proven to violate a requirement.
 
     Args:
-        required: What would have to hold.
+        required: The requirement.
         reduced: The robot and its surroundings.
         lower: Shape (n,) [rad | m]; finite.
         upper: Shape (n,) [rad | m]; finite.
@@ -70,7 +71,7 @@ def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, uppe
 def _each(
     reduced: ReducedModel, joints: tuple[str, ...], middle: Floats, half: Floats
 ) -> tuple[Floats, Floats]:
-    """Return where named joints of the robot are in the middle, and how far from there they may be."""
+    """Return the middle positions of named joints of the robot, and their largest distance from there."""
     moved = tuple(reduced.model.names[1:])
     place = reduced.all_positions(middle)[reduced.scene.robot.index(joints)]
     carried = np.abs(reduced.mimic_matrix)
@@ -118,10 +119,10 @@ def _frame_breaks(
 
 
 def box_overloads(problem: Problem, lower: Floats, upper: Floats) -> bool:
-    """Say whether a joint is proven to be too weak to hold still at every configuration of a box.
+    """Return whether a joint is proven too weak to hold still at every configuration of a box.
 
     Args:
-        problem: The problem; gives the load and the limits.
+        problem: The problem; has the load and the limits.
         lower: Shape (n,) [rad | m].
         upper: Shape (n,) [rad | m].
     """

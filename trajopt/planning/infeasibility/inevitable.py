@@ -1,8 +1,8 @@
 """Proofs of inevitable collision with dynamic obstacles: at the start, at the goal, at a fixed link.
 
-The distance of an obstacle from a fixed link does not depend on the configuration: the judge measures it in
-one. A motion has to end before the two come too near, which is impossible if no motion within the limits is
-as short.
+The distance of an obstacle from a fixed link is the same in all configurations: the judge measures it in
+one. A motion has to end before the two come too near, which is impossible if every motion within the limits
+takes longer.
 """
 
 from collections.abc import Sequence
@@ -26,34 +26,36 @@ from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.printed import in_length
 
 LOOK = 0.02
-"""Time between two looks at a configuration that stands still [s]: at 1 m/s things move by 2 cm."""
+"""Sampling interval for a configuration at rest [s]: objects at 1 m/s move by 2 cm."""
 LONGEST = 60.0
-"""Nothing is looked at later [s]: whoever has so much time asks again."""
+"""Time horizon [s]: a later need is for another call."""
 FEW_BOXES, MOST_BOXES = 8, 400
-"""Boxes that are looked at for an interval, which is halved else; and for a single time or a short one."""
+"""Boxes to examine for an interval before it is halved; and for a single time or a short interval."""
 LONG = 1.0
-"""Longer intervals are not looked at whole [s]: things come too far in them."""
+"""Longer intervals are halved first [s]: objects move too far in them."""
 MOMENTS = 6
-"""At so many moments it is tried to prove that nothing escapes, those at which least is missing first."""
+"""Number of moments at which a proof is tried, the most promising first."""
 SAMPLES = 256
-"""So many configurations that may be reached by a moment are looked at where there is no proof."""
+"""Number of reachable configurations to sample at a moment without a proof."""
 SCOUTS = 32
-"""So many of them are looked at before it is tried to prove that none is clear: where one is, none can be
-proven, and to look at so many takes no longer than to look at a few boxes."""
+"""Number of them to sample before a proof is tried: a clear one rules out the proof, and sampling takes no
+longer
+than examining a few boxes.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """Something that no motion within the limits escapes.
+    """An obstacle that no motion within the limits escapes.
 
     Attributes:
-        thing: What it is.
-        link: What of the robot, or carried by it, it meets.
-        begin: When it first comes too near to the robot if that stands still at the start [s].
-        time: When nothing has escaped [s].
-        depth: By how much it is nearer then, if the robot stands still, than must be kept [m].
-        travel: By how much the two can be apart from there by then, at most [m]; None without proof.
-        boxes: Boxes that cover all that can be reached by then; 0 without proof.
+        thing: The obstacle.
+        link: Link of the robot, or attached object, that it meets.
+        begin: Time at which it first comes too near to the robot at rest at the start [s].
+        time: Time at which no motion has escaped [s].
+        depth: Violation of the clearance then, for the robot at rest [m].
+        travel: Bound of the distance that the two can be moved apart by then [m]; None without proof.
+        boxes: Boxes that cover all configurations reachable by then; 0 without proof.
     """
 
     thing: str
@@ -71,7 +73,7 @@ class Sweep:
 
     @property
     def words(self) -> str:
-        """Say what sweeps the start, when, and why nothing escapes."""
+        """Return a phrase with the obstacle, the time, and the reason why no motion escapes."""
         at = f"at {self.time:.3f} s"
         said = f"{self.thing} sweeps {self.link} at the start from {self.begin:.3f} s on"
         if self.boxes == 1 and self.travel is not None:
@@ -93,13 +95,13 @@ class Occupied:
     """A goal that is never free.
 
     Attributes:
-        things: What occupies it, in order of time.
-        begin: Before no motion can be there [s].
-        until: Until then it was looked at [s]; infinite where nothing changes any more.
-        dwell: It is never free for so long [s]; 0 where it is never free at all.
+        things: The obstacles that occupy it, in order of time.
+        begin: Earliest time at which a motion can be there [s].
+        until: Time up to which it was examined [s]; infinite if nothing changes after.
+        dwell: Required time of rest for which it is never free [s]; 0 if it is never free at all.
         longest: The longest time for which it was seen to be free [s].
-        proven: Whether it is proven of all of the goal, at all times.
-        configurations: So many configurations at the goal were looked at.
+        proven: Whether it is proven for all of the goal, at all times.
+        configurations: Number of examined configurations at the goal.
     """
 
     things: tuple[Span, ...]
@@ -112,7 +114,7 @@ class Occupied:
 
     @property
     def words(self) -> str:
-        """Say what occupies the goal, from when to when."""
+        """Return a phrase with the obstacles that occupy the goal, and their times."""
         each = ", ".join(f"{span.thing} (at {span.link}) {span.when}" for span in self.things)
         which = f"all {self.configurations} goal configurations found are"
         which = "the goal is" if self.configurations == 1 else which
@@ -130,7 +132,7 @@ class InTime:
 
     Attributes:
         problem: The problem, with one goal.
-        timed: Its model among what changes.
+        timed: Its model among changing objects.
         counts: The work done so far.
     """
 
@@ -142,9 +144,9 @@ class InTime:
     )
 
     def inevitable(self, *, proven: bool) -> Sweep | None:
-        """Find something that sweeps the start and that no motion escapes.
+        """Find an obstacle that sweeps the start and that no motion escapes.
 
-        What meets a link that no joint of the group moves is left out: there is nothing to escape.
+        Obstacles of a link that no joint of the group moves are left out: there is no escape from them.
 
         Args:
             proven: Whether only a proof counts.
@@ -214,7 +216,7 @@ class InTime:
         return any(self.problem.scene.carrier(frame) is not None for frame in goal.frames)
 
     def _never_free(self, times: Floats) -> bool:
-        """Prove that the goal is not free for as long as is asked, at or after the first of some times."""
+        """Prove that the goal is not free for the required time, at or after the first of some times."""
         if self._settled > times[-1] and self._deadline > times[-1]:
             return False
         lower, upper = joint_box(self.problem.goals, self.problem.reduced)
@@ -243,7 +245,7 @@ class InTime:
         return True
 
     def _closed(self, lower: Floats, upper: Floats, begin: float, end: float) -> bool:
-        """Prove that a box is occupied throughout an interval, in halves of it where that is not enough."""
+        """Prove that a box is occupied throughout an interval, or in each of its halves."""
         if begin + LONG > end and self.occupancy.throughout(lower, upper, begin, end, most=FEW_BOXES):
             return True
         if end - begin < LOOK:
@@ -252,7 +254,7 @@ class InTime:
         return self._closed(lower, upper, begin, middle) and self._closed(lower, upper, middle, end)
 
     def _spare(self, times: Floats, pairs: Ints, depths: Floats) -> Floats:
-        """Return by how much more pairs are too near, with the robot at rest, than it may travel by then."""
+        """Return the violation of pairs with the robot at rest, less the travel of the robot by then."""
         boxes = [self._by_then(time) for time in times.tolist()]
         half = [(upper - lower) / 2.0 for lower, upper in boxes]
         return depths - self.occupancy.travel(pairs, np.array(half)) if half else depths
@@ -264,7 +266,7 @@ class InTime:
         return self._boxes[time]
 
     def _none_clear(self, times: Floats, count: int) -> Bools:
-        """Say of times whether none of some configurations that may be reached by then is clear, (t,)."""
+        """Return for times whether no sampled configuration reachable by then is clear, (t,)."""
         if not len(times):
             return np.zeros(0, dtype=np.bool_)
         lower, upper = np.stack([self._by_then(time) for time in times.tolist()], axis=1)[:, :, None]
@@ -275,7 +277,7 @@ class InTime:
         return ~np.any(free.reshape(len(times), count), axis=1)
 
     def _under_way(self, time: float) -> bool:
-        """Say whether no motion within the limits can be at the goal by a time."""
+        """Return whether no motion within the limits can be at the goal by a time."""
         box = self._by_then(time)
         if not all(np.isfinite(side).all() for side in box):
             return False
@@ -299,7 +301,7 @@ class InTime:
 
     @cached_property
     def looks(self) -> Floats:
-        """Times to look at, until nothing changes any more or nothing is known [s]."""
+        """Times to examine, until nothing changes or the predictions end [s]."""
         last = min(self._settled, LONGEST, self._deadline)
         return np.append(np.arange(0.0, last, LOOK), last)
 
@@ -311,7 +313,7 @@ class InTime:
 
     @cached_property
     def _settled(self) -> float:
-        """When everything has come to rest, appeared and expired [s]."""
+        """Time at which everything has come to rest, appeared and expired [s]."""
         motions = (timing.motion for timing in self.timed.timings.values())
         ends = [motion.track.end for motion in motions if motion is not None]
         return max([0.0, *ends, *(self._moments + LOOK).tolist()])
@@ -324,7 +326,7 @@ class InTime:
 
     @cached_property
     def occupancy(self) -> Occupancy:
-        """What finds out what is occupied."""
+        """Finder of occupied configurations."""
         return Occupancy(self.timed, self.counts)
 
 
@@ -345,7 +347,7 @@ def _longest(times: Floats, free: Bools) -> float:
 
 
 def _joined(spans: Sequence[Span], last: float) -> tuple[Span, ...]:
-    """Return spans of all goal configurations, those of each thing as one; what is there at the end stays."""
+    """Return spans of all goal configurations, merged for each obstacle; a final one has no end."""
     found: list[Span] = []
     for thing in dict.fromkeys(span.thing for span in sorted(spans, key=lambda span: span.begin)):
         mine = [span for span in spans if span.thing == thing]
@@ -357,12 +359,12 @@ def _joined(spans: Sequence[Span], last: float) -> tuple[Span, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class FixedLinkMet:
-    """Something that comes too near to a link that no joint of the group moves, before a motion is over.
+    """An obstacle that comes too near to a link that no joint of the group moves, before a motion is over.
 
     Attributes:
-        span: What comes near to which link, when, and by how much too near.
-        over: No motion is over before [s]: none within the limits where that is proven, else none found.
-        dwell: For so long it stays at its end [s].
+        span: Obstacle, link, times and violation.
+        over: Earliest end of a motion [s]: of all motions within the limits if proven, else of those found.
+        dwell: Time for which it stays at its end [s].
         proven: Whether it is proven.
     """
 
@@ -373,7 +375,7 @@ class FixedLinkMet:
 
     @property
     def words(self) -> str:
-        """Say what is met, when, and that no motion changes it."""
+        """Return a phrase with obstacle and time, stating that no motion changes it."""
         over = f"no motion within the limits is over before {self.over:.2f} s"
         if not self.proven:
             over = f"the motion without what changes takes {self.over:.2f} s"
@@ -382,7 +384,7 @@ class FixedLinkMet:
 
 
 def met_words(span: Span) -> str:
-    """Say that a link is met that no joint of the group moves, when, and how near."""
+    """Return a phrase on a link that no joint moves: its obstacle, the time, and the distance."""
     return (
         f"{span.thing} meets {span.link}, which no joint of the group moves, {span.when} "
         f"({in_length(span.depth)} nearer than it may be at {span.worst:.2f} s)"
@@ -391,7 +393,7 @@ def met_words(span: Span) -> str:
 
 @dataclass(eq=False)
 class FixedLinks:
-    """Looks at the links of one problem's robot that no joint of the group moves; one for each thread.
+    """Checks the links of one problem's robot that no joint of the group moves; one for each thread.
 
     Attributes:
         in_time: Looks for reasons in time.
@@ -400,10 +402,10 @@ class FixedLinks:
     in_time: InTime
 
     def met(self, takes: float | None = None) -> FixedLinkMet | None:
-        """Find what meets such a link before a motion is over.
+        """Find an obstacle that meets such a link before a motion is over.
 
         Args:
-            takes: How long the motion that was found without what changes takes [s]; when None only a proof
+            takes: Duration of the motion found without changing objects [s]; when None only a proof
                 counts.
         """
         dwell, least = self.in_time.problem.dwell, self.in_time.earliest
@@ -417,24 +419,24 @@ class FixedLinks:
 
     @cached_property
     def spans(self) -> tuple[Span, ...]:
-        """What meets such a link, in order of time, as long as anything changes."""
+        """Obstacles that meet such a link, in order of time, while anything changes."""
         looks = self.in_time.looks
         return self.in_time.occupancy.met(self._start(len(looks)), looks, self.in_time.occupancy.fixed)
 
     def _too_near(self, until: float) -> list[float]:
-        """Return the times up to another at which something is too near to such a link, the worst first."""
+        """Return the times up to another at which an obstacle is too near to such a link, the worst first."""
         looks, occupancy = self.in_time.looks, self.in_time.occupancy
         looks = looks[looks <= until]
         sample, _, depth = occupancy.too_near(self._start(len(looks)), looks, occupancy.fixed)
         return looks[sample[np.argsort(-depth, kind="stable")]].tolist()
 
     def _is_met(self, until: float) -> bool:
-        """Prove that something is too near to such a link at a time up to another."""
+        """Prove that an obstacle is too near to such a link at a time up to another."""
         occupancy = self.in_time.occupancy
         return any(
             occupancy.is_met(self._start(1)[0], time, occupancy.fixed) for time in self._too_near(until)[:1]
         )
 
     def _start(self, count: int) -> Floats:
-        """Return the start, which is as good as any configuration, so many times, (count, n) [rad | m]."""
+        """Return the start, which represents every configuration, repeated, (count, n) [rad | m]."""
         return np.tile(self.in_time.problem.reduced.start_positions, (count, 1))

@@ -1,4 +1,4 @@
-"""Proofs from the joints' own limits of speed, acceleration and jerk: how far, how fast, how late."""
+"""Proofs from the joints' own limits of speed, acceleration and jerk: bounds of travel, speed and time."""
 
 from collections.abc import Iterator
 from math import inf, isfinite, sqrt
@@ -17,21 +17,21 @@ from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit
 
 START_ERROR = 1e-6
-"""Motions may begin so far beside the start, and so much faster [rad | m, rad/s | m/s]."""
+"""Accepted error of a motion's start, in position and speed [rad | m, rad/s | m/s]."""
 
 
 def by_then(problem: Problem, time: float) -> tuple[Floats, Floats]:
     """Return a box that holds every configuration of every motion of a problem up to a time.
 
     Each joint is bounded by its own limits of position, velocity, acceleration and jerk alone, so the
-    bound holds whatever the others do.
+    bound holds for all motions of the others.
 
     Args:
         problem: The problem; its start may be in motion.
         time: From the start [s].
 
     Returns:
-        Lower and upper bounds, shape (n,) each [rad | m]; infinite where no limit bounds a joint.
+        Lower and upper bounds, shape (n,) each [rad | m]; infinite for joints without limits.
     """
     limits, start = problem.limits, problem.reduced.start_positions
     rows = zip(
@@ -53,7 +53,7 @@ def by_then(problem: Problem, time: float) -> tuple[Floats, Floats]:
 
 
 def farthest(time: float, speed: float, gain: float, fastest: float, hardest: float, jerk: float) -> float:
-    """Bound how far a joint can get one way in a time: gaining as hard as it may from the beginning.
+    """Bound the travel of a joint one way in a time, at the largest allowed acceleration.
 
     Args:
         time: From the start [s].
@@ -83,9 +83,9 @@ def farthest(time: float, speed: float, gain: float, fastest: float, hardest: fl
 
 
 def too_fast(problem: Problem) -> str:
-    """Say which joint must leave its limits however hard it brakes; empty if none must.
+    """Return which joint must leave its limits even at full braking; empty if none must.
 
-    Braking is bounded by the joint's own limits of acceleration and jerk alone, so what is said is proven.
+    Braking is bounded by the joint's own limits of acceleration and jerk alone, so the verdict is proven.
 
     Args:
         problem: The problem; its start may be in motion.
@@ -127,7 +127,7 @@ def too_fast(problem: Problem) -> str:
 
 
 def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> float:
-    """Return how far a joint still goes before it turns back at the soonest [rad | m].
+    """Return the least travel of a joint before it turns back [rad | m].
 
     Args:
         speed: Its velocity.
@@ -136,7 +136,7 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
         jerk: Limit of the jerk, may be infinite.
 
     Returns:
-        The travel; minus infinity where it need not go that way at all.
+        The travel; minus infinity if it need not go that way at all.
     """
     if not isfinite(jerk):
         return speed**2 / (2.0 * hardest) if speed > 0.0 else -inf
@@ -149,9 +149,9 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
 
 
 def too_late(problem: Problem) -> str:
-    """Say why no motion meets the deadline of a problem; empty where that cannot be proven.
+    """Return the reason why no motion meets the deadline of a problem; empty if there is no proof.
 
-    Nothing but limits of joints is used: no joint gets from start to goal in less time than its own velocity,
+    Only limits of joints are used: no joint gets from start to goal in less time than its own velocity,
     acceleration and jerk allow, and no frame moves faster than all joints at full speed could move it.
 
     Args:
@@ -170,7 +170,7 @@ def too_late(problem: Problem) -> str:
 def least_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
     """Return the least time from rest to rest over a distance [s]; limits may be infinite.
 
-    The larger of two: that of full acceleration, and that of full jerk.
+    The larger of the times at full acceleration and at full jerk.
 
     Args:
         distance: Not negative [rad | m].
@@ -226,7 +226,7 @@ def _frames(problem: Problem) -> Iterator[tuple[float, str]]:
 
 
 def _missing(goal: FramePlacement, reduced: ReducedModel) -> float:
-    """Return how far a frame has to go at least [m]; 0 where that depends on what moves."""
+    """Return the least travel of a frame to its goal [m]; 0 if that depends on moving objects."""
     reference, where = reduced.attachment(goal.reference)
     carrier, place = reduced.attachment(goal.frame)
     if reference != 0 or carrier == 0:

@@ -1,10 +1,9 @@
-"""Proofs that what changes with time occupies all of a box of configurations, at a time or throughout one.
+"""Proofs that changing objects occupy all of a box of configurations, at a time or throughout an interval.
 
-As in a cover (`trajopt/planning/infeasibility/cover.py`): at the middle of a box a pair is in penetration,
-or nearer than
-must be kept, by more than its bodies can be moved apart while the joints stay in the box; else the box
-is halved. Time drives joints too, so an interval of time is a box of theirs. Depths are the judge's: the
-true ones are no smaller than these by more than it says.
+As in a cover (`trajopt/planning/infeasibility/cover.py`): at the middle of a box a pair penetrates or
+violates its clearance by more than its bodies can be moved apart while the joints stay in the box; else the
+box is halved. Time drives joints too, so an interval of time is a box of theirs. Depths are the judge's: the
+true ones differ by at most its stated error.
 """
 
 from collections.abc import Iterator
@@ -24,7 +23,7 @@ from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
 
 CLOSEST = 3
-"""Of each box so many pairs are measured with care, those that seem to close it best first."""
+"""Number of pairs of each box to measure precisely, the most promising first."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +31,10 @@ class ClosingPair:
     """A pair that closes a box, at its middle.
 
     Attributes:
-        thing: What changes with time.
-        link: What of the robot, or carried by it, it meets.
-        depth: By how much it is nearer than must be kept, there and then [m].
-        travel: By how much the two can be moved apart within the box, at most [m].
+        thing: The changing object.
+        link: Link of the robot, or attached object, that it meets.
+        depth: Violation of their clearance at that place and time [m].
+        travel: Bound of the distance that the two can be moved apart within the box [m].
     """
 
     thing: str
@@ -46,15 +45,15 @@ class ClosingPair:
 
 @dataclass(frozen=True, kw_only=True)
 class Span:
-    """A time for which something that changes is too near.
+    """A time for which a changing object is too near.
 
     Attributes:
-        thing: What it is.
-        link: What of the robot, or carried by it, it is nearest to at the worst.
-        begin: When it is first seen to be too near [s].
-        end: When last [s]; infinite where it stays.
-        worst: When it is nearest [s].
-        depth: By how much it is nearer then than must be kept [m].
+        thing: The object.
+        link: Link of the robot, or attached object, that it is nearest to at the worst.
+        begin: First time at which it is too near [s].
+        end: Last such time [s]; infinite if it stays.
+        worst: Time at which it is nearest [s].
+        depth: Violation of the clearance then [m].
     """
 
     thing: str
@@ -66,7 +65,7 @@ class Span:
 
     @property
     def when(self) -> str:
-        """Say from when to when."""
+        """Return begin and end as a phrase."""
         return (
             f"from {self.begin:.2f} s on" if self.end == inf else f"from {self.begin:.2f} to {self.end:.2f} s"
         )
@@ -74,10 +73,10 @@ class Span:
 
 @dataclass(eq=False)
 class Occupancy:
-    """Finds out what is occupied by what changes; one for each thread.
+    """Finds configurations occupied by changing objects; one for each thread.
 
     Attributes:
-        timed: The model among what changes.
+        timed: The model among changing objects.
         counts: The work done so far.
     """
 
@@ -90,21 +89,21 @@ class Occupancy:
         self._query = Query(self.timed.reduced, self.counts)
 
     def free(self, positions: Floats, times: Floats, which: Bools | None = None) -> Bools:
-        """Say which configurations (s, n) seem clear of what changes at times (s,); as `too_near`."""
+        """Return which configurations (s, n) seem clear of changing objects at times (s,); see `too_near`."""
         free = np.ones(len(times), dtype=np.bool_)
         free[self.too_near(positions, times, which)[0]] = False
         return free
 
     def met(self, positions: Floats, times: Floats, which: Bools | None = None) -> tuple[Span, ...]:
-        """Return what seems too near to configurations (s, n) at increasing times (s,).
+        """Return the objects that seem too near to configurations (s, n) at increasing times (s,).
 
         Args:
             positions: The configurations [rad | m].
             times: The times [s].
-            which: The pairs that are looked at, shape (p,); all when None.
+            which: The pairs to examine, shape (p,); all when None.
 
         Returns:
-            One for each thing and unbroken row of times, in order of time.
+            One for each object and unbroken row of times, in order of time.
         """
         sample, pair, depth = self.too_near(positions, times, which)
         things = np.array([self.names(each)[0] for each in pair.tolist()], dtype=np.str_)
@@ -130,15 +129,15 @@ class Occupancy:
     def too_near(
         self, positions: Floats, times: Floats, which: Bools | None = None
     ) -> tuple[Ints, Ints, Floats]:
-        """Measure configurations (s, n) at times (s,) as the optimiser does: evidence, no proof.
+        """Measure configurations (s, n) at times (s,) as the optimiser does: evidence, not a proof.
 
         Args:
             positions: The configurations [rad | m].
             times: The times [s].
-            which: The pairs that are looked at, shape (p,); all when None.
+            which: The pairs to examine, shape (p,); all when None.
 
         Returns:
-            At which of them a pair is too near, which pair, and by how much [m], shape (k,) each.
+            Indices of configurations with a pair too near, the pair, and its violation [m], shape (k,) each.
         """
         known = self._pairs
         farthest = known.required + known.error_at(float(times.max(initial=0.0)), slice(None))
@@ -184,18 +183,18 @@ class Occupancy:
         most: int,
         which: Bools | None = None,
     ) -> tuple[ClosingPair, ...]:
-        """Prove that things are in the way of every configuration of a box, at all times of an interval.
+        """Prove that objects are in the way of every configuration of a box, at all times of an interval.
 
         Args:
             lower: Of the group's joints, shape (n,) [rad | m].
             upper: The same.
             begin: Start of the interval [s].
             end: Its end, may be the same [s].
-            most: Boxes that are looked at before it is left undecided.
+            most: Boxes to examine before it is left undecided.
             which: The pairs that count, shape (p,); all when None.
 
         Returns:
-            What is met, in the middle of the whole box first; empty where nothing is proven.
+            The closing pairs, first at the middle of the whole box; empty without a proof.
         """
         first, last = self._driven(begin, end)
         low, high = np.append(lower, first), np.append(upper, last)
@@ -221,7 +220,7 @@ class Occupancy:
     def _closing(
         self, middle: Floats, half: Floats, span: tuple[float, float], which: Bools | None
     ) -> Iterator[tuple[int, ClosingPair | None, int]]:
-        """Yield what closes each box, or None and the joint to halve it along; -1 where it is open."""
+        """Yield the closing pair of each box, or None and the joint to halve it along; -1 for an open box."""
         known, (begin, end) = self._pairs, span
         # At the very moments at which something appears or expires contact is accepted.
         inside = (known.appears < begin) & (known.expires > end) if begin == end else True
@@ -265,20 +264,20 @@ class Occupancy:
         return ClosingPair(thing, link, depth, travel)
 
     def travel(self, pairs: Ints, half: Floats) -> Floats:
-        """Bound how far pairs (s,) are moved apart by the group's joints within boxes of half widths (s, n).
+        """Bound the distance that joints move pairs (s,) apart within boxes of half widths (s, n).
 
         Returns:
-            Shape (s,) [m]; infinite where nothing can be proven of a pair.
+            Shape (s,) [m]; infinite for pairs without a bound.
         """
         return np.einsum("sn,sn->s", self._levers[pairs, : half.shape[1]], half)
 
     def names(self, pair: int) -> tuple[str, str]:
-        """Return what of a pair changes with time, and the other."""
+        """Return the member of a pair that changes with time, and the other."""
         one, other = self.timed.reduced.owners(pair)
         return (one, other) if one in self.timed.timings else (other, one)
 
     def _driven(self, begin: float, end: float) -> tuple[Floats, Floats]:
-        """Bound where time has the joints that it drives in an interval."""
+        """Bound the positions of the joints driven by time in an interval."""
         driven = self.timed.driven
         first, last = np.clip((begin, end), driven.times[0], driven.times[-1])
         if last - first < 1e-9 or not len(driven.names):

@@ -12,7 +12,7 @@ from trajopt.values.printed import in_length
 from trajopt.values.shapes.shapes import Plane, bounding_sphere
 
 ENDLESS = 1e6
-"""Stands for a range without limits [rad | m]."""
+"""Replaces a range without limits [rad | m]."""
 
 
 class Chain:
@@ -55,9 +55,9 @@ class Chain:
         return float(between + self._slide[first - 1] + np.linalg.norm(point))
 
     def levers(self, body: int) -> Floats:
-        """Bound how far any point of a body moves when a joint of the group does, shape (n,) [m/rad | 1].
+        """Bound the motion of any point of a body when a joint of the group moves, shape (n,) [m/rad | 1].
 
-        Turning by an angle moves a point by no more than the angle times its distance from the axis.
+        Turning by an angle moves a point by at most the angle times its distance from the axis.
         """
         reduced = self._reduced
         fixed, levers = reduced.bodies[body], np.zeros(len(reduced.joint_names))
@@ -67,7 +67,7 @@ class Chain:
         return self.point_levers(fixed.joint, fixed.placement * centre, radius)
 
     def point_levers(self, carrier: int, point: Floats, radius: float = 0.0) -> Floats:
-        """Bound how far points of a ball move when a joint of the group does, shape (n,) [m/rad | 1].
+        """Bound the motion of points of a ball when a joint of the group moves, shape (n,) [m/rad | 1].
 
         Args:
             carrier: The joint that carries the ball; 0 for the world.
@@ -83,7 +83,7 @@ class Chain:
         return levers
 
     def turns(self, carrier: int) -> Floats:
-        """Bound how far what a joint carries turns when a joint of the group moves, shape (n,) [rad/rad]."""
+        """Bound the rotation of a joint's children when a joint of the group moves, shape (n,) [rad/rad]."""
         turns = np.zeros(len(self._reduced.joint_names))
         for joint in self.joints(carrier):
             if not self._slides[joint - 1]:
@@ -96,9 +96,9 @@ ACCURACY = 1e-6
 
 
 def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
-    """Say by how much what is required is out of reach; empty where that cannot be proven.
+    """Return how far a requirement is out of reach, as a sentence; empty if there is no proof.
 
-    The bound is the sum of the lengths of the chain, so it is generous: what it excludes is out of reach.
+    The bound is the sum of the lengths of the chain, so it is generous: excluded goals are out of reach.
     """
     balls = _balls(required)
     if not balls or not isinstance(required, FramePlacement | PositionInRegion | PointOnArc):
@@ -124,7 +124,7 @@ def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
 
 
 def _balls(required: Requirement) -> tuple[tuple[Floats, float], ...]:
-    """Return balls in the reference that hold all places where the point may be; none if unbounded."""
+    """Return balls in the reference that hold all possible places of the point; none if unbounded."""
     if isinstance(required, FramePlacement):
         radius = float(np.linalg.norm(required.position_tolerance))
         return ((required.placement.translation, radius),) if np.isfinite(radius) else ()

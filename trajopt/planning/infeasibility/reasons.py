@@ -1,4 +1,4 @@
-"""Why there is no plan: what stands in the way, by how much and where, as data and in words."""
+"""Reasons why there is no plan: the obstructions, their size and place, as data and in words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -34,7 +34,7 @@ NAMED = 3
 
 
 class ObstructionKind(Enum):
-    """What kind of thing stands in the way."""
+    """Kind of an obstruction."""
 
     CONTACT = "two bodies"
     JOINT_LIMIT = "a joint limit"
@@ -44,18 +44,18 @@ class ObstructionKind(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Obstruction:
-    """One thing that stands in the way.
+    """One obstruction of a motion.
 
     Attributes:
-        kind: What kind of thing.
+        kind: Its kind.
         subjects: The two links or objects, the joint, or the requirement.
-        amount: By how much it is violated: depth or missing clearance [m], excess over a limit [rad, m, Nm,
+        amount: Size of the violation: depth or missing clearance [m], excess over a limit [rad, m, Nm,
             N], or violation in the requirement's unit.
-        place: Where on the way, from 0 (start) to 1 (goal); None where it is not on the way.
+        place: Place on the way, from 0 (start) to 1 (goal); None if it is not on the way.
         words: All of it, as a phrase.
-        residual: Class of the residual that is not satisfied; None where no program was solved.
-        begin: Of what changes with time: from then on it stands in the way [s].
-        end: Until then [s]; infinite where it stays.
+        residual: Class of the violated residual; None if no program was solved.
+        begin: Of a changing object: start of the obstruction [s].
+        end: Its end [s]; infinite if it stays.
     """
 
     kind: ObstructionKind
@@ -81,7 +81,7 @@ class Obstruction:
 
 
 def blocks_of(seen: Examination) -> tuple[Obstruction, ...]:
-    """Return what is wrong with an examined configuration: joints beyond limits, then contacts."""
+    """Return the faults of an examined configuration: joints beyond limits, then contacts."""
     beyond = (
         Obstruction(
             kind=ObstructionKind.JOINT_LIMIT,
@@ -106,11 +106,11 @@ def blocks_of(seen: Examination) -> tuple[Obstruction, ...]:
 
 
 def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple[Obstruction, ...]:
-    """Return the joints that cannot hold still as what stands in the way.
+    """Return the joints that cannot hold still as obstructions.
 
     Args:
         overloads: The joints.
-        where: Says where they cannot: "at the goal".
+        where: Place as a phrase: "at the goal".
     """
     return tuple(
         Obstruction(
@@ -125,7 +125,7 @@ def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple
 
 
 def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Obstruction, ...]:
-    """Return what a solver could not satisfy: each pair and constraint where it is worst, worst first."""
+    """Return the violated constraints of a solver's result, each at its worst, worst first."""
     found: dict[tuple[object, ...], tuple[float, Obstruction]] = {}
     for block in solved.at.constraints:
         for row in np.flatnonzero(block.violation > block.tolerance).tolist():
@@ -160,7 +160,7 @@ def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Obstructio
 
 
 def _overload(problem: Problem, block: ConstraintRows, row: int) -> Overload:
-    """Return what a joint needs to hold still at a sample of a path, and what it has."""
+    """Return the load of a joint that holds still at a sample of a path, and its limit."""
     joint = int(block.rows.component[row])
     name, limit = problem.reduced.joint_names[joint], float(problem.limits.effort[joint])
     need = abs(float(block.rows.value[row])) * limit
@@ -168,26 +168,26 @@ def _overload(problem: Problem, block: ConstraintRows, row: int) -> Overload:
 
 
 def overloaded(overloads: Sequence[Overload], where: str) -> str:
-    """Say which joints cannot hold still, and by how much; empty for none."""
+    """Return a phrase on the joints that cannot hold still, and by how much; empty for none."""
     return "; ".join(item.words(where) for item in overloads[:NAMED])
 
 
 def out_of_limits(seen: Examination) -> str:
-    """Say which joints are outside their limits at an examined configuration; empty for none."""
+    """Return a phrase on the joints outside their limits at an examined configuration; empty for none."""
     words = "; ".join(item.words for item in blocks_of(seen) if item.kind is ObstructionKind.JOINT_LIMIT)
     sizes = ((item.joint, item.position, item.lower, item.upper, item.unit) for item in seen.out_of_limits)
     return words + next(filter(None, (meant_in_joint(*item) for item in sizes)), "")
 
 
 def collisions(seen: Examination) -> str:
-    """Say what collides at an examined configuration; empty for nothing."""
+    """Return a phrase on the collisions at an examined configuration; empty for none."""
     touching = (item.words for item in blocks_of(seen) if item.kind is ObstructionKind.CONTACT)
     depths = (item.distance for item in seen.collisions)
     return "; ".join(list(touching)[:NAMED]) + meant_at_depth(-min(depths, default=0.0))
 
 
 def joint_goal_beyond_limits(problem: Problem) -> tuple[Obstruction, ...]:
-    """Return the joints whose goal no position within their limits reaches, whatever its tolerance."""
+    """Return the joints whose goal, with its tolerance, is outside their limits."""
     limits = problem.reduced.limits
     blocks: list[Obstruction] = []
     meant: list[str] = []
@@ -218,7 +218,7 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Obstruction, ...]:
 def unreachable(
     reduced: ReducedModel, clash: tuple[Requirement, ...], nearest: Floats, goals: Sequence[Requirement]
 ) -> str:
-    """Say what no configuration holds: one requirement, or several that exclude each other."""
+    """Return a sentence on the requirements that no configuration holds: one, or several in conflict."""
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
@@ -227,7 +227,7 @@ def unreachable(
 
 
 def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:
-    """Say that a placement fixes more axes than the group has joints: only chance meets it exactly."""
+    """Return a hint that a placement fixes more axes than the group has joints."""
     count = len(reduced.joint_names)
     for goal in goals:
         if isinstance(goal, FramePlacement):
@@ -243,7 +243,7 @@ def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> s
 
 
 def no_goal_configuration(reduced: ReducedModel, found: GoalCandidates, goals: Sequence[Requirement]) -> str:
-    """Say why there is no usable configuration that reaches a goal."""
+    """Return the reason why there is no usable configuration that reaches a goal."""
     if found.blocking is None:
         return unreachable(reduced, (), found.nearest, goals)
     nearest = how_near(*found.blocking, found.required) + meant_at_depth(-found.blocking[2])
@@ -255,11 +255,11 @@ def no_goal_configuration(reduced: ReducedModel, found: GoalCandidates, goals: S
 
 
 def none_can_be_held(count: int, least: Sequence[Overload]) -> str:
-    """Say that no configuration at a goal can be held.
+    """Return the reason that no configuration at a goal can be held.
 
     Args:
-        count: How many were found that reach the goal and keep clear.
-        least: What is too weak at the one that needs least.
+        count: Number of collision-free configurations found that reach the goal.
+        least: The overloaded joints at the configuration that needs least.
     """
     if count == 1:
         found = "the one configuration found that reaches the goal and keeps clear cannot be held"
@@ -269,19 +269,19 @@ def none_can_be_held(count: int, least: Sequence[Overload]) -> str:
 
 
 def nowhere_within(message: str) -> str:
-    """Add to what is wrong in the middle of a joint goal that nothing better was found in all of it."""
+    """Add to the fault at the middle of a joint goal that nothing better was found in all of it."""
     return f"{message}; that is in the middle, and nothing better was found within the goal's tolerance"
 
 
 def stuck(problem: Problem, solved: SolveResult) -> str:
-    """Say which constraint the solver could not satisfy, where, and by how much."""
+    """Return a sentence on the constraint that the solver could not satisfy: its place and violation."""
     along = any(isinstance(item, FollowsCurve) for item in problem.requirements)
     hint = "; trajopt.tasks.cartesian.follow is made for curves: it takes as many knots as they need" * along
     return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}{hint}"
 
 
 def enclosed(problem: Problem, cut: ClosedCut) -> str:
-    """Say where no configuration can pass."""
+    """Return a sentence on the place that no configuration can pass."""
     between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
     required = max(problem.scene.clearance_of(*pair) for pair in cut.pairs[:NAMED])
     how = "collide" if required == 0.0 else f"come nearer than the required {1000 * required:g} mm or collide"
@@ -290,7 +290,7 @@ def enclosed(problem: Problem, cut: ClosedCut) -> str:
 
 
 def margin_out_of_reach(problem: Problem, cut: ClosedCut) -> str:
-    """Say where no motion can keep a margin that was asked for."""
+    """Return a sentence on the place in which no motion can keep a requested margin."""
     first, second = cut.pairs[0]
     margin = 1000 * problem.scene.margin_of(first, second)
     at = in_joint_position(cut.position, joint_unit(problem.scene.robot.model, cut.joint))
@@ -301,15 +301,15 @@ def margin_out_of_reach(problem: Problem, cut: ClosedCut) -> str:
 
 
 def not_verified(certificate: Certificate) -> str:
-    """Say what the judge refused."""
+    """Return a sentence on the checks that the judge refused."""
     return "; ".join(f"{check.name}: {check.detail}" for check in certificate.failed)
 
 
 def resting_hint(problem: Problem) -> str:
-    """Say how to let what is carried leave what it touches at the start; empty where nothing touches.
+    """Return a hint for a payload that touches something at the start; empty if it touches nothing.
 
     Args:
-        problem: The problem, whose start was refused, or whose motion meets something.
+        problem: The problem, whose start was refused, or whose motion collides.
     """
     scene = problem.scene
     start = problem.reduced.all_positions(problem.reduced.start_positions)

@@ -1,6 +1,6 @@
-"""Lines bent around what blocked an earlier attempt: over it, under it, to its left and to its right.
+"""Lines bent around the obstacle of an earlier attempt: over it, under it, to its left and to its right.
 
-The sides are those of the body's point that touches: across its way, in the world. First comes the side
+The sides are relative to the touching point of the body: across its way, in the world. First comes the side
 that the contact itself pushes to. The bend is found by moving that point in small steps with the damped
 inverse of its Jacobian (Nakamura and Hanafusa 1986), and dies away towards the ends of its leg.
 """
@@ -15,26 +15,26 @@ from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, Seed
 from trajopt.values.arrays import Floats, Value
 
 SIZES = (0.15, 0.35)
-"""How far the touching point is moved aside [m]; every side once, then every side again."""
+"""Displacements of the touching point [m]; every side once, then every side again."""
 SIDES = 4
 """Over, under, left and right."""
 STEPS = 6
 """Steps that the point is moved in."""
 LONGEST_STEP = 0.4
-"""No joint moves farther in one of them, in ordinary steps."""
+"""Largest motion of a joint in a step, in ordinary steps."""
 DAMPING = 0.05
 """Of the inverse of the point's Jacobian [m/rad]."""
 QUERY_DISTANCE = 0.2
 """Distance within which the contact is looked up again: the pair touched there a moment ago [m]."""
 NEARBY = 0.5
-"""The point's way is taken between so many knots before and after."""
+"""Number of knots before and after between which the point's way is measured."""
 STILL = 1e-6
 """Ways shorter than this have no direction [m]."""
 
 
 @dataclass(frozen=True)
 class DetourLines:
-    """The `Source` of lines bent around what blocked."""
+    """The `Source` of lines bent around obstacles."""
 
     kind = SeedKind.AROUND
 
@@ -62,20 +62,20 @@ class _Bent(Value):
 
 
 def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, counts: WorkCounts) -> Floats:
-    """Return the context's line, bent so that the point that touched passes to one side.
+    """Return the context's line, bent so that the touching point passes to one side.
 
     Args:
         context: The line, its robot and surroundings.
-        blocked: Where something was touched.
+        blocked: Place of the contact.
         side: 0 for the side that the contact pushes to most, 3 for the one it pushes to least.
-        size: How far the point moves aside [m].
-        counts: Takes the work done.
+        size: Displacement of the point [m].
+        counts: Receives the work done.
 
     Returns:
         Knots, shape (N, n), within the limits; first, last and waypoints as in the line.
 
     Raises:
-        NoSeed: If the pair no longer comes near, or its point stands still.
+        NoSeed: If the pair is no longer near, or its point does not move.
     """
     query = Query(context.reduced, counts)
     point = _TouchingPoint.of(query, blocked)
@@ -103,7 +103,7 @@ class _TouchingPoint:
         query: Places it.
         positions: The configuration, shape (n,).
         joint: The joint that carries it.
-        local: Where it is in the joint's frame, shape (3,) [m].
+        local: Its position in the joint's frame, shape (3,) [m].
         push: Unit vector in which the contact pushes it, in the world, shape (3,).
     """
 
@@ -146,10 +146,10 @@ class _TouchingPoint:
         return positions
 
     def sides(self, way: Floats) -> Floats:
-        """Return the unit vectors across the point's way, the one that the contact pushes to first, (4, 3).
+        """Return the unit vectors across the point's way, (4, 3); first the one that the contact pushes to.
 
         Args:
-            way: How the configuration changes along the motion, shape (n,).
+            way: Direction of the configuration along the motion, shape (n,).
         """
         along = self._place(self.positions)[1] @ way
         length = float(np.linalg.norm(along))
@@ -167,7 +167,7 @@ class _TouchingPoint:
         return found[np.argsort(-(found @ self.push), kind="stable")]
 
     def _place(self, positions: Floats) -> tuple[Floats, Floats]:
-        """Return where the point is (3,) and its Jacobian by the group's positions (3, n)."""
+        """Return the position of the point (3,) and its Jacobian by the group's positions (3, n)."""
         at = self.query.kinematics(positions[None, :])
         place = at.rotation[0, self.joint] @ self.local + at.translation[0, self.joint]
         joints = np.array([self.joint])
@@ -182,7 +182,7 @@ def _at(knots: Floats, place: float) -> Floats:
 
 
 def _way(blocked: Blocked) -> Floats:
-    """Return how the configuration changes where a try was blocked."""
+    """Return the direction of the configuration at the place of the contact."""
     last = len(blocked.knots) - 1.0
     return _at(blocked.knots, min(blocked.place + NEARBY, last)) - _at(
         blocked.knots, max(blocked.place - NEARBY, 0.0)

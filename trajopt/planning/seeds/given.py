@@ -1,4 +1,4 @@
-"""Paths of the caller's as seeds: of a motion that solved a problem much like this one, say."""
+"""Paths of the caller as seeds, for example of a motion that solved a similar problem."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ SeedLike: TypeAlias = Path | Trajectory | ArrayLike
 
 
 def stated_seeds(problem: Problem, seeds: Sequence[SeedLike]) -> tuple[Floats, ...]:
-    """Return the knots of the seeds that a caller gives, in the order of the group's joints, (k, n) each.
+    """Return the knots of the seeds that a caller passes, in the order of the group's joints, (k, n) each.
 
     Raises:
-        ProblemError: If the seeds are none, or the problem has waypoints, which a path does not say where it
-            passes.
+        ProblemError: If a seed is not a path, or the problem has waypoints, whose places on a path
+            are unknown.
         JointNotFound: If a path does not name a joint of the group.
-        ShapeError: If the knots are not of the group's joints, fewer than two, or not finite.
+        ShapeError: If the knots do not fit the group's joints, are fewer than two, or not finite.
     """
     given = sequence("seeds", seeds)
     if given and problem.waypoints:
@@ -61,7 +61,7 @@ class GivenPaths:
     def seeds(
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
-        """Yield one for each path, to the goal configuration that it ends nearest to; see `Source.seeds`."""
+        """Yield one for each path, to the goal configuration nearest to its end; see `Source.seeds`."""
         del blocked, rng
         start, ends = context.line.knots[0], context.ends
         for path in self.paths:

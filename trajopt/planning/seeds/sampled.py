@@ -1,7 +1,7 @@
-"""Paths of a sampling planner as seeds: RRT-Connect to all goal configurations at once, shortened.
+"""Paths of a sampling planner as seeds: RRT-Connect to all goal configurations together, shortened.
 
-It sees the clearance of all pairs and the joint limits. Path constraints it does not see: its path is
-moved onto them knot by knot, and the optimiser does the rest.
+It checks the clearance of all pairs and the joint limits, not path constraints: its path is
+projected onto these knot by knot, and the optimiser does the rest.
 Source: Kuffner and LaValle, ICRA 2000.
 """
 
@@ -17,24 +17,25 @@ from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, Seed
 from trajopt.values.arrays import Floats, Value
 
 CHECKED = 20_000
-"""Configurations that are checked on one leg before a restart: most searches that end end soon."""
+"""Configurations that are checked on one leg before a restart: most successful searches end soon."""
 PATIENCE = 2
-"""After so many searches they get twice as many, after twice as many three times, ..."""
+"""Number of searches after which their limit doubles; after twice this number it triples, and so on."""
 SHORTENED = 4_000
 """Configurations that each pass of shortening may check."""
 STEP = 0.03
 """Between two configurations that are checked no body moves farther [m]."""
 BRANCH = 10 * STEP
-"""Branches of the trees are as long as a joint alone moves bodies so far: ten checks, whatever it is [m]."""
+"""Travel of bodies by a joint alone along a branch of the trees: ten checks for every joint [m]."""
 NUDGE = 0.1
 """How far joints are moved to see how far that moves bodies, in ordinary steps."""
 KEPT = (0.5, -1.0)
-"""Part of each pair's margin that is kept, above what is required, by the searches in turn: ends in narrow
-places are left more easily if bodies may overlap by as much as their margin, which the optimiser undoes."""
+"""Parts of each pair's margin beyond the requirement that successive searches keep: narrow ends
+are left more easily if bodies may overlap by their margin, which the optimiser corrects.
+"""
 TURN = np.pi
-"""No joint is searched farther beyond its start and goals, whatever its limits [rad | m]."""
+"""Largest range of a joint beyond its start and goals, regardless of its limits [rad | m]."""
 SURE = 1e-8
-"""Bodies may come so much nearer than at the start and goals: no place is measured twice the same [m]."""
+"""Allowance below the distances at start and goals, for the error of repeated measurements [m]."""
 
 
 @dataclass(frozen=True)
@@ -75,18 +76,18 @@ def sampled(
     checked: int = CHECKED,
     kept: float = KEPT[0],
 ) -> Floats:
-    """Return a path that is clear of everything between the knots' stops.
+    """Return a collision-free path between the knots' stops.
 
     Args:
-        context: Where it leads; of its goals the one that is reached first.
+        context: Goals; the path leads to the one reached first.
         rng: Draws the seed of the search's own generator.
-        counts: Takes the work done.
+        counts: Receives the work done.
         check: Called while it searches; may raise to stop.
-        checked: Configurations that each leg is searched with at most.
-        kept: Part of each pair's margin that is kept, above what is required.
+        checked: Largest number of configurations to check on each leg.
+        kept: Part of each pair's margin that is kept, beyond the requirement.
 
     Returns:
-        Knots, shape (N, n), evenly spaced on each leg; stops where the context's line has them.
+        Knots, shape (N, n), evenly spaced on each leg, with the stops of the context's line.
 
     Raises:
         NoSeed: If a leg was not found, or a path constraint could not be held.
@@ -114,7 +115,7 @@ def sampled(
 
 
 def _space(query: Query, ends: Floats, scale: Floats, kept: float) -> SearchSpace:
-    """Return where a leg is searched: about its ends, no pair farther apart than it is at one of them."""
+    """Return the search space of a leg: about its ends, with no pair kept farther apart than at an end."""
     reduced = query.reduced
     pairs, limits = reduced.pairs, reduced.limits
     reach = pairs.required + kept * (pairs.margin - pairs.required)
@@ -127,7 +128,7 @@ def _space(query: Query, ends: Floats, scale: Floats, kept: float) -> SearchSpac
 
 
 def _rates(query: Query, ends: Floats, scale: Floats) -> Floats:
-    """Return how far each joint moves bodies, the most at any of the ends, shape (n,) [m/rad | 1]."""
+    """Return the travel of bodies by each joint, the largest at any of the ends, shape (n,) [m/rad | 1]."""
     nudge = np.diag(NUDGE * scale)
     first = np.repeat(ends, len(scale), axis=0)
     moved = query.displacement(first, first + np.tile(nudge, (len(ends), 1)))

@@ -15,7 +15,7 @@ from trajopt.values.arrays import Floats, Value
 
 
 class SeedKind(Enum):
-    """Where a seed comes from; each value says so in words."""
+    """Source of a seed; each value is a phrase."""
 
     STRAIGHT = "the straight line to the nearest goal configuration"
     BRANCH = "the straight line to another goal configuration"
@@ -34,18 +34,18 @@ MakeSeed = Callable[[WorkCounts, Check], Floats]
 
 
 class NoSeed(Exception):
-    """A source could not make a seed; the message says why."""
+    """A source could not make a seed; the message states the reason."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeedContext(Value):
-    """Where a seed leads.
+    """Input of a source of seeds.
 
     Attributes:
         reduced: The robot and its surroundings.
         line: Straight legs from the start through the waypoints to a goal configuration.
         scale: A step of ordinary size in each joint, shape (n,) [rad | m].
-        requirements: What must hold all the way.
+        requirements: Requirements all the way.
         other_ends: Goal configurations that a seed may lead to instead of the line's, each of shape (n,).
     """
 
@@ -63,12 +63,12 @@ class SeedContext(Value):
 
 @dataclass(frozen=True, eq=False)
 class Blocked(Value):
-    """Where an attempt ended against something.
+    """Contact that ended an attempt.
 
     Attributes:
-        knots: The knots where the solver stopped, shape (N, n).
-        place: Where along them the clearance was undercut most, in knots.
-        pair: Index of the pair that undercut it.
+        knots: Last knots of the solver, shape (N, n).
+        place: Place of the worst violation along them, in knots.
+        pair: Index of the violating pair.
     """
 
     knots: Floats
@@ -93,11 +93,11 @@ class GivenSeed(Value):
 
 
 def with_knots(knots: Floats, count: int) -> Floats:
-    """Return a path with a number of knots, evenly along it; unchanged where it has as many.
+    """Return a path with a number of knots, evenly along it; unchanged if it has that number.
 
     Args:
         knots: Shape (k, n) [rad | m].
-        count: How many it shall have.
+        count: New number of knots.
     """
     if len(knots) == count:
         return knots
@@ -112,7 +112,7 @@ class SeedSource(Protocol):
 
     @property
     def kind(self) -> SeedKind:
-        """What kind."""
+        """Its kind."""
         ...
 
     def seeds(
@@ -121,8 +121,8 @@ class SeedSource(Protocol):
         """Yield seeds, each a function of its own: one that is not called costs nothing.
 
         Args:
-            context: Where they lead.
-            blocked: Where attempts from straight lines ended against something, worst first.
+            context: Their start, line and goals.
+            blocked: Contacts that ended attempts from straight lines, worst first.
             rng: Each seed draws from a child of it, so that none depends on another.
         """
         ...

@@ -19,7 +19,7 @@ def straight_line(start: Floats, goal: Floats, knots: int) -> Floats:
     Args:
         start: Shape (n,) [rad | m].
         goal: Shape (n,).
-        knots: How many, ends included.
+        knots: Number of knots, ends included.
 
     Returns:
         Shape (knots, n).
@@ -32,7 +32,7 @@ class StraightLines:
     """The `SeedSource` of the one straight line of each context.
 
     Attributes:
-        kind: What to call it: the nearest goal configuration, another, or one that is free to change.
+        kind: Its kind: to the nearest goal configuration, another, or one that is free to change.
     """
 
     kind: SeedKind = SeedKind.STRAIGHT
@@ -48,9 +48,9 @@ class StraightLines:
 BEND = 0.6
 """Standard deviation of the first bends, in ordinary steps of each joint."""
 GROWTH = 12
-"""After so many lines the bends are twice as wide, after twice as many three times, ..."""
+"""Number of lines after which the bends are twice as wide; after twice this number three times, and so on."""
 SWAY = 0.5
-"""Share of the whole wave, to one side and then the other, beside the half wave."""
+"""Share of the whole wave, to one side and then the other, relative to the half wave."""
 
 
 @dataclass(frozen=True)

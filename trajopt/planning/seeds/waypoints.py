@@ -43,8 +43,8 @@ class WaypointChoice:
     """Configurations of waypoints.
 
     Attributes:
-        found: One for each waypoint, in order, up to the first that has none.
-        problem: Why that one has none; empty if all have one.
+        found: One for each waypoint, in order, up to the first without one.
+        problem: Reason why that one has none; empty if all have one.
     """
 
     found: tuple[Floats, ...]
@@ -61,19 +61,19 @@ def choose_waypoints(
     effort: Floats | None = None,
     check: Callable[[], None] | None = None,
 ) -> WaypointChoice:
-    """Choose a configuration for each waypoint: of those that touch nothing the nearest to the one before.
+    """Choose a configuration for each waypoint: the collision-free one nearest to the previous one.
 
-    Where joints are asked for, the very positions are tried first, and then others within their tolerances.
+    If joint positions are required, these are tried first, and then others within their tolerances.
 
     Args:
         reduced: The robot and its surroundings.
-        waypoints: What must hold at each, in order.
-        passing: What else must hold at each, because it holds on the way there or on from there.
+        waypoints: Requirements at each, in order.
+        passing: Other requirements at each, which hold on the way to it or on from it.
         rng: Draws the starts of the search.
-        counts: Takes the work done.
-        effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
-            [Nm | N]; not asked for when None.
-        check: Called all along; may raise to stop.
+        counts: Receives the work done.
+        effort: Effort limits within which the joints must hold the arm and its payload still, shape (n,)
+            [Nm | N]; not required when None.
+        check: Called repeatedly; may raise to stop.
     """
     query = Query(reduced, counts)
     last = reduced.start_positions
@@ -97,7 +97,7 @@ def choose_waypoints(
 def _middle(
     reduced: ReducedModel, wanted: Sequence[Requirement], also: Sequence[Requirement], query: Query
 ) -> Floats | None:
-    """Return the middle of what joint positions of all joints allow, if it holds all and touches nothing."""
+    """Return the middle of a range of all joint positions, if it holds all and touches nothing."""
     asked = fixed_positions(wanted, reduced)
     if asked is None:
         return None
@@ -130,12 +130,12 @@ def _why_none(
 def line_through(reduced: ReducedModel, stops: Sequence[Floats], knots: int) -> WaypointLine:
     """Lay straight legs through stops; each gets knots in proportion to its length in joint space.
 
-    The length of a leg is the time it takes at the joints' full speed.
+    The length of a leg is its travel time at the joints' full speed.
 
     Args:
-        reduced: The robot; gives the speeds.
+        reduced: The robot; has the speeds.
         stops: Start, waypoints and goal, shape (n,) each.
-        knots: How many, ends included; more than there are legs.
+        knots: Number of knots, ends included; more than there are legs.
     """
     legs = len(stops) - 1
     lengths = np.array([_effort(reduced, *pair) for pair in pairwise(stops)])
