@@ -45,7 +45,7 @@ RETURNED = frozenset(
     InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile Choice
     Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual SoftClearance
     SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit Overload PairClearance
-    PairDistance Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
+    PairDistance Unproven Verdict ContactInterval PoseError Rollout SequenceLog TrackingError Viewer
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup SrdfProposal
     Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime Event RobotState Rule
     Run StopTaken Moment Recording Sighting TimedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud

@@ -127,7 +127,7 @@ def test_a_collision_in_simulation_is_an_exit_status(folder: Path, moving: tuple
 
 def test_simulation_refuses_what_it_cannot_draw_or_read(folder: Path, moving: tuple[Path, Path]) -> None:
     for words, why in (
-        (("--picture", folder / "a.bmp"), "pictures end in .png, .gif, .mp4"),
+        (("--picture", folder / "a.bmp"), "use a suffix of .png, .gif, .mp4"),
         (("--moments", "0.1;0.2"), "--moments must be times with commas between, is '0.1;0.2'"),
         (("--robot", folder / "odd.urdf"), "with --robot give --scene and --request too"),
     ):

@@ -44,12 +44,12 @@ def test_who_takes_everything_is_found_out(panda: to.Robot) -> None:
     arm = Careless(panda.joint_names, panda.positions("ready"))
     broken = {rule.name for rule in conformance(arm, arm.advance) if not rule.holds}
     assert {
-        "it refuses a motion that comes late",
-        "it refuses a motion that begins elsewhere",
+        "it refuses a late motion",
+        "it refuses a motion from another position",
         "it refuses a motion that does not end at rest",
-        "what is refused changes nothing",
+        "a refused motion changes nothing",
         "a stop is a fault",
-        "it takes nothing while there is a fault",
+        "it accepts no motion during a fault",
     } <= broken
 
 

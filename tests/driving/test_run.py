@@ -286,7 +286,7 @@ def test_surprises_are_read_from_a_file(tmp_path: Path) -> None:
         ("objects: [{object: a, at: 1, position: [0, 0]}]", "objects\\[0\\]"),
         ("objects: [{object: a, leavs: 1}]", "did you mean 'leaves'"),
         ("faults: [{kind: stuk, begin: 0, end: 1}]", "must be one of drift, stuck, lost commands"),
-        ("faults: [{kind: stuck, begin: 0, end: 1}]", "stuck is of a joint: name it"),
+        ("faults: [{kind: stuck, begin: 0, end: 1}]", "kind 'stuck' needs a joint"),
         ("sensors: {lag: 1}", "unknown key 'lag'"),
     ],
 )

@@ -17,7 +17,7 @@ from trajopt.driving import (
     ServoOptions,
     Twist,
 )
-from trajopt.driving.servo_program import Braking, Surroundings
+from trajopt.driving.servo_program import ApproachQuery, Braking
 from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Query
 from trajopt.optimise.methods.timing import with_jerk
@@ -81,10 +81,10 @@ def slope(function: Callable[[Floats], Floats], at: Floats, step: float = 1e-6) 
 
 def test_clearance_rows_are_the_slopes_of_distances() -> None:
     problem = asked("panda", (to.Sphere(0.05), to.placement((0.45, 0.1, 0.5))))
-    around = Surroundings(problem.reduced, Braking(with_jerk(problem.limits), PERIOD), 0.0)
+    around = ApproachQuery(problem.reduced, Braking(with_jerk(problem.limits), PERIOD), 0.0)
     start = problem.reduced.start_positions
     state = np.stack((start, np.full(7, 0.2), np.zeros(7)))
-    rows = around.approach(state, 0.0)
+    rows = around.limits(state, 0.0)
     assert len(rows.lower) > 3
     wide = np.full(len(problem.reduced.pairs.first), 10.0)
 
@@ -107,8 +107,8 @@ def test_clearance_rows_know_how_fast_things_come_nearer(time: float) -> None:
     limits, state = with_jerk(problem.limits), np.stack((problem.reduced.start_positions, *np.zeros((2, 7))))
 
     def rows(scene: to.Scene) -> tuple[Floats, Floats]:
-        around = Surroundings(replace(problem, scene=scene).reduced, Braking(limits, PERIOD), 0.0)
-        found = around.approach(state, time)
+        around = ApproachQuery(replace(problem, scene=scene).reduced, Braking(limits, PERIOD), 0.0)
+        found = around.limits(state, time)
         return found.jacobian, found.lower
 
     still = problem.scene.add("ball", to.Sphere(0.05), to.placement(begin + time * velocity))

@@ -44,4 +44,4 @@ def test_allowance_must_cover_the_whole_contact(start: float, end: float, depth:
         time += 0.01
     (contact,) = log.contacts()
     assert (contact.allowance == "lift-off") is meant
-    assert ("meant" in str(contact)) is meant
+    assert ("allowed" in str(contact)) is meant

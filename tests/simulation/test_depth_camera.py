@@ -120,7 +120,7 @@ def test_what_was_measured_is_within_the_balls_of_what_is_there() -> None:
 
 def test_what_cannot_be_drawn_is_refused() -> None:
     scene = boxes_scene()
-    with pytest.raises(ProblemError, match="lens bends rays"):
+    with pytest.raises(ProblemError, match="lens distortion"):
         DepthCamera(scene, "panda_arm", Camera(Intrinsics(64, 48, 50, 50, 31.5, 23.5, Lens(k1=0.1))))
     with pytest.raises(FrameNotFound, match="panda_hnd"):
         DepthCamera(scene, "panda_arm", Camera(SMALL, frame="panda_hnd"))

@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from tests.simulation.conftest import reduced_all, smooth
 from trajopt.robot.robot import Robot
-from trajopt.simulation import Contact, Rollout, build_spec, simulate
+from trajopt.simulation import ContactInterval, Rollout, build_spec, simulate
 from trajopt.values.shapes.shapes import Shape
 
 Pendulum = Callable[..., Robot]
@@ -30,7 +30,7 @@ def past(y: float, *, speed: float = 1.0) -> to.Track:
     return to.Track.through((0.0, 1.0 / speed), ends)
 
 
-def touch(rollout: Rollout) -> Contact:
+def touch(rollout: Rollout) -> ContactInterval:
     """Return the only contact."""
     (contact,) = rollout.contacts
     return contact

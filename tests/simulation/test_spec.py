@@ -133,6 +133,6 @@ def test_impossible_inertia_is_moved_to_the_nearest_possible_and_told(tmp_path: 
     path.write_text(wrong)
     report = describe(reduced_all(Scene(Robot.from_urdf(path))))
     (note,) = report.notes
-    assert note.startswith("turret: no rigid body has the stated inertia")
+    assert note.startswith("turret: the stated inertia is impossible for a rigid body")
     inertia = report.spec.compile().body("turret").inertia
     assert np.allclose(sorted(inertia), (0.03, 0.04, 0.07), atol=1e-9)

@@ -1,4 +1,4 @@
-"""Conformance: whether an executor does what whoever plans relies on; run it on a driver of your own."""
+"""Conformance: tests of the rules that a supervisor requires of an executor, for your own driver."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -12,26 +12,26 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 SETTLED = 1e-2
-"""A joint this slow has come to rest, as far as sensors tell [rad/s | m/s]."""
-LOOKS = 20
-"""So often a motion is looked at."""
+"""Measured speed of a joint at rest [rad/s | m/s]."""
+SAMPLES = 20
+"""Samples of a motion."""
 BRAKING = 2.0
-"""Whatever moves has come to rest by then after a stop [s]."""
+"""Longest time from a stop to rest [s]."""
 BRISK = 2.0
-"""Largest acceleration of the motion that shows how far behind states are [rad/s^2 | m/s^2]."""
+"""Largest acceleration of the motion that measures the delay of states [rad/s^2 | m/s^2]."""
 REPEATED = 4
-"""So often that motion is driven, there and back."""
+"""Repetitions of that motion, there and back."""
 PEAK = 10.0 / 3.0**0.5
-"""Largest acceleration of a quintic from rest to rest over one unit of length in one unit of time."""
+"""Largest acceleration of the quintic 10 t^3 - 15 t^4 + 6 t^5, from rest to rest in unit time."""
 
 
 @dataclass(frozen=True)
 class Rule(Value):
-    """Something that an executor must do, and whether it does.
+    """A rule for executors, and whether it holds.
 
     Attributes:
-        name: What it must do.
-        broken: What it does instead; empty if it holds.
+        name: The rule.
+        broken: The violation; empty if it holds.
     """
 
     name: str
@@ -39,11 +39,11 @@ class Rule(Value):
 
     @property
     def holds(self) -> bool:
-        """Whether it does."""
+        """Whether it holds."""
         return not self.broken
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Return one line."""
         return f"ok    {self.name}" if self.holds else f"FAIL  {self.name}: {self.broken}"
 
 
@@ -56,21 +56,20 @@ def conformance(
     duration: float = 1.0,
     speed: float = 1.0,
 ) -> tuple[Rule, ...]:
-    """Try whether an executor does what it must; the robot moves.
+    """Test whether an executor follows the rules; the robot moves.
 
-    Each joint moves by a small step and back, all together, slowly and then briskly. There must be room for
-    that, and the robot must stand still without a fault. How far the brisk motion is behind its stamps shows
-    how far joints are off at full speed, which the step leaves no room for.
+    All joints move by a small step and back, slowly and then fast. The space for it must be free, and the
+    robot at rest without a fault. The delay of the fast motion gives the tracking error at full speed.
 
     Args:
-        executor: What is tried.
-        wait: Lets so many seconds pass: `time.sleep`, or `advance` of a simulated one.
-        step: How far each joint moves [rad | m].
-        duration: How long it takes there, and back [s].
-        speed: Fastest speed at which joints will be driven [rad/s | m/s].
+        executor: The executor.
+        wait: Waits for a time [s]: `time.sleep`, or `advance` of a simulated one.
+        step: Step of each joint [rad | m].
+        duration: Duration of the slow step [s].
+        speed: Highest speed at which joints will be driven [rad/s | m/s].
 
     Returns:
-        Every rule, in the order in which they were tried.
+        All rules, in the order of the tests.
 
     Raises:
         ProblemError: If a number is not positive, or `executor` lacks members of an `Executor`.
@@ -101,8 +100,8 @@ class _Trial:
         begin, state = executor.now(), executor.state()
         self.wait(0.1)
         passed = executor.now() - begin
-        odd = f"it went on by {passed:.3f} s in 0.1 s"
-        yield Rule("its clock goes on as time does", "" if 0.05 < passed < 1.0 else odd)
+        odd = f"it advanced by {passed:.3f} s in 0.1 s"
+        yield Rule("its clock runs at the rate of time", "" if 0.05 < passed < 1.0 else odd)
         count = len(executor.joint_names)
         sizes = {
             len(state.positions),
@@ -110,22 +109,22 @@ class _Trial:
             len(state.accelerations),
             len(executor.tolerance),
         }
-        odd = f"there are {count} joints, and arrays of {sorted(sizes)}"
+        odd = f"there are {count} joints, but arrays of length {sorted(sizes)}"
         yield Rule("its state has a value for each joint", "" if sizes == {count} else odd)
         age = begin - state.stamp
         yield Rule(
-            "a state has been measured before it is told", "" if age >= -1e-9 else f"{-age:.4f} s after"
+            "the stamp of a state is not in the future", "" if age >= -1e-9 else f"it is {-age:.4f} s ahead"
         )
-        yield Rule("it has no fault to begin with", executor.fault())
+        yield Rule("it has no fault at the start", executor.fault())
 
     def _refusals(self) -> Iterator[Rule]:
         executor, here = self.executor, self._here()
         away = here + self.step
         soon = executor.now() + executor.latency
         late = executor.splice(self._there(here, away), soon - 2.0 * executor.latency - 0.1)
-        yield Rule("it refuses a motion that comes late", "" if late else "it takes it")
+        yield Rule("it refuses a late motion", "" if late else "it accepts it")
         jumps = executor.splice(self._there(here + 10.0 * self.step, away), soon + 0.1)
-        yield Rule("it refuses a motion that begins elsewhere", "" if jumps else "it takes it")
+        yield Rule("it refuses a motion from another position", "" if jumps else "it accepts it")
         on = Trajectory(
             executor.joint_names,
             np.array((0.0, self.duration)),
@@ -134,46 +133,46 @@ class _Trial:
             np.zeros((2, len(here))),
         )
         goes_on = executor.splice(on, executor.now() + executor.latency + 0.1)
-        yield Rule("it refuses a motion that does not end at rest", "" if goes_on else "it takes it")
+        yield Rule("it refuses a motion that does not end at rest", "" if goes_on else "it accepts it")
         self.wait(2.0 * self.duration)
         moved = float(np.abs(self.executor.state().positions - here).max())
-        odd = f"a joint is {moved:.4f} away" if moved > executor.tolerance.max() else ""
-        yield Rule("what is refused changes nothing", odd)
+        odd = f"a joint moved by {moved:.4f}" if moved > executor.tolerance.max() else ""
+        yield Rule("a refused motion changes nothing", odd)
 
     def _motions(self) -> Iterator[Rule]:
         executor, here = self.executor, self._here()
         there = self._there(here, here + self.step)
         begin = executor.now() + 2.0 * executor.latency
         odd = executor.splice(there, begin)
-        yield Rule("it takes a motion from rest to rest", odd)
+        yield Rule("it accepts a motion from rest to rest", odd)
         yield Rule("it follows within its tolerance", odd or self._followed(there, begin, self.duration))
         self.wait(0.2)
-        yield Rule("it stands still after the end", self._moving())
+        yield Rule("it is at rest after the end", self._moving())
         back, begin = self._there(here + self.step, here), executor.now() + 2.0 * executor.latency
         odd = executor.splice(back, begin)
         middle = self.duration / 2.0
         rest = _to_rest(back, middle)
         odd = odd or executor.splice(rest, begin + middle)
-        yield Rule("it takes another motion in place of the second half of one", odd)
+        yield Rule("it accepts a motion in place of the second half of another", odd)
         spliced = back.between(0.0, middle).followed_by(rest)
         yield Rule("it follows through the splice", odd or self._followed(spliced, begin, spliced.duration))
         self.wait(0.2)
-        yield Rule("it stands still where nothing more comes", self._moving())
+        yield Rule("it is at rest after the last motion", self._moving())
 
     def _at_speed(self) -> Rule:
-        """Drive to and fro briskly, and say how far joints are off where they move at full speed."""
+        """Drive to and fro fast, and extrapolate the tracking error to full speed."""
         executor = self.executor
         rule, here = "it follows at full speed within its tolerance", self._here()
-        lasts = max((PEAK * self.step / BRISK) ** 0.5, LOOKS * executor.period)
+        lasts = max((PEAK * self.step / BRISK) ** 0.5, SAMPLES * executor.period)
         pause, errors, rates = 2.0 * executor.latency, list[Floats](), list[Floats]()
-        still = [self._error() for _ in range(LOOKS)]
+        still = [self._error() for _ in range(SAMPLES)]
         for turn in range(2 * REPEATED):
             ends = (here, here + self.step)[:: 1 if turn % 2 == 0 else -1]
             motion, begin = self._there(*ends, duration=lasts), executor.now() + pause
             if refused := executor.splice(motion, begin):
                 return Rule(rule, refused)
             while executor.now() < begin + lasts:
-                self.wait(lasts / LOOKS)
+                self.wait(lasts / SAMPLES)
                 state = executor.state()
                 rates.append(motion(state.stamp - begin, 1))
                 errors.append(state.positions - motion(state.stamp - begin))
@@ -197,12 +196,12 @@ class _Trial:
         executor.splice(self._there(here, here - self.step / 2.0), begin)
         self.wait(begin - executor.now() + self.duration / 2.0)
         executor.stop()
-        yield Rule("a stop is a fault", "" if executor.fault() else "it says that there is none")
+        yield Rule("a stop is a fault", "" if executor.fault() else "it reports none")
         self.wait(BRAKING)
         yield Rule("it comes to rest after a stop", self._moving())
         motion = self._there(self._here(), self._here() + self.step / 4.0)
         taken = not executor.splice(motion, executor.now() + 2.0 * executor.latency)
-        yield Rule("it takes nothing while there is a fault", "it takes a motion" if taken else "")
+        yield Rule("it accepts no motion during a fault", "it accepts one" if taken else "")
         executor.clear_fault()
         yield Rule("a fault can be cleared", executor.fault())
         self.wait(0.1)
@@ -210,20 +209,20 @@ class _Trial:
         begin = executor.now() + 2.0 * executor.latency
         odd = executor.splice(motion, begin)
         yield Rule(
-            "it goes on from where it stands then", odd or self._followed(motion, begin, self.duration)
+            "it goes on from its position after a fault", odd or self._followed(motion, begin, self.duration)
         )
 
     def _followed(self, motion: Trajectory, begin: float, duration: float) -> str:
-        """Watch a motion; say by how much a joint was off, beyond its tolerance."""
+        """Watch a motion; describe the largest tracking error beyond the tolerance."""
         executor, end = self.executor, begin + duration
         worst, which = 0.0, 0
         while executor.now() < end:
-            self.wait(max(duration / LOOKS, executor.period))
+            self.wait(max(duration / SAMPLES, executor.period))
             state = executor.state()
             off = np.abs(state.positions - motion(state.stamp - begin)) - executor.tolerance
             if off.max() > worst:
                 worst, which = float(off.max()), int(off.argmax())
-        return f"{executor.joint_names[which]} is off by {worst:.4f} more than that" if worst > 0.0 else ""
+        return f"{executor.joint_names[which]} exceeds it by {worst:.4f}" if worst > 0.0 else ""
 
     def _moving(self) -> str:
         speeds = np.abs(self.executor.state().velocities)
@@ -232,11 +231,11 @@ class _Trial:
         return f"{name} moves at {speeds[fastest]:.4f}" if speeds[fastest] > SETTLED else ""
 
     def _here(self) -> Floats:
-        """Where the robot is driven to stand: where what is committed ends."""
+        """Commanded positions at rest."""
         return self.executor.state().commanded
 
     def _error(self) -> Floats:
-        """Return by how much joints are off where they are driven to stand, a moment later."""
+        """Return the tracking errors at rest, one period later."""
         self.wait(self.executor.period)
         state = self.executor.state()
         return state.positions - state.commanded
@@ -248,16 +247,16 @@ class _Trial:
 
 
 def _behind(errors: Floats, rates: Floats, still: Floats) -> float:
-    """Return by how much time positions are behind, at most [s].
+    """Return the largest delay of positions [s].
 
-    A robot that is behind by a time is off by it times its velocity. It is constant if states are late, and
-    anything up to a period if they show the last command: of such a uniform distribution the largest is
-    the mean plus the root of 3 times the standard deviation. Noise as large as at rest does not count.
+    A delay causes an error of velocity times delay. It is constant if states are late, and uniform in a
+    period if they show the last command; the largest value of a uniform distribution is the mean plus sqrt(3)
+    standard deviations. Noise of the size at rest is subtracted.
 
     Args:
-        errors: By how much joints are off in motion, shape (k, n) [rad | m].
-        rates: How fast they have to move, shape (k, n) [rad/s | m/s].
-        still: By how much they are off at rest, shape (m, n) [rad | m].
+        errors: Tracking errors in motion, shape (k, n) [rad | m].
+        rates: Commanded velocities, shape (k, n) [rad/s | m/s].
+        still: Tracking errors at rest, shape (m, n) [rad | m].
     """
     offset, power = still.mean(axis=0), float((rates**2).sum())
     off = errors - offset
@@ -268,7 +267,7 @@ def _behind(errors: Floats, rates: Floats, still: Floats) -> float:
 
 
 def _to_rest(motion: Trajectory, time: float) -> Trajectory:
-    """Return a motion from a time of another to rest nearby, in as long as that has left."""
+    """Return a motion from a time of another to rest nearby, with the same end."""
     left = motion.duration - time
     here, speed, gain = (motion(time, order) for order in range(3))
     ends = (here + speed * left / 3.0, 0.0 * here, 0.0 * here)

@@ -1,4 +1,4 @@
-"""run(problem): a problem planned, driven in the simulated world among surprises, and measured."""
+"""Rehearsal: `run(problem)` plans and drives a problem in simulation among surprises, and measures it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,78 +18,78 @@ from trajopt.driving.surprises import NONE, Surprises
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.scene.scene import Scene
-from trajopt.simulation import Contact
+from trajopt.simulation import ContactInterval
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 LONGEST = 60.0
-"""A run ends after so much simulated time, whatever happens [s]."""
+"""Longest simulated time of a run [s]."""
 SETTLING = 0.3
-"""How long the robot is watched after it has nothing to do any more [s]."""
+"""Time for which the robot is watched after its last motion [s]."""
 DEFAULT = SupervisorOptions()
 PERCENTILES = (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0))
 
 
 class Pilot(Protocol):
-    """Tells an executor what to drive: a `Supervisor`, or something that is compared with it."""
+    """A driver of an executor: a `Supervisor`, or one that is compared with it."""
 
     @property
     def events(self) -> Sequence[Event]:
-        """What happened, in order."""
+        """Events so far, in order."""
         ...
 
     @property
     def seconds(self) -> Mapping[str, Sequence[float]]:
-        """CPU time that each stage took, each time [s]."""
+        """CPU times of each stage [s]."""
         ...
 
     @property
     def busy(self) -> bool:
-        """Whether there is a goal that is not reached."""
+        """Whether a goal is not reached."""
         ...
 
     @property
     def blocked(self) -> bool:
-        """Whether the robot stands, and nothing but a change of the world lets it go on."""
+        """Whether the robot is at rest until the world changes."""
         ...
 
     def go(self, problem: Problem) -> None:
-        """Ask for a goal."""
+        """Go to a goal."""
         ...
 
     def see(self, scene: Scene, stamp: float | None = None) -> None:
-        """Tell it what the world is like; the scene's clock shows 0 at the stamp [s]."""
+        """Report the world; the clock of the scene shows 0 at the stamp [s]."""
         ...
 
     def cycle(self) -> None:
-        """Do what is to be done now."""
+        """Execute one cycle."""
         ...
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunReport(Value):
-    """What happened in a run.
+    """The result of a run.
 
     Attributes:
-        reached: Whether the goal was.
-        duration: Simulated time until the robot had nothing to do any more [s].
-        contacts: What was touched that may not be.
-        contacts_at_fault: What of that was touched while the robot moved of its own: not what pushed it where
-            it had come to rest.
-        clearance_measured: Smallest distance that the simulated robot had to what was really there, until
-            what was commanded was over [m].
-        clearance_proven: The same that is proven for what was commanded [m]; None where the robot did not
+        reached: Whether the goal was reached.
+        duration: Simulated time until the end of the last motion [s].
+        contacts: Contacts that the scene does not allow.
+        contacts_at_fault: Those of them that occurred while the robot moved by itself, not when an object ran
+            into it at rest.
+        clearance_measured: Smallest distance of the simulated robot from the real obstacles until the end of
+            the commanded motion [m].
+        clearance_proven: Smallest proven distance for the commanded motion [m]; None if the robot did not
             follow it.
-        events: What happened, in order.
-        seconds: CPU time that each stage took, each time [s].
-        measured: How the robot moved, of the group's joints.
+        events: Events, in order.
+        seconds: CPU times of each stage [s].
+        measured: Measured motion of the group's joints.
     """
 
     reached: bool
     duration: float
-    contacts: tuple[Contact, ...]
-    contacts_at_fault: tuple[Contact, ...]
+    contacts: tuple[ContactInterval, ...]
+    contacts_at_fault: tuple[ContactInterval, ...]
     clearance_measured: float
     clearance_proven: float | None
     events: tuple[Event, ...]
@@ -97,11 +97,11 @@ class RunReport(Value):
     measured: Trajectory
 
     def count(self, *kinds: EventKind) -> int:
-        """Return how many events there are of some kinds."""
+        """Return the number of events of some kinds."""
         return sum(event.kind in kinds for event in self.events)
 
     def as_dict(self) -> dict[str, object]:
-        """Return it as plain data; latencies are CPU time of each stage [s]."""
+        """Return plain data; latencies are percentiles of the CPU time of each stage [s]."""
         return {
             "reached": self.reached,
             "duration": self.duration,
@@ -125,16 +125,16 @@ class RunReport(Value):
 P = TypeVar("P", bound=Pilot)
 
 
-class _Remembering(SimulatedExecutor):
-    """A simulated executor that remembers everything it was given to do, from the begin."""
+class _KeepingMotions(SimulatedExecutor):
+    """A simulated executor that keeps all commanded motions from the beginning."""
 
-    given: CommittedMotion | None = None
+    commanded: CommittedMotion | None = None
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        self.given = self.given or CommittedMotion(self.joint_names, self.state().commanded)
+        self.commanded = self.commanded or CommittedMotion(self.joint_names, self.state().commanded)
         refused = super().splice(trajectory, at)
         if not refused:
-            self.given.splice(trajectory, at, now=-np.inf)
+            self.commanded.splice(trajectory, at, now=-np.inf)
         return refused
 
 
@@ -148,16 +148,16 @@ def run(
     tolerance: float | Floats = TOLERANCE,
     watch: Callable[[Supervisor], object] | None = None,
 ) -> RunReport:
-    """Plan a problem and drive it in the simulated world, as fast as the machine goes.
+    """Plan a problem and drive it in simulation, as fast as the machine allows.
 
-    What happens is the same every time, but for the CPU time that it takes.
+    The run is deterministic, except for CPU times.
 
     Args:
-        problem: The problem; its scene is what is known of the world before.
-        surprises: What nobody said before; the supervisor sees it as late as the sensors are.
+        problem: The problem; its scene is the world as known before.
+        surprises: Unannounced changes, which the supervisor sees with the delay of the sensors.
         options: Of the supervisor.
-        longest: Most simulated time [s].
-        tolerance: As of `SimulatedExecutor`; that of your driver, to rehearse with the room that it takes.
+        longest: Longest simulated time [s].
+        tolerance: As for `SimulatedExecutor`; use the tolerance of your driver to rehearse with its margin.
         watch: Called after each cycle: `logbook.look`, for a view or a recording.
     """
     return driven_by(
@@ -181,19 +181,19 @@ def driven_by(
     tolerance: float | Floats = TOLERANCE,
     watch: Callable[[P], object] | None = None,
 ) -> RunReport:
-    """Let anything drive a problem in the simulated world, and measure it as `run` does.
+    """Drive a problem in simulation with any pilot, and measure the run as `run` does.
 
     Args:
-        pilot: Makes what drives, given the executor.
-        problem: The problem; its scene is what is known of the world before.
-        surprises: What nobody said before.
-        cycle: Time from one cycle to the next [s].
-        longest: Most simulated time [s].
-        tolerance: As of `SimulatedExecutor`.
+        pilot: Makes the pilot of an executor.
+        problem: The problem; its scene is the world as known before.
+        surprises: Unannounced changes.
+        cycle: Time between cycles [s].
+        longest: Longest simulated time [s].
+        tolerance: As for `SimulatedExecutor`.
         watch: Called after each cycle.
     """
     world = surprises.world(problem.scene)
-    arm = _Remembering(
+    arm = _KeepingMotions(
         world,
         problem.start_positions,
         tolerance=tolerance,
@@ -224,16 +224,18 @@ def driven_by(
     duration = arm.now()
     advance(round(SETTLING / arm.period))
     measured, guard = _trajectory(names, samples), guard_within(problem, arm.joint_names, arm.tolerance)
-    given = None if arm.given is None or arm.fault() else arm.given.ahead(0.0, names)
-    # What moves goes on after the robot has come to rest, of which nothing was proven.
-    driven = measured if given is None else measured.between(0.0, min(given.duration, measured.duration))
+    commanded = None if arm.commanded is None or arm.fault() else arm.commanded.ahead(0.0, names)
+    # After the robot has come to rest, moving obstacles may approach it; that is not proven.
+    driven = measured
+    if commanded is not None:
+        driven = measured.between(0.0, min(commanded.duration, measured.duration))
     return RunReport(
         reached=bool(driver.events) and driver.events[-1].kind is EventKind.REACHED,
         duration=duration,
         contacts=tuple(contact for contact in arm.contacts if contact.allowance is None),
         contacts_at_fault=tuple(contact for contact in arm.contacts_at_fault if contact.allowance is None),
         clearance_measured=_clearance(MotionGuard(problem, 0.0), world, driven),
-        clearance_proven=None if given is None else _clearance(guard, world, given),
+        clearance_proven=None if commanded is None else _clearance(guard, world, commanded),
         events=tuple(driver.events),
         seconds={stage: tuple(times) for stage, times in driver.seconds.items()},
         measured=measured,
@@ -250,5 +252,5 @@ def _trajectory(names: tuple[str, ...], samples: list[tuple[float, Floats, Float
 
 
 def _finite(number: float) -> float | None:
-    """Return what JSON can say: nothing for no limit."""
+    """Return a number for JSON, which has no infinity."""
     return number if isfinite(number) else None

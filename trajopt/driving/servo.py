@@ -8,7 +8,7 @@ from trajopt.driving.commit_loop import CommitLoop
 from trajopt.driving.committed_motion import REST
 from trajopt.driving.events import EventKind
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
-from trajopt.driving.servo_program import ApproachLimits, Braking, Surroundings, settle
+from trajopt.driving.servo_program import ApproachLimits, ApproachQuery, Braking, settle
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.scene.reduced import reduce_model, tool_frame
@@ -47,7 +47,7 @@ class Servo(CommitLoop):
     options: ServoOptions = DEFAULT
     frame: str = ""
     _braking: Braking = field(init=False)
-    _surroundings: Surroundings = field(init=False)
+    _near: ApproachQuery = field(init=False)
     _command: tuple[Command, float] | None = field(default=None, init=False)
     _filtered: Floats = field(default_factory=lambda: np.zeros(0), init=False)
     _next: float = field(default=-np.inf, init=False)
@@ -65,7 +65,7 @@ class Servo(CommitLoop):
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
         self._braking = Braking(with_jerk(self.problem.limits), self.options.period)
-        self._surroundings = self._surroundings_of(self.scene)
+        self._near = self._query_of(self.scene)
         self._rehearse()
 
     @property
@@ -129,7 +129,7 @@ class Servo(CommitLoop):
     def see(self, scene: Scene, stamp: float | None = None) -> None:
         """Report the world; the next tick judges the committed motion in it. As for `CommitLoop.see`."""
         super().see(scene, stamp)
-        self._surroundings = self._surroundings_of(scene)
+        self._near = self._query_of(scene)
 
     def tick(self) -> None:
         """Watch the robot, and prove and commit the motion of the next tick."""
@@ -152,11 +152,11 @@ class Servo(CommitLoop):
         if self._commitment.broken():
             self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
 
-    def _surroundings_of(self, scene: Scene) -> Surroundings:
+    def _query_of(self, scene: Scene) -> ApproachQuery:
         problem = self.problem
         clearance = self.options.clearance + self._commitment.guard.options.distance_error
         reduced = reduce_model(scene, problem.group, problem.start_positions)
-        return Surroundings(reduced, self._braking, clearance)
+        return ApproachQuery(reduced, self._braking, clearance)
 
     def _rehearse(self) -> None:
         """Find and prove the motion of a tick without driving it, so that the first tick takes no longer."""
@@ -211,12 +211,12 @@ class Servo(CommitLoop):
         braking, period = self._braking, self.options.period
         clock = at - self.world.stamp
         lower, upper = braking.bounds(state)
-        near = self._surroundings.approach(state, clock, (lower, upper))
+        near = self._near.limits(state, clock, (lower, upper))
         if isinstance(command, Twist | Pose):
             # The commanded velocities are reached in the middle of the tick after this one.
             then = state[0] + 1.5 * period * state[1]
-            positions, joints = self._surroundings.positions(then, clock), len(then)
-            tool = Tool.at(self._surroundings.query, positions, self.frame, joints)
+            positions, joints = self._near.positions(then, clock), len(then)
+            tool = Tool.at(self._near.query, positions, self.frame, joints)
             twist = self._twist(command, tool)
             task = tool.task(twist)
             singular = tool.approach(twist, braking, state[1]).that_can_break(lower, upper)

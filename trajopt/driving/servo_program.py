@@ -172,14 +172,14 @@ class Braking:
         return np.sqrt(delayed**2 + 2.0 * most * distance) - delayed
 
 
-class Surroundings:
+class ApproachQuery:
     """Distances of a robot from its surroundings, and the allowed approach speeds."""
 
     def __init__(self, reduced: ReducedModel, braking: Braking, clearance: float) -> None:
         """Prepare the queries.
 
         Args:
-            reduced: Robot and scene, whose clock shows the `time` of `approach`.
+            reduced: Robot and scene, whose clock shows the `time` of `limits`.
             braking: Of the group's joints.
             clearance: Distance to keep in addition to the required clearances [m].
         """
@@ -198,7 +198,7 @@ class Surroundings:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
 
-    def approach(
+    def limits(
         self, state: Floats, time: float, bounds: tuple[Floats, Floats] | None = None
     ) -> ApproachLimits:
         """Return the allowed approach speeds of all pairs that may be too fast.

@@ -13,7 +13,7 @@ from trajopt.driving.executor import STOPPED, RobotState
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.scene import Scene
 from trajopt.scene.whole_robot import driven_joints, whole_robot
-from trajopt.simulation import Contact, SimulationOptions
+from trajopt.simulation import ContactInterval, SimulationOptions
 from trajopt.simulation.execution import BLOWN_UP, ComputedTorque
 from trajopt.simulation.rollout import ContactLog
 from trajopt.values.arrays import Floats, Value, floats, number
@@ -26,24 +26,24 @@ class FaultKind(Enum):
     """Kinds of faults."""
 
     DRIFT = "drift"
-    """A joint is driven to a place that is off by so much [rad | m]."""
+    """A joint is driven to an offset position."""
     STUCK = "stuck"
-    """A joint does not move any more."""
+    """A joint does not move."""
     LOST_COMMANDS = "lost commands"
-    """What is spliced in is acknowledged, but never driven."""
+    """Motions are accepted, but not driven."""
 
 
 @checked
 @dataclass(frozen=True, kw_only=True)
 class Fault(Value):
-    """Something that goes wrong for a while.
+    """A fault of a simulated robot during an interval.
 
     Attributes:
-        kind: What.
-        begin: From when on [s].
-        end: Until when [s].
-        joint: Which joint; of lost commands, none.
-        size: By how much it drifts [rad | m].
+        kind: Kind of fault.
+        begin: Begin of the interval [s].
+        end: End of the interval [s].
+        joint: The joint; empty for lost commands.
+        size: Offset of a drift [rad | m].
     """
 
     kind: FaultKind
@@ -53,50 +53,52 @@ class Fault(Value):
     size: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check that it lasts, and whether it names a joint.
+        """Check interval and joint.
 
         Raises:
-            ProblemError: If it does not last, or names no joint, or one that it has no use for.
+            ProblemError: If the interval is empty, or a joint is missing or superfluous.
         """
         if not number("begin", self.begin) < number("end", self.end):
-            raise ProblemError(f"a fault ends after it begins: {self.begin:g} s, {self.end:g} s")
+            raise ProblemError(
+                f"a fault must end after it begins; begin {self.begin:g} s, end {self.end:g} s"
+            )
         if bool(self.joint) == (self.kind is FaultKind.LOST_COMMANDS):
             raise ProblemError(
-                "lost commands are of all joints"
+                "lost commands concern all joints; leave out joint="
                 if self.joint
-                else f"{self.kind.value} is of a joint: name it"
+                else f"a fault of kind {self.kind.value!r} needs a joint; pass joint="
             )
 
     @checked
     def at(self, time: float) -> bool:
-        """Say whether it is there at a time [s]."""
+        """Return whether it is present at a time [s]."""
         return self.begin <= time < self.end
 
 
 BRAKE = 0.9
-"""What a stop at once takes off the velocity to follow, each time step: the motors do what they can."""
+"""Factor on the commanded velocity in each time step of `stop`, within the torque limits of the motors."""
 MOVING = 1e-3
-"""A robot no joint of which is faster is at rest: who touches it then is at fault himself, also while he
-pushes it away [rad/s | m/s]."""
+"""Joint speed below which a robot is at rest [rad/s | m/s]; an object that then runs into it is at fault,
+also while it pushes the robot."""
 
 TOLERANCE = 1e-4
-"""How far a simulated joint may be from where it has to be [rad | m]; it follows to within a millionth."""
+"""Stated tracking tolerance of a simulated joint [rad | m]; it follows to within a millionth."""
 DEVIATIONS = 6.0
-"""Of normal noise one sample in 500 million is farther off than so many standard deviations: months of one
-joint that is measured 50 times a second."""
+"""Bound of normal noise in standard deviations, which one sample in 500 million exceeds: once in months for a
+joint that is measured 50 times per second."""
 
 
 @checked
 @dataclass(frozen=True, kw_only=True)
 class Sensors(Value):
-    """What is measured of a robot.
+    """Delay and noise of the measured states of a robot.
 
     Attributes:
-        delay: A state is known so long after it was so [s].
+        delay: Delay of states [s].
         noise: Standard deviation of each measured position [rad | m].
-        stated: What is measured is said to be off by at most so much [rad | m]: a driver tells it in its
-            tolerance. `DEVIATIONS` of them unless it is given.
-        seed: Draws the noise: the same every time.
+        stated: Stated bound of the measurement error, included in the tolerance of the driver [rad | m];
+            `DEVIATIONS` times the noise if None.
+        seed: Seed of the noise.
     """
 
     delay: float = 0.0
@@ -106,7 +108,7 @@ class Sensors(Value):
 
     @property
     def error(self) -> float:
-        """How far what is measured is said to be off at most [rad | m]."""
+        """Stated bound of the measurement error [rad | m]."""
         return DEVIATIONS * self.noise if self.stated is None else self.stated
 
 
@@ -114,17 +116,17 @@ EXACT = Sensors()
 
 
 class SimulatedExecutor:
-    """Drives a robot in MuJoCo, in a world that may differ from what a planner is told of it.
+    """Drives a robot in MuJoCo, in a world that may differ from the one that a planner knows.
 
-    Without a clock time passes when it is told to (`advance`), as fast as the machine goes. With one, the
-    physics catches up with it whenever the robot is asked for something.
+    Without a clock, `advance` simulates as fast as the machine allows. With one, every call simulates up to
+    its time.
 
     Attributes:
-        joint_names: Joints that it drives: all that do not follow another.
+        joint_names: Driven joints: all that do not mimic another.
         period: Time step of the physics and of the controller [s].
-        latency: A motion given now can begin so much later [s].
-        tolerance: How far each joint may be measured from where it has to be, shape (n,) [rad | m].
-        committed: What it has to do.
+        latency: Least time from giving a motion to its beginning [s].
+        tolerance: Largest measured tracking error of each joint, shape (n,) [rad | m].
+        committed: The motion that it holds.
     """
 
     @checked
@@ -140,19 +142,19 @@ class SimulatedExecutor:
         options: SimulationOptions | None = None,
         clock: Callable[[], float] | None = None,
     ) -> None:
-        """Put the robot somewhere.
+        """Begin at rest.
 
         Args:
-            world: What is really there; its clock is the executor's.
+            world: The real world; its clock is the executor's.
             positions: Of all joints, shape (number of joints,) [rad | m]; a joint that starts outside its
                 limits is held there.
-            latency: A motion given now can begin so much later [s].
-            tolerance: How far each joint may be from where it has to be, one number for all or shape (n,)
-                [rad | m]; what is measured may be farther, by the error of the sensors.
-            sensors: What is measured.
-            faults: What goes wrong, and when.
+            latency: Least time from giving a motion to its beginning [s].
+            tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m]; the
+                error of the sensors is added.
+            sensors: Delay and noise of measurements.
+            faults: Faults to simulate.
             options: Time step and gains.
-            clock: Tells the time [s].
+            clock: Returns the time [s].
 
         Raises:
             ModelError: If the robot has no masses.
@@ -175,7 +177,7 @@ class SimulatedExecutor:
         self._faults = tuple(faults)
         self._clock, self._origin = clock, 0.0 if clock is None else clock()
         self._steps, self._fault, self._pushed = 0, "", False
-        self._asked = (-1, np.zeros((3, len(begin))))
+        self._reference = (-1, np.zeros((3, len(begin))))
         self._braked: Floats | None = None
         self._before = begin
         self._count(0.0, np.inf)
@@ -189,25 +191,25 @@ class SimulatedExecutor:
 
     @checked
     def advance(self, seconds: float) -> None:
-        """Let time pass: simulate so long [s]."""
+        """Simulate for a time [s]."""
         for _ in range(round(seconds / self.period)):
             self._step()
 
     def state(self) -> RobotState:
-        """Return the state that is measured last."""
+        """Return the last measured state."""
         self._catch_up()
         return self._measured[0]
 
     def truth(self) -> RobotState:
-        """Return the state as it really is, now and without noise."""
+        """Return the real state, without delay and noise."""
         now, plant = self._steps * self.period, self._plant
         commanded, _, accelerations = self._commanded()
-        places, rates = (self._controller.group(each) for each in (plant.positions, plant.velocities))
-        return RobotState(now, places.copy(), rates.copy(), accelerations, commanded)
+        positions, rates = (self._controller.group(each) for each in (plant.positions, plant.velocities))
+        return RobotState(now, positions.copy(), rates.copy(), accelerations, commanded)
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; say why not."""
+        """Drive a motion from a time on; return the reason of a refusal."""
         now = self.now()
         if self._fault:
             return self._fault
@@ -218,22 +220,22 @@ class SimulatedExecutor:
         return refused
 
     def stop(self) -> None:
-        """Brake all motors as hard as they can."""
+        """Brake all motors as hard as possible."""
         self._catch_up()
-        if self._braked is None:  # else it brakes already, or stands
+        if self._braked is None:  # otherwise it brakes already, or is at rest
             self._braked = self.committed(self._steps * self.period)[:2]
         self._fault = self._fault or STOPPED
 
     def fault(self) -> str:
-        """Say why the robot does not follow."""
+        """Return the reason why the robot does not follow."""
         self._catch_up()
         return self._fault
 
     def clear_fault(self) -> None:
-        """Go on where the robot stands now."""
+        """Clear a fault at the present position of the robot."""
         self._catch_up()
         self._braked, self._fault = None, ""
-        self._asked = (-1, self._asked[1])
+        self._reference = (-1, self._reference[1])
         self._before = self._controller.group(self._plant.positions).copy()
         self.committed = CommittedMotion(self.joint_names, self._before)
         self._measured.clear()
@@ -241,15 +243,15 @@ class SimulatedExecutor:
 
     @checked
     def change(self, world: Scene, *, begin: float, duration: float = inf) -> None:
-        """Put the robot, as it is, into another world; contacts are counted anew.
+        """Replace the world; contacts are counted from then on.
 
         Args:
-            world: What is really there from now on, with what the robot carries.
-            begin: When the world's clock shows 0, on the executor's [s].
-            duration: Of the motion that begins then: allowances of contact count from both its ends [s].
+            world: The real world from now on, with attached objects.
+            begin: Time of the executor's clock at which the world's clock shows 0 [s].
+            duration: Duration of the motion that begins then, to whose ends contact allowances refer [s].
 
         Raises:
-            ProblemError: If it is a world of another robot.
+            ProblemError: If the world has another robot.
         """
         self._catch_up()
         if world.robot.joint_names != self._world.robot.joint_names:
@@ -260,24 +262,23 @@ class SimulatedExecutor:
         self._count(begin, duration)
 
     @property
-    def contacts(self) -> tuple[Contact, ...]:
-        """All contacts in this world, by its clock."""
+    def contacts(self) -> tuple[ContactInterval, ...]:
+        """Contacts in this world, on its clock."""
         return self._log.contacts()
 
     @property
-    def contacts_at_fault(self) -> tuple[Contact, ...]:
-        """Contacts in this world while the robot moved, but for what pushed it where it had come to rest."""
+    def contacts_at_fault(self) -> tuple[ContactInterval, ...]:
+        """Contacts while the robot moved by itself, without those of objects that ran into it at rest."""
         return self._at_fault.contacts()
 
     @property
     def saturated(self) -> tuple[str, ...]:
-        """Joints whose motor was at its limit in this world."""
+        """Joints whose motor reached its limit in this world."""
         return tuple(
             name for name, cut in zip(self.joint_names, self._saturated.tolist(), strict=True) if cut
         )
 
     def _build(self, world: Scene, positions: Floats, velocities: Floats) -> None:
-        """Build a world with the robot in it."""
         from trajopt.simulation.plant import Plant  # MuJoCo takes a second to import
 
         robot, at = world.robot, np.array(self._others)
@@ -290,7 +291,7 @@ class SimulatedExecutor:
         self._effort = whole.limits.effort
 
     def _count(self, begin: float, duration: float) -> None:
-        """Count contacts from now on, by a clock that shows 0 at the begin."""
+        """Count contacts from now on, on a clock that shows 0 at the begin."""
         allowances = self._world.allowances
         self._begin = begin
         self._plant.data.time = self._steps * self.period - begin
@@ -326,32 +327,32 @@ class SimulatedExecutor:
     def _moves_itself(
         self, followed: Floats, rates: Floats, touching: Mapping[tuple[str, str], float]
     ) -> bool:
-        """Say whether the robot moves, and not only because it was run into where it stood."""
+        """Return whether the robot moves, other than being pushed at rest."""
         if np.abs(followed[1]).max() > MOVING:
             self._pushed = False
             return True
         if np.abs(rates).max() > MOVING:
             return not self._pushed
-        # What may touch the robot holds it, or is held: it does not push it away.
+        # Objects with allowed contact hold the robot or are held; they do not push it.
         allowed = [allowance.pair for allowance in self._world.allowances]
         self._pushed = any(frozenset(pair) not in allowed for pair in touching)
         return False
 
     def _commanded(self) -> Floats:
-        """Return where the joints have to be now, shape (3, n): what is spliced in begins later."""
-        if self._asked[0] != self._steps:
-            self._asked = (self._steps, self.committed(self._steps * self.period))
-        return self._asked[1]
+        """Return the commanded state now, shape (3, n); a motion spliced in begins later."""
+        if self._reference[0] != self._steps:
+            self._reference = (self._steps, self.committed(self._steps * self.period))
+        return self._reference[1]
 
     def _followed(self, now: float) -> Floats:
-        """Return where the motors drive the joints to, shape (3, n)."""
+        """Return the reference of the controller, shape (3, n)."""
         if self._braked is not None:
-            places, rates = self._braked
+            positions, rates = self._braked
             rates = BRAKE * rates
-            self._braked = np.stack((places + self.period * rates, rates))
+            self._braked = np.stack((positions + self.period * rates, rates))
             return np.stack((*self._braked, np.zeros(len(rates))))
-        # MuJoCo moves joints by their velocity at the end of a step, so it follows exactly the differences of
-        # the places from step to step, not the rates at the instants.
+        # MuJoCo moves joints by their velocity at the end of a step, so the reference consists of differences
+        # of positions from step to step, not of instantaneous velocities.
         here, after = self._commanded()[0], self.committed(now + self.period)[0]
         rates = (here - self._before) / self.period
         self._before = here

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.driving.motion_guard import MotionGuard
-from trajopt.driving.servo_program import Braking, Surroundings
+from trajopt.driving.servo_program import ApproachQuery, Braking
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import stop_from, stopping_motion, with_jerk
 from trajopt.planning import on_the_way
@@ -129,10 +129,10 @@ def evading_stops(
     state = np.stack([ahead(0.0, order) for order in range(3)])
     limits = with_jerk(here.limits)
     reduced = reduce_model(world.scene, guard.problem.group, guard.problem.start_positions)
-    around = Surroundings(reduced, Braking(limits, SAMPLE_TIME), guard.options.distance_error)
+    around = ApproachQuery(reduced, Braking(limits, SAMPLE_TIME), guard.options.distance_error)
     for share in MEASURED_AT:
         there = np.stack((stop(share * stop.duration), state[1], np.zeros(len(state[1]))))
-        near = around.approach(there, world.clock(begin + share * stop.duration))
+        near = around.limits(there, world.clock(begin + share * stop.duration))
         if not len(near.jacobian):
             continue
         gains = near.jacobian * limits.acceleration

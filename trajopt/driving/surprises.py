@@ -1,4 +1,4 @@
-"""Surprises: what happens in the world while a robot is driven, and nobody said so before.
+"""Surprises: unannounced changes of the world while a robot is driven, from a file or drawn at random.
 
 A file, YAML or JSON, lists them:
 
@@ -6,12 +6,21 @@ A file, YAML or JSON, lists them:
       - object: crate                                    # new, with a shape; or one of the scene, which moves
         at: 0.4                                          # [s]
         position: [0.4, 0.1, 0.2]                        # in the world [m]
-        orientation: [0, 0, 0, 1]                        # (x, y, z, w); upright where left out
+        orientation: [0, 0, 0, 1]                        # (x, y, z, w); upright if omitted
         shape: {type: box, dimensions: [0.1, 0.1, 0.1]}  # as in MoveIt's files
-        leaves: 2.5                                      # is gone from then on; stays where left out
+        leaves: 2.5                                      # disappears then; stays if omitted
     sensors: {delay: 0.01, noise: 0.0002}                # [s], [rad | m]
     faults:
       - {kind: stuck, joint: panda_joint4, begin: 0.3, end: 9.0}
+
+A random surprise is a box that appears on the path ahead of the robot. The motion to the goal is planned in
+the known world. A time is drawn uniformly from its first nine tenths, and a later time of the motion, at
+least `NOTICE` after the robot could have come to rest. The box appears at the first time, at the place of the
+tip of the group (of one of them, if it has several) at the second. Its edges are drawn from 4 to 12 cm, it is
+turned about the vertical by any angle, and displaced from the tip by up to half an edge along each axis. It
+is drawn again while it is within `ROOM_TO_REST` of the robot, or of an attached object, at that time, on the
+way to rest, at the start or at the goal: no robot could avoid the first, or reach its goal with the others. A
+supervised robot begins to move up to `BEHIND` late, so this time before is included.
 """
 
 from collections.abc import Sequence
@@ -50,14 +59,14 @@ OBJECT_FIELDS = ("object", "at", "position", "orientation", "shape", "leaves")
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Surprise(Value):
-    """An object that appears, or moves at once.
+    """An object that appears, or changes its place instantly.
 
     Attributes:
-        name: Of a new object, which has a shape, or of one of the scene, which is moved.
-        at: When [s].
-        placement: Where it is from then on, in the world.
-        shape: Of a new object; None where it is one of the scene.
-        leaves: When it is gone [s].
+        name: Name of a new object, which has a shape, or of an object of the scene, which is moved.
+        at: Time of the change [s].
+        placement: Placement in the world from then on.
+        shape: Shape of a new object; None for an object of the scene.
+        leaves: Time at which it disappears [s].
     """
 
     name: str
@@ -70,12 +79,12 @@ class Surprise(Value):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Surprises(Value):
-    """Everything that happens unannounced.
+    """All unannounced changes of a run.
 
     Attributes:
-        objects: What appears or moves.
-        sensors: How late and how exactly the robot is measured; objects are seen as late.
-        faults: What goes wrong with the robot.
+        objects: Objects that appear or move.
+        sensors: Delay and noise of measurements of the robot; objects are seen with the same delay.
+        faults: Faults of the robot.
     """
 
     objects: Sequence[Surprise] = ()
@@ -84,19 +93,19 @@ class Surprises(Value):
 
     @property
     def times(self) -> tuple[float, ...]:
-        """When the world changes, in order [s]."""
+        """Times of the changes, in order [s]."""
         both = {time for each in self.objects for time in (each.at, each.leaves) if time < inf}
         return tuple(sorted(both))
 
     @checked
     def world(self, scene: Scene) -> Scene:
-        """Return the world as it really is: by the clock, which shows 0 when the robot begins.
+        """Return the real world over time; its clock shows 0 at the start of the robot.
 
         Args:
-            scene: What is known before.
+            scene: The world as known before.
 
         Raises:
-            ModelError: If what moves is not in the scene, or what appears is there already.
+            ModelError: If a moved object is not in the scene, or a new one is.
         """
         for each in self.objects:
             if each.shape is not None:
@@ -111,11 +120,11 @@ class Surprises(Value):
 
     @checked
     def seen(self, scene: Scene, time: float) -> Scene:
-        """Return the world as somebody sees it who looks at it at a time [s].
+        """Return the world as seen at a time.
 
         Args:
-            scene: What is known before.
-            time: On the clock [s].
+            scene: The world as known before.
+            time: On the clock of the run [s].
         """
         for each in self.objects:
             if each.leaves <= time:
@@ -132,10 +141,10 @@ NONE = Surprises()
 
 @checked
 def read_surprises(path: Path | str) -> Surprises:
-    """Read surprises from a file; the module says what it holds.
+    """Read surprises from a file in the format of this module.
 
     Raises:
-        FileFormatError: If the file does not say what it must.
+        FileFormatError: If the file does not have this format.
     """
     document = read_document(path).only(FIELDS)
     sensors = document["sensors"].only(("delay", "noise"))
@@ -183,51 +192,50 @@ def _fault(entry: Node) -> Fault:
 
 
 NOTICE = 0.15
-"""Between rest, if the robot stopped at once, and where the box is in its way [s]: what is seen is late, and
-so is what is commanded."""
+"""Time between the rest of a robot that stops immediately and its arrival at the box [s], for the delays of
+sensors and commands."""
 BEHIND = SupervisorOptions().ahead
-"""So far may a robot be behind the clock of the motion when the box appears [s]."""
+"""Largest delay of a robot behind the clock of the motion when the box appears [s]."""
 ROOM_TO_REST = 0.02
-"""Between the box and the robot where it cannot be elsewhere any more [m]."""
+"""Least distance between the box and the robot where it can no longer avoid it [m]."""
 EDGES = (0.04, 0.12)
 """Least and largest edge of the box [m]."""
 DRAWS = 200
-"""So many boxes are drawn at most."""
+"""Largest number of boxes drawn."""
 STOP_STEP = 0.02
-"""Time between two places on the way to rest at which the box must be clear of the robot [s]: at 1 m/s as far
-as it has to be away."""
+"""Time between checked configurations on the way to rest [s]: `ROOM_TO_REST` at 1 m/s."""
 
 
 @checked
 def undisturbed(problem: Problem, *, tolerance: float = TOLERANCE) -> Trajectory:
-    """Return the motion that a supervisor drives if nothing happens, for `random_surprise`.
+    """Return the motion of a supervisor without surprises, for `random_surprise`.
 
-    It keeps farther away than `plan` has to, by how far the robot can be off where it has to be.
+    Unlike `plan` it keeps a margin for the tracking error.
 
     Args:
-        problem: What is asked.
-        tolerance: How far each joint may be from where it has to be [rad | m].
+        problem: The problem.
+        tolerance: Largest tracking error of each joint [rad | m].
 
     Raises:
-        PlanningFailed: If there is none.
+        PlanningFailed: If there is no plan.
     """
     driven = driven_joints(problem.scene.robot)
     guard = guard_within(problem, driven, np.full(len(driven), tolerance))
-    roomy = with_tracking_margin(problem.scene, guard.options.distance_error)
-    return plan(replace(problem, scene=roomy)).require().trajectory
+    scene = with_tracking_margin(problem.scene, guard.options.distance_error)
+    return plan(replace(problem, scene=scene)).require().trajectory
 
 
 @checked
 def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprises:
-    """Draw a surprise on the way of a motion; the module says how.
+    """Draw a box on the path of a motion, by the rule of this module.
 
     Args:
         problem: The problem that the motion solves.
-        motion: The motion, from the clock's 0.
-        seed: The same surprise every time.
+        motion: The motion, which begins at time 0.
+        seed: Equal seeds draw equal surprises.
 
     Raises:
-        ProblemError: If no box of all that are drawn leaves the robot a way to rest.
+        ProblemError: If none of the drawn boxes leaves the robot a way to rest.
     """
     rng, stops = np.random.default_rng(seed), StopsAlong(motion, problem.limits)
     scene, reduced = problem.scene, problem.reduced
@@ -254,12 +262,12 @@ def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprise
         if has_room(problem, box, np.concatenate(kept)):
             return Surprises(objects=(box,))
     raise ProblemError(
-        f"none of {DRAWS} random boxes leaves the robot a way to rest: the motion is too short"
+        f"none of {DRAWS} random boxes leaves the robot a way to rest; the motion is too short"
     )
 
 
 def has_room(problem: Problem, box: Surprise, configurations: Floats) -> bool:
-    """Say whether robot and load are `ROOM` away from a box at configurations of shape (s, n)."""
+    """Return whether robot and load keep `ROOM_TO_REST` from a box at configurations, shape (s, n)."""
     known = problem.scene
     carried = {name: item for name, item in known.objects.items() if known.part(name) is Part.CARRIED}
     alone = replace(known, objects=carried)

@@ -1,6 +1,6 @@
-"""Simulation in MuJoCo: the same robot and scene under physics, and pictures of them.
+"""Simulation in MuJoCo: physics of robot and scene, and pictures of them.
 
-Importing this package does not import MuJoCo; calling one of its functions does.
+MuJoCo is imported when a function is called.
 """
 
 from trajopt.simulation.camera import CameraView as CameraView
@@ -13,7 +13,7 @@ from trajopt.simulation.options import SimulationOptions as SimulationOptions
 from trajopt.simulation.phases import simulate_phases as simulate_phases
 from trajopt.simulation.rendering import Layout as Layout
 from trajopt.simulation.rendering import render as render
-from trajopt.simulation.rollout import Contact as Contact
+from trajopt.simulation.rollout import ContactInterval as ContactInterval
 from trajopt.simulation.rollout import Phase as Phase
 from trajopt.simulation.rollout import PoseError as PoseError
 from trajopt.simulation.rollout import Rollout as Rollout

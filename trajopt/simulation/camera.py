@@ -1,4 +1,4 @@
-"""Cameras: how near one may be for all of a motion to be in view, and where points are in its picture."""
+"""Cameras: the smallest distance from which a whole motion is in view, and coordinates in a picture."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import Plane, bounding_box
 
 FIELD_OF_VIEW = np.deg2rad(36.0)
-"""Vertical opening of the camera [rad]."""
+"""Vertical field of view of the camera [rad]."""
 BORDER = 1.04
-"""An automatic camera is this much farther away than it must be."""
+"""Factor on the distance of an automatic camera."""
 NEAREST = 0.05
-"""How near an automatic camera may be to what it looks at [m]."""
+"""Least distance of an automatic camera [m]."""
 SURROUNDINGS = 0.1
-"""How far around the motion objects are in view, as a share of its size: the motion fills the picture."""
+"""Margin around the motion in which objects are in view, as a share of its size."""
 
 
 @checked
@@ -29,8 +29,8 @@ class CameraView(Value):
     Attributes:
         target: The point it looks at, shape (3,) in the world [m].
         distance: From the camera to the point [m].
-        azimuth: Direction it looks along, about z from x [rad].
-        elevation: Of that direction above the horizon [rad]; negative looks down.
+        azimuth: Viewing direction, about z from x [rad].
+        elevation: Viewing direction above the horizon [rad]; negative looks down.
     """
 
     target: Floats
@@ -45,12 +45,12 @@ class CameraView(Value):
 
 
 def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float) -> CameraView:
-    """Return the nearest camera of a direction that has all points in view.
+    """Return the nearest camera with a viewing direction that has all points in view.
 
     Args:
         points: In the world, shape (k, 3) [m].
-        azimuth: Direction it looks along, about z from x [rad].
-        elevation: Of that direction above the horizon [rad].
+        azimuth: Viewing direction, about z from x [rad].
+        elevation: Viewing direction above the horizon [rad].
         aspect: Width of the picture over its height.
     """
     axes = _axes(azimuth, elevation)
@@ -60,24 +60,24 @@ def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float
     for _ in range(8):
         depth, across = _project(points - target, axes)
         distance = max(float((np.abs(across) / slope - depth[:, None]).max()), NEAREST)
-        # Shift the target to the middle of what is seen, and look again.
-        seen = across / (distance + depth)[:, None]
-        middle = (seen.min(axis=0) + seen.max(axis=0)) / 2 * distance
+        # Shift the target to the middle of the picture, and repeat.
+        drawn = across / (distance + depth)[:, None]
+        middle = (drawn.min(axis=0) + drawn.max(axis=0)) / 2 * distance
         target = target + middle @ axes[1:]
     return CameraView(readonly(target), distance * BORDER, azimuth, elevation)
 
 
 def picture_coordinates(view: CameraView, points: Floats) -> Floats:
-    """Return where points are in a picture, right and up from its middle, (k, 3) in the world -> (k, 2).
+    """Return coordinates right and up from the middle of a picture, (k, 3) in the world -> (k, 2).
 
-    In units of the distance from the camera: 1 is at half a right angle.
+    They are tangents of the viewing angles: 1 is at 45 degrees.
     """
     depth, across = _project(points - view.target, _axes(view.azimuth, view.elevation))
     return across / np.maximum(view.distance + depth, NEAREST)[:, None]
 
 
 def outermost(points: Floats) -> Floats:
-    """Return those of the points (k, 3) that a camera must have in view to see all; all of them if flat."""
+    """Return the vertices of the convex hull of points (k, 3); all points if they are flat."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
     try:
@@ -93,22 +93,22 @@ def visible_points(
     times: Floats | None = None,
     always: Collection[str] = (),
 ) -> Floats:
-    """Return corners of what must be in view: the robot during the motion, and the objects right around it.
+    """Return corners of the region that must be in view: the moving robot and the objects close to it.
 
-    Objects are cut to the box around the motion and its surroundings; half-spaces do not count.
+    Objects are clipped to the box around the motion and its margin; half-spaces do not count.
 
     Args:
         reduced: Robot and scene.
         configurations: Positions of the group along the motion, shape (k, n) [rad | m].
-        times: Of these configurations, shape (k,) [s]; 0 where left out.
-        always: Objects that must be in view as a whole, wherever they are.
+        times: Of these configurations, shape (k,) [s]; 0 if omitted.
+        always: Objects that must be entirely in view, at any place.
 
     Returns:
         Shape (m, 3) in the world [m].
     """
-    from trajopt.simulation.changing import Changing  # MuJoCo takes a second to import
+    from trajopt.simulation.dynamic_scene import DynamicScene  # importing MuJoCo takes a second
 
-    scene, changing = reduced.scene, Changing.of(reduced)
+    scene, changing = reduced.scene, DynamicScene.of(reduced)
     shown = [b for b in (*scene.robot.bodies, *scene.object_bodies()) if not isinstance(b.shape, Plane)]
     moved: list[Floats] = []
     still: list[Floats] = []
@@ -118,7 +118,7 @@ def visible_points(
         frames = {body.frame: scene.placement_of(body.frame, place) for body in shown}
         moved.append(np.array([scene.placement_of(link, place).translation for link in scene.robot.links]))
         for body in shown:
-            if not changing.there(body.owner, time):
+            if not changing.present(body.owner, time):
                 continue
             points = frames[body.frame] * (body.placement * _corners(*bounding_box(body.shape)))
             points = changing.moved(body.owner, time) * points
@@ -138,13 +138,13 @@ def visible_points(
 
 
 def _corners(lower: Floats, upper: Floats) -> Floats:
-    """Corners of a box along the axes, shape (8, 3)."""
+    """Return the corners of an axis-aligned box, shape (8, 3)."""
     choice = np.indices((2, 2, 2)).reshape(3, 8).T
     return np.where(choice, upper, lower)
 
 
 def _axes(azimuth: float, elevation: float) -> Floats:
-    """Directions forward, right and up of a camera, shape (3, 3), one a row."""
+    """Return the directions forward, right and up of a camera as rows, shape (3, 3)."""
     level, rise = np.cos(elevation), np.sin(elevation)
     along, aside = np.cos(azimuth), np.sin(azimuth)
     return np.array(
@@ -157,6 +157,6 @@ def _axes(azimuth: float, elevation: float) -> Floats:
 
 
 def _project(offsets: Floats, axes: Floats) -> tuple[Floats, Floats]:
-    """Depth (k,) and coordinates right and up (k, 2) of offsets from the target."""
+    """Return depth (k,) and coordinates right and up (k, 2) of offsets from the target."""
     local = offsets @ axes.T
     return local[:, 0], local[:, 1:]

@@ -1,4 +1,4 @@
-"""A depth camera in MuJoCo: what it would measure of a scene, exactly, or as a real one does."""
+"""A depth camera in MuJoCo: exact depths of a scene, or with the flaws of a real camera."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -20,14 +20,13 @@ if TYPE_CHECKING:
 @checked
 @dataclass(frozen=True)
 class Flaws(Value):
-    """What a real depth camera does beside noise.
+    """Flaws of a real depth camera in addition to noise.
 
     Attributes:
-        beyond: Noise beyond so many standard deviations does not occur [standard deviations]. Infinite for
-            a normal distribution as it is.
-        lost: Share of pixels that measure nothing, anywhere.
-        edge: A pixel measures nothing where the depth changes from it to a neighbour by more than this [m].
-        grazing: Nor where the surface is steeper than this to its ray [rad], from facing it.
+        beyond: Bound of the noise [standard deviations]; infinite for an unbounded normal distribution.
+        lost: Share of random pixels without a measurement.
+        edge: A pixel has no measurement if its depth differs from a neighbour's by more than this [m].
+        grazing: Largest angle between ray and surface normal with a measurement [rad].
     """
 
     beyond: float = 3.0
@@ -39,36 +38,35 @@ class Flaws(Value):
         """Check the numbers."""
         at_least(self, 0.0, "beyond", "lost", "edge", "grazing")
         if self.lost > 1.0:
-            raise ProblemError(f"Flaws: lost must be a share, is {self.lost:g}")
+            raise ProblemError(f"Flaws: lost must be from 0 to 1, is {self.lost:g}")
 
 
 FLAWLESS = Flaws()
 
 
 class DepthCamera:
-    """A depth camera among a robot and objects; use it in a `with` statement.
+    """A depth camera in a scene; use it in a `with` statement.
 
-    It sees what pictures show: the robot's visual meshes, and the shapes of objects; no floor that the scene
-    does not have.
+    It sees the visual meshes of the robot and the shapes of objects, without the floor of pictures.
     """
 
     def __init__(self, scene: Scene, group: str, camera: Camera) -> None:
-        """Set it up.
+        """Prepare the camera.
 
         Args:
-            scene: The robot among objects, as they really are.
-            group: The group whose joints move between two measurements; others cost more time.
-            camera: The camera; its lens bends nothing.
+            scene: Robot and real objects.
+            group: Group whose joints move between measurements; other joints cost more time.
+            camera: The camera, without lens distortion.
 
         Raises:
-            ProblemError: If its lens bends rays: it is drawn as a pinhole.
-            FrameNotFound: If the scene has no such frame as the camera is fixed on.
+            ProblemError: If the camera has lens distortion.
+            FrameNotFound: If the frame of the camera does not exist.
         """
         self._scene, self._group = one_of("scene", scene, Scene), one_of("group", group, str)
         self._camera = one_of("camera", camera, Camera)
         if not camera.intrinsics.lens.straight:
             raise ProblemError(
-                "camera: its lens bends rays, and pictures are drawn as by a pinhole: leave it out"
+                "camera has lens distortion, but pictures are drawn by a pinhole camera; leave out the lens"
             )
         scene.robot.group(group)
         scene.holder(camera.frame)
@@ -85,14 +83,14 @@ class DepthCamera:
             self._drawn = None
 
     def exact(self, positions: Floats) -> Singles:
-        """Return the depths along its axis, shape (height, width) [m]; infinite where nothing is in range.
+        """Return the depths along its axis, shape (height, width) [m]; infinite if nothing is in range.
 
         Args:
             positions: Of all joints, shape (number of joints,) [rad | m].
 
         Raises:
-            RenderingUnavailable: If no OpenGL works here.
-            ShapeError: If there is not one finite position for each joint.
+            RenderingUnavailable: If OpenGL does not work.
+            ShapeError: If a joint does not have exactly one finite position.
         """
         at = floats("positions", positions, (len(self._scene.robot.joint_names),))
         reduced = reduce_model(self._scene, self._group, at)
@@ -107,16 +105,16 @@ class DepthCamera:
 
     @checked
     def measure(self, positions: Floats, rng: np.random.Generator, flaws: Flaws = FLAWLESS) -> Singles:
-        """Return the depths with the camera's noise, not a number where it measures nothing.
+        """Return the depths with the noise of the camera; NaN for pixels without a measurement.
 
         Args:
-            positions: As of `exact`.
-            rng: Draws noise and losses.
-            flaws: What goes wrong beside noise.
+            positions: As for `exact`.
+            rng: Generator of noise and losses.
+            flaws: Flaws in addition to noise.
 
         Raises:
-            RenderingUnavailable: If no OpenGL works here.
-            ShapeError: If there is not one finite position for each joint.
+            RenderingUnavailable: If OpenGL does not work.
+            ShapeError: If a joint does not have exactly one finite position.
         """
         exact = self.exact(positions)
         seen = np.isfinite(exact)
@@ -131,7 +129,7 @@ class DepthCamera:
         return measured.astype(np.float32)
 
     def _fixed(self, reduced: ReducedModel) -> Floats:
-        """Return the positions of what the group does not move."""
+        """Return the positions of the joints that the group does not move."""
         others = [
             count
             for count, name in enumerate(self._scene.robot.joint_names)
@@ -141,7 +139,7 @@ class DepthCamera:
 
 
 def _lost(depth: Floats, camera: Camera, flaws: Flaws) -> NDArray[np.bool_]:
-    """Say which pixels measure nothing because of what they look at."""
+    """Return a mask of the pixels without a measurement due to edges and grazing surfaces."""
     lost = np.zeros(depth.shape, dtype=np.bool_)
     steps = np.zeros(depth.shape)
     for axis in (0, 1):
@@ -151,6 +149,6 @@ def _lost(depth: Floats, camera: Camera, flaws: Flaws) -> NDArray[np.bool_]:
         for side in (before, after):
             lost[side] |= change > flaws.edge
             steps[side] = np.maximum(steps[side], change)
-    # A surface that turns away by this angle recedes by so much from one pixel to the next.
+    # At this angle between ray and normal the depth changes by this step between pixels.
     lens = camera.intrinsics
     return lost | (steps > depth / max(lens.fx, lens.fy) * np.tan(min(flaws.grazing, 1.57)))

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from trajopt.simulation.plant import Plant
 
 MOST_STEPS = 1_000_000
-"""Most steps of one simulation: they take about a minute and 0.5 GB."""
+"""Largest number of steps: about a minute and 0.5 GB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The reference to follow, at every step.
+    """The reference of the controller at every step.
 
     Attributes:
         times: Shape (k,) [s].
@@ -47,20 +47,20 @@ class Reference:
 
 
 def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Reference:
-    """Sample a trajectory and the rest after it.
+    """Sample a trajectory, and the hold at its end.
 
     Args:
-        trajectory: Of the group's joints, in its order.
+        trajectory: Of the group's joints, in their order.
         dt: Time step [s].
-        settling_time: How long the end is held [s].
+        settling_time: Time for which the end is held [s].
 
     Raises:
-        ProblemError: If that takes more than a million steps.
+        ProblemError: If there are more than a million steps.
     """
     if (trajectory.duration + settling_time) / dt > MOST_STEPS:
         raise ProblemError(
-            f"to simulate {trajectory.duration + settling_time:g} s in steps of {dt:g} s takes more than "
-            f"{MOST_STEPS} steps: simulate a part (`Trajectory.between`), or take longer steps"
+            f"{trajectory.duration + settling_time:g} s in steps of {dt:g} s are over {MOST_STEPS} steps; "
+            "simulate a part (`Trajectory.between`), or use longer steps"
         )
     count = int(np.ceil((trajectory.duration + settling_time) / dt - 1e-9))
     times = dt * np.arange(count + 1, dtype=np.float64)
@@ -69,11 +69,11 @@ def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Refere
 
 
 class ComputedTorque:
-    """Torques that make the tracking error e a damped oscillator: e'' + 2 z w e' + w^2 e = 0.
+    """Computed-torque control: the tracking error e satisfies e'' + 2 z w e' + w^2 e = 0.
 
-    The torque is rnea(q, q', q''_planned + 2 z w e' + w^2 e): the feed-forward along the trajectory
-    plus proportional and derivative gains w^2 M(q) and 2 z w M(q). Gains in proportion to the
-    diagonal of M alone are unstable on arms whose last joints move little inertia (the Panda's).
+    The torque is rnea(q, q', q''_planned + 2 z w e' + w^2 e): a feed-forward along the trajectory, and gains
+    w^2 M(q) and 2 z w M(q). Gains in proportion to the diagonal of M alone are unstable for arms whose last
+    joints move little inertia, such as the Panda.
 
     Source: Siciliano et al., Robotics, 2009, section 8.5.2.
     """
@@ -82,7 +82,7 @@ class ComputedTorque:
         """Prepare the controller.
 
         Args:
-            reduced: The reduced model; its own dynamics are what the controller knows.
+            reduced: The reduced model; the controller uses its dynamics.
             options: Natural frequency and damping ratio.
         """
         self._reduced = reduced
@@ -92,33 +92,33 @@ class ComputedTorque:
         self._driven = [reduced.model.getJointId(name) - 1 for name in reduced.joint_names]
 
     def group(self, values: Floats) -> Floats:
-        """Take the group's joints from the model's."""
+        """Return the values of the group's joints."""
         return values[self._driven]
 
     def __call__(self, followed: Floats, positions: Floats, velocities: Floats) -> Floats:
         """Return the commanded torques, shape (n,) [Nm | N].
 
         Args:
-            followed: Positions, velocities and accelerations of the group to follow now, shape (3, n).
+            followed: Reference positions, velocities and accelerations of the group, shape (3, n).
             positions: Of all joints of the model [rad | m].
             velocities: Of all joints of the model [rad/s | m/s].
         """
         reduced = self._reduced
-        wanted = (
+        accelerations = (
             followed[2]
             + self._damping * (followed[1] - velocities[self._driven])
             + self._stiffness * (followed[0] - positions[self._driven])
         )
         q = configuration(reduced.model, positions)
-        torques = pin.rnea(reduced.model, self._data, q, velocities, reduced.mimic_matrix @ wanted)
+        torques = pin.rnea(reduced.model, self._data, q, velocities, reduced.mimic_matrix @ accelerations)
         return reduced.mimic_matrix.T @ torques
 
 
 def in_group_order(reduced: ReducedModel, trajectory: Trajectory) -> Trajectory:
-    """Return the trajectory with its joints in the group's order.
+    """Return a trajectory with its joints in the order of the group.
 
     Raises:
-        ModelError: If its joints are not the group's.
+        ModelError: If its joints differ from those of the group.
     """
     if trajectory.joint_names == reduced.joint_names:
         return trajectory
@@ -139,17 +139,16 @@ def in_group_order(reduced: ReducedModel, trajectory: Trajectory) -> Trajectory:
 
 
 BLOWN_UP = 1e4
-"""Joint speed [rad/s | m/s] beyond which a simulation has diverged."""
+"""Joint speed above which a simulation has diverged [rad/s | m/s]."""
 
 
 @checked
 def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
     """Return the MuJoCo model of a reduced model.
 
-    Joints keep their names; each has a motor of its name if the group drives it, limited to its
-    effort; joints that mimic another are held by a stiff constraint. Exactly the pairs that the
-    scene does not excuse can collide. Joint friction and damping are left out, as in pinocchio's
-    inverse dynamics.
+    Joints keep their names. Each joint of the group has a motor of its name, with its effort limit; joints
+    that mimic another are coupled by a stiff constraint. All pairs can collide except those that the scene
+    allows. Joint friction and damping are omitted, as in the inverse dynamics of Pinocchio.
 
     Raises:
         ModelError: If a shape cannot be built.
@@ -173,27 +172,27 @@ def simulate(
 ) -> Rollout:
     """Execute a plan in MuJoCo, or any trajectory of a reduced model.
 
-    The robot starts in the trajectory's first position and velocity, follows it under a
-    computed-torque controller whose motors give at most the group's effort limits (infinite ones
-    are never reached), and holds the end for the settling time. It knows its own masses and what it carries
-    exactly, so errors come from torque limits, contacts, or jumps in the trajectory. What changes with time
-    is there at its times, exactly on its track, and yields to nothing.
+    The robot starts in the first position and velocity of the trajectory, follows it under a computed-torque
+    controller within the effort limits of the group, and holds the end for the settling time. The controller
+    knows the masses of robot and attached objects exactly, so errors are due to torque limits, contacts or
+    jumps of the trajectory. Dynamic obstacles are present at their times, exactly on their tracks, and do not
+    yield.
 
-    A robot of which a joint moves no mass, as its description has no inertias, is put where the plan has it
-    at each time instead: contacts are found, but torques are zero, and a note says so.
+    If a joint moves no mass, as the description has no inertias, the robot is placed on its plan at each time
+    instead: contacts are found, torques are zero, and a note reports it.
 
     Args:
-        motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
-            Joints outside the group stand still.
-        trajectory: Of the group's joints, in any order; the plan's own when None.
+        motion: A plan, or a result with a plan; or the reduced model (robot and scene) of a trajectory.
+            Joints outside the group are at rest.
+        trajectory: Of the group's joints, in any order; the one of the plan if None.
         options: Step, gains, settling time.
 
     Raises:
         PlanningFailed: If the result has no plan.
-        ProblemError: If it takes more than a million steps.
-        ModelError: If the trajectory's joints are not the group's.
+        ProblemError: If there are more than a million steps.
+        ModelError: If the joints of the trajectory differ from those of the group.
     """
-    from trajopt.simulation.plant import Plant  # MuJoCo takes a second to import
+    from trajopt.simulation.plant import Plant  # importing MuJoCo takes a second
 
     reduced, trajectory = model_and_trajectory("simulate", motion, trajectory, ReducedModel)
     options = unless_none("options", options, SimulationOptions) or SimulationOptions()
@@ -216,15 +215,15 @@ def simulate(
         if step > 0 and not (np.abs(velocities) < BLOWN_UP).all():
             diverged = t
             break
-        asked = controller(followed.at(step), positions, velocities)
-        given = np.clip(asked, -reduced.limits.effort, reduced.limits.effort)
+        commanded = controller(followed.at(step), positions, velocities)
+        torques = np.clip(commanded, -reduced.limits.effort, reduced.limits.effort)
         if t <= trajectory.duration:
             errors.append(followed.positions[step] - controller.group(positions))
         if step % stride == 0 or step == last:
-            samples.append((t, controller.group(positions), controller.group(velocities), given))
+            samples.append((t, controller.group(positions), controller.group(velocities), torques))
         if step < last:
-            limited += options.dt * (given != asked)
-            log.record(t, plant.step(asked))
+            limited += options.dt * (torques != commanded)
+            log.record(t, plant.step(commanded))
     return Rollout(
         reduced,
         trajectory,
@@ -244,7 +243,7 @@ def _played(
     followed: Reference,
     options: SimulationOptions,
 ) -> Rollout:
-    """Put the robot where a trajectory has it at each time, without dynamics."""
+    """Place the robot on a trajectory at each time, without dynamics."""
     log = ContactLog(reduced.scene.allowances, trajectory.duration)
     plant.reset(followed.positions[0], followed.velocities[0])
     for t, positions, velocities in zip(
@@ -255,8 +254,8 @@ def _played(
     stored = sorted({*range(0, last, stride), last})
     exact = readonly(np.zeros(len(reduced.joint_names)))
     without = (
-        f"the motion is played without dynamics: joint {plant.massless} moves no mass; "
-        "with an <inertial> for the links beyond it torques and tracking are simulated too"
+        f"the motion is played without dynamics, as joint {plant.massless} moves no mass; "
+        "add <inertial> to the links beyond it to simulate torques and tracking"
     )
     return Rollout(
         reduced,

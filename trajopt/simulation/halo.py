@@ -1,4 +1,4 @@
-"""Halo: the surface of everything within a distance of a shape, to draw how well its place is known."""
+"""Halo: the surface at a distance around a shape, which shows its position error in pictures."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,20 +15,20 @@ from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
 DIVISIONS = 12
-"""Pieces of each edge of the octahedron that a ball is made from: a multiple of 2 and 3, so that edges and
-corners of boxes have points of their own."""
+"""Divisions of each edge of the octahedron from which a ball is made: a multiple of 2 and 3, so that edges
+and corners of boxes have points."""
 
 THINNEST = 3e-3
-"""Thinner ones are not drawn [m]: on the surface itself they would be speckles."""
+"""Thinner halos are not drawn [m]: they would flicker with the surface itself."""
 
 
 @dataclass(frozen=True, eq=False)
 class Halo(Value):
-    """A surface that grows outward from a body; the body's convex hull where it is not convex.
+    """A surface at a variable distance around a body, or around its convex hull.
 
     Attributes:
-        nearest: Where each of its points is when it has not grown yet, in the body's frame, shape (n, 3) [m].
-        outward: Unit vectors along which the points go, shape (n, 3).
+        nearest: Points at distance 0, in the frame of the body, shape (n, 3) [m].
+        outward: Unit vectors of their displacements, shape (n, 3).
         faces: Outward triangles, shape (m, 3).
     """
 
@@ -37,7 +37,7 @@ class Halo(Value):
     faces: Ints
 
     def grown(self, distance: float) -> Floats:
-        """Return where its points are when it has grown by a distance, shape (n, 3) [m]."""
+        """Return its points at a distance, shape (n, 3) [m]."""
         return self.nearest + distance * self.outward
 
 
@@ -45,8 +45,8 @@ def halo(shape: Shape, where: Placement) -> Halo:
     """Return the halo of a shape.
 
     Args:
-        shape: The shape; not a half-space, whose halo is another half-space.
-        where: Its placement in the frame that the halo is told in.
+        shape: The shape, not a half-space.
+        where: Its placement in the frame of the halo.
     """
     ball = _ball()
     directions = ball.vertices
@@ -56,15 +56,12 @@ def halo(shape: Shape, where: Placement) -> Halo:
 
 
 def has_halo(body: FixedBody) -> bool:
-    """Say whether a body has a halo: all but half-spaces."""
+    """Return whether a body has a halo: all except half-spaces."""
     return not isinstance(body.shape, Plane)
 
 
 def _farthest(shape: Shape, directions: Floats) -> Floats:
-    """Return the point of a shape that is farthest along each direction, shape (n, 3) [m].
-
-    Of an edge or a face that is, it is the middle.
-    """
+    """Return support points of a shape by direction, shape (n, 3) [m]: of an edge or face the middle."""
     level = directions * (1.0, 1.0, 0.0)
     size = np.linalg.norm(level, axis=1, keepdims=True)
     aside = np.divide(level, size, out=np.zeros_like(level), where=size > 1e-12)
@@ -93,12 +90,12 @@ def _farthest(shape: Shape, directions: Floats) -> Floats:
         case Convex() | Mesh():
             return shape.vertices[(directions @ shape.vertices.T).argmax(axis=1)]
         case Plane():
-            raise AssertionError("a half-space has no farthest point")
+            raise AssertionError("a half-space has no support point")
 
 
 @cache
 def _ball() -> Convex:
-    """Return points of a unit ball: those of an octahedron whose edges are divided."""
+    """Return a unit ball, from an octahedron with divided edges."""
     grid = np.mgrid[-DIVISIONS : DIVISIONS + 1, -DIVISIONS : DIVISIONS + 1, -DIVISIONS : DIVISIONS + 1]
     points = grid.reshape(3, -1).T
     points = points[np.abs(points).sum(axis=1) == DIVISIONS].astype(np.float64)

@@ -1,4 +1,4 @@
-"""Drawing without a window: finds an OpenGL that works here, and reads pictures from it."""
+"""Drawing without a window: finds an OpenGL that works, and reads pictures from it."""
 
 import os
 import sys
@@ -19,21 +19,21 @@ Depths = NDArray[np.float32]
 
 
 def backends() -> tuple[str, ...]:
-    """Return the drawing backends that are worth trying here, best first.
+    """Return the drawing backends to try, the best first.
 
-    The environment variable MUJOCO_GL ("egl", "osmesa", "glfw", "cgl") decides alone when set.
-    Otherwise EGL, which needs no display; OSMesa where there is no EGL; and a hidden window.
+    The environment variable MUJOCO_GL ("egl", "osmesa", "glfw", "cgl") selects one. Otherwise these are EGL,
+    which needs no display, or OSMesa without EGL, and a hidden window.
     """
-    asked = os.environ.get("MUJOCO_GL", "").lower().strip()
-    if asked in ("egl", "osmesa", "glfw", "cgl"):
-        return (asked,)
-    if asked in ("disable", "disabled", "off", "false", "0"):
+    selected = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if selected in ("egl", "osmesa", "glfw", "cgl"):
+        return (selected,)
+    if selected in ("disable", "disabled", "off", "false", "0"):
         return ()
     if sys.platform == "darwin":
         return ("cgl", "glfw")
     found: list[str] = []
     if sys.platform.startswith("linux"):
-        # PyOpenGL binds to one of the two for good, so the second is no fallback of the first.
+        # PyOpenGL binds to one of the two permanently, so the second is not a fallback of the first.
         if find_library("EGL"):
             found.append("egl")
         elif find_library("OSMesa"):
@@ -44,13 +44,13 @@ def backends() -> tuple[str, ...]:
 
 
 def open_context(width: int, height: int) -> Any:
-    """Open an OpenGL context for pictures of up to this many pixels, and make it current.
+    """Open an OpenGL context for pictures up to a size [pixels], and make it current.
 
-    MuJoCo's own choice is made when it is imported, which is too late to be corrected; its
-    context classes are used directly instead.
+    MuJoCo selects its backend when it is imported, and cannot change it later; so its context classes are
+    used directly.
 
     Raises:
-        RenderingUnavailable: If none works.
+        RenderingUnavailable: If no backend works.
     """
     tried: list[str] = []
     for backend in backends():
@@ -65,23 +65,23 @@ def open_context(width: int, height: int) -> Any:
             if platform is None:
                 os.environ.pop("PYOPENGL_PLATFORM", None)
     if not tried and os.environ.get("MUJOCO_GL"):
-        tried.append(f"MUJOCO_GL={os.environ['MUJOCO_GL']} turns drawing off")
+        tried.append(f"MUJOCO_GL={os.environ['MUJOCO_GL']} disables drawing")
     raise RenderingUnavailable(tried)
 
 
 class Offscreen:
-    """An OpenGL context with a model's meshes and textures loaded; use it in a `with`."""
+    """An OpenGL context with the meshes and textures of a model; use it in a `with` statement."""
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
-        """Open the context; the model's offscreen buffer must be at least this large.
+        """Open the context; the offscreen buffer of the model must be at least as large as the pictures.
 
         Args:
-            model: MuJoCo's model.
+            model: Model of MuJoCo.
             width: Of the pictures [pixels].
             height: Of the pictures [pixels].
 
         Raises:
-            RenderingUnavailable: If there is no OpenGL.
+            RenderingUnavailable: If OpenGL does not work.
         """
         self._size = (width, height)
         self._context = open_context(width, height)
@@ -106,8 +106,8 @@ class Offscreen:
         self._resources.free()
         self._context.free()
 
-    def draw_anew(self, model: mujoco.MjModel, meshes: Iterable[int]) -> None:
-        """Take meshes of the model as they are now."""
+    def update_meshes(self, model: mujoco.MjModel, meshes: Iterable[int]) -> None:
+        """Load changed meshes of the model again."""
         for mesh in meshes:
             mujoco.mjr_uploadMesh(model, self._resources, mesh)
 
@@ -121,25 +121,24 @@ class Offscreen:
         return pixels[::-1]
 
     def depth(self, scene: mujoco.MjvScene, nearest: float, farthest: float) -> Depths:
-        """Draw how far away things are, shape (height, width), first row on top; in metres along the axis.
+        """Return depths along the axis of the camera, shape (height, width), first row on top [m].
 
         Args:
-            scene: What is drawn.
-            nearest: Depth of the plane before which nothing is drawn [m].
-            farthest: Depth of the plane behind which nothing is drawn, which is what is seen where nothing
-                is [m].
+            scene: The scene.
+            nearest: Depth of the near clipping plane [m].
+            farthest: Depth of the far clipping plane, which is the depth of empty pixels [m].
         """
         width, height = self._size
         rectangle = mujoco.MjrRect(0, 0, width, height)
         flags = mujoco.mjtRndFlag
         for flag in (flags.mjRND_SHADOW, flags.mjRND_REFLECTION, flags.mjRND_SKYBOX, flags.mjRND_HAZE):
             scene.flags[flag.value] = 0
-        # With 0 for far, the numbers near 0 are as fine as single precision has them.
+        # With 0 for the far plane, values near 0 have the full resolution of single precision.
         self._resources.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
         mujoco.mjr_render(rectangle, scene, self._resources)
         inverse = np.empty((height, width), dtype=np.float32)
         mujoco.mjr_readPixels(None, inverse, rectangle, self._resources)
-        # What is drawn is a (1 / depth - 1 / farthest) with a such that the nearest plane has 1.
+        # The buffer contains a (1 / depth - 1 / farthest), where a gives 1 at the near plane.
         share = inverse[::-1].astype(np.float64)
         depth = 1.0 / (share * (1.0 / nearest - 1.0 / farthest) + 1.0 / farthest)
         return depth.astype(np.float32)

@@ -1,4 +1,4 @@
-"""Options of a simulation, and the friction of a loose object."""
+"""Options of a simulation, and friction of a loose object."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,11 @@ class SimulationOptions:
 
     Attributes:
         dt: Time step of the physics and of the controller [s].
-        natural_frequency: Of the tracking controller's error [rad/s]: an error dies out in a few
-            1 / natural_frequency. 50 rad/s is what stiff industrial arms reach.
-        damping_ratio: Of the tracking controller's error; 1 is critical.
-        settling_time: How long the last position is held after the motion [s].
-        sample_period: Time between the stored samples [s], rounded to steps.
+        natural_frequency: Of the tracking error under the controller [rad/s]: an error decays in a few
+            1 / natural_frequency. Stiff industrial arms reach 50 rad/s.
+        damping_ratio: Of the tracking error; 1 is critical damping.
+        settling_time: Time for which the last position is held after the motion [s].
+        sample_period: Time between stored samples, rounded to steps [s].
     """
 
     dt: float = 0.002
@@ -26,16 +26,16 @@ class SimulationOptions:
     sample_period: float = 0.01
 
     def __post_init__(self) -> None:
-        """Check that each number can be used."""
+        """Check the numbers."""
         for name in ("dt", "natural_frequency", "damping_ratio", "sample_period"):
             if number(name, getattr(self, name)) <= 0.0:
                 raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")
         if number("settling_time", self.settling_time) < 0.0:
-            raise ShapeError("settling_time", f"is negative: {self.settling_time:g} s")
+            raise ShapeError("settling_time", f"must not be negative, is {self.settling_time:g} s")
         if self.dt * self.natural_frequency > 0.5:
             raise ShapeError(
                 "natural_frequency",
-                f"{self.natural_frequency:g} rad/s is too fast for steps of {self.dt:g} s; "
+                f"{self.natural_frequency:g} rad/s is too high for steps of {self.dt:g} s; "
                 "their product must not exceed 0.5",
             )
 
@@ -45,10 +45,10 @@ class Friction:
     """Friction of a loose object.
 
     Attributes:
-        pads: Coefficient between it and the fingers.
-        others: Coefficient between it and all else.
-        torsional: Of pads and all else, against turning about the normal: that of a patch of about
-            this radius [m].
+        pads: Coefficient between object and fingers.
+        others: Coefficient between object and other bodies.
+        torsional: Coefficient against turning about the normal, for all contacts: about the radius of the
+            contact patch [m].
     """
 
     pads: float = 0.8
@@ -59,4 +59,4 @@ class Friction:
         """Check the numbers."""
         for name in ("pads", "others", "torsional"):
             if number(name, getattr(self, name)) < 0.0:
-                raise ShapeError(name, f"is negative: {getattr(self, name):g}")
+                raise ShapeError(name, f"must not be negative, is {getattr(self, name):g}")

@@ -1,4 +1,4 @@
-"""Execution of motions one after the other in MuJoCo, with an object that only friction holds."""
+"""Execution of a sequence of motions in MuJoCo, with an object that is held by friction only."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -21,11 +21,10 @@ if TYPE_CHECKING:
     from trajopt.simulation.plant import Plant
 
 FINGER_INERTIA = 0.1
-"""Inertia of the fingers' drive, at each of their joints [kg | kg m^2]; without any, the fingers
-weigh so little that contact forces shake them."""
+"""Inertia of the drive at each finger joint [kg | kg m^2]; without it contacts shake the fingers."""
 COUPLING_IMPEDANCE = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""How stiffly fingers that mimic each other are coupled (MuJoCo's `solimp`): with its default, they give way
-by half a millimetre under 30 N."""
+"""Stiffness of the coupling of fingers that mimic each other (`solimp` of MuJoCo); with the default they
+yield by half a millimetre under 30 N."""
 
 
 @checked
@@ -40,24 +39,24 @@ def simulate_phases(
     friction: Friction,
     options: SimulationOptions,
 ) -> SequenceLog:
-    """Execute motions one after the other in MuJoCo, in one world with a loose object.
+    """Execute a sequence of motions in MuJoCo, with a loose object.
 
-    The controller follows each phase as `simulate` does and knows what its scene says is carried; whether
-    it really is depends on friction alone.
+    The controller follows each phase as `simulate` does, with the payload of the scene of the phase; whether
+    the object is really held depends on friction only.
 
     Args:
-        scene: The scene before, in which the object stands.
-        start: Positions of all joints before [rad | m].
+        scene: The initial scene, with the object.
+        start: Initial positions of all joints [rad | m].
         phases: The motions.
-        loose: The object.
-        fingers: Links with rubber on them.
-        driven_together: Joint of the fingers -> the one that it follows, with factor and offset, though the
-            robot's description couples them by no mimic: one drive moves them.
+        loose: Name of the object.
+        fingers: Links with rubber pads.
+        driven_together: Joint of the fingers -> the joint that it follows, with factor and offset, for joints
+            of one drive that the description does not couple by a mimic.
         friction: Of the object.
-        options: Step, gains, settling time, which follows the last phase.
+        options: Step, gains, and settling time after the last phase.
 
     Raises:
-        ModelError: If the object has no mass, or the robot none.
+        ModelError: If the object or the robot has no mass.
     """
     from trajopt.simulation.plant import Plant
     from trajopt.simulation.spec import add_loose, couple, describe
@@ -93,7 +92,7 @@ def simulate_phases(
 
 
 class _Run:
-    """A running simulation and what it has stored."""
+    """A running simulation and its stored samples."""
 
     def __init__(
         self,
@@ -119,7 +118,7 @@ class _Run:
         plant.reset(whole.start_positions, np.zeros(len(whole.joint_names)))
 
     def follow(self, index: int, phase: Phase, at: Floats, settling: float) -> Floats:
-        """Follow a phase from planned positions of all joints; return those at its end."""
+        """Follow a phase from planned positions of all joints; return the planned positions at its end."""
         options, plant, whole = self._options, self._plant, self._whole
         trajectory = in_group_order(phase.reduced, phase.trajectory)
         followed = reference(trajectory, options.dt, phase.rest + settling)
@@ -131,8 +130,8 @@ class _Run:
                 self.diverged = self._steps * options.dt
                 break
             self._store(index)
-            asked = controller(aimed.at(step), plant.positions, plant.velocities)
-            self._advance(press(t, asked))
+            torques = controller(aimed.at(step), plant.positions, plant.velocities)
+            self._advance(press(t, torques))
         return phase.reduced.all_positions(trajectory(trajectory.duration))
 
     def _store(self, phase: int) -> None:
@@ -144,11 +143,11 @@ class _Run:
             self._placements.append(plant.placement_of(self._loose))
             self._touching.append(self._last_touching)
 
-    def _advance(self, asked: Floats) -> None:
-        """Make a step, and note what touched in it."""
-        touching = self._plant.step(asked)
+    def _advance(self, torques: Floats) -> None:
+        """Simulate a step, and record its contacts."""
+        touching = self._plant.step(torques)
         now, loose = self._steps * self._options.dt, self._loose
-        self._limited += self._options.dt * (np.abs(asked) > self._whole.limits.effort)
+        self._limited += self._options.dt * (np.abs(torques) > self._whole.limits.effort)
         own = {pair: depth for pair, depth in touching.items() if loose in pair}
         self._last_touching = frozenset(name for pair in own for name in pair if name != loose)
         self._deepest = max(self._deepest, *own.values(), 0.0)
@@ -156,7 +155,7 @@ class _Run:
         self._steps += 1
 
     def log(self, reduced: ReducedModel) -> SequenceLog:
-        """Return what was stored, with the joints and the scene that it is told of."""
+        """Return the stored samples, for joints and scene of a reduced model."""
         times, phases, positions = zip(*self._samples, strict=True)
         return SequenceLog(
             reduced=reduced,
@@ -178,7 +177,7 @@ class _Run:
         )
 
     def _known(self, phase: Phase, at: Floats) -> ReducedModel:
-        """Return the controller's model: with what is carried in the phase's scene."""
+        """Return the model of the controller, with the payload of the phase."""
         reduced = whole_robot(phase.reduced.scene, self._whole.joint_names, at)
         model = loaded_model(reduced).copy()
         armature = np.array(model.armature)
@@ -189,7 +188,7 @@ class _Run:
 
 
 class _Press:
-    """Forces that fingers exert instead of following."""
+    """Forces of fingers in place of position control."""
 
     def __init__(self, phase: Phase, joint_names: tuple[str, ...], dt: float) -> None:
         self._forces = np.array([phase.presses.get(name, 0.0) for name in joint_names])
@@ -197,18 +196,18 @@ class _Press:
         self._grows = bool(set(phase.presses) & set(phase.trajectory.joint_names))
         self._since, self._rest = phase.trajectory.duration, max(phase.rest, dt)
 
-    def __call__(self, t: float, asked: Floats) -> Floats:
-        """Return the commands of the motors at a time of the phase, given those for following."""
+    def __call__(self, t: float, torques: Floats) -> Floats:
+        """Return the motor commands at a time of the phase, given those of the controller."""
         share = min(max((t - self._since) / self._rest, 0.0), 1.0) if self._grows else 1.0
-        return np.where(self._pressing, (1.0 - share) * asked + share * self._forces, asked)
+        return np.where(self._pressing, (1.0 - share) * torques + share * self._forces, torques)
 
 
 def _aimed(whole: ReducedModel, followed: Reference, moved: tuple[str, ...], at: Floats) -> Reference:
-    """Return a reference of all simulated joints: those not moved stay where they are planned to be."""
+    """Return a reference of all simulated joints; other joints stay at their planned positions."""
     count = len(followed.times)
-    standing = at[whole.scene.robot.index(whole.joint_names)]
+    resting = at[whole.scene.robot.index(whole.joint_names)]
     columns = [whole.joint_names.index(name) for name in moved]
-    positions = np.tile(standing, (count, 1))
+    positions = np.tile(resting, (count, 1))
     velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
     positions[:, columns] = followed.positions
     velocities[:, columns] = followed.velocities
@@ -217,7 +216,7 @@ def _aimed(whole: ReducedModel, followed: Reference, moved: tuple[str, ...], at:
 
 
 def _with_followers(reduced: ReducedModel, joints: set[str]) -> tuple[str, ...]:
-    """Return joints and those that mimic them, as far as the model has them."""
+    """Return joints of the model and those that mimic them."""
     mimics = reduced.scene.robot.mimics
     return tuple(
         name

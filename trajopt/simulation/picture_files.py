@@ -19,12 +19,12 @@ Image = NDArray[np.uint8]
 SUFFIXES = (".png", ".gif", ".mp4")
 """Suffixes of files that can be written."""
 ENCODER = "av"
-"""The package that encodes films: PyAV, of the extra `film`."""
+"""Package that encodes films: PyAV, of the extra `film`."""
 DITHER = Pillow.Dither.NONE
 QUALITY = "20"
-"""Constant rate factor of films: between x264's default, 23, and what looks like the original, 18."""
+"""Constant rate factor of films: between the default of x264, 23, and visually lossless, 18."""
 FINEST_RATE = 1000
-"""Pictures per second are a fraction with at most this denominator."""
+"""Largest denominator of the frame rate."""
 GAP = 6
 """White between the pictures of a film strip [pixels]."""
 
@@ -33,12 +33,12 @@ def check_path(path: Path) -> str:
     """Return the lower-case suffix of a picture file that can be written.
 
     Raises:
-        FileFormatError: If it is none of `SUFFIXES`, or its folder does not exist.
-        MissingExtra: If it is a film, and what writes it is not installed.
+        FileFormatError: If it is not one of `SUFFIXES`, or the folder does not exist.
+        MissingExtra: If it is a film, and its encoder is not installed.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise FileFormatError(str(path), f"pictures end in {', '.join(SUFFIXES)}")
+        raise FileFormatError(str(path), f"is not a picture file; use a suffix of {', '.join(SUFFIXES)}")
     if not path.parent.is_dir():
         raise FileFormatError(str(path), "its folder does not exist")
     if suffix == ".mp4" and find_spec(ENCODER) is None:
@@ -47,7 +47,7 @@ def check_path(path: Path) -> str:
 
 
 def write_strip(path: Path, pictures: list[Image]) -> None:
-    """Write pictures side by side, in rows that make about a square."""
+    """Write pictures side by side, in rows of an approximate square."""
     columns = int(np.ceil(np.sqrt(len(pictures))))
     rows = -(-len(pictures) // columns)
     height, width = pictures[0].shape[:2]
@@ -59,19 +59,19 @@ def write_strip(path: Path, pictures: list[Image]) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
-    """Write an endless animation, all pictures in the colours of the first."""
+    """Write an endless animation with the colours of the first picture."""
     images = [Pillow.fromarray(picture) for picture in pictures]
-    # Colours by octree: by frequency, thin things of their own colour would lose it.
+    # Colours by octree, since selection by frequency would drop the colours of thin objects.
     palette = images[0].quantize(256, method=Pillow.Quantize.FASTOCTREE)
     frames = [image.quantize(palette=palette, dither=DITHER) for image in images]
-    # Times are whole hundredths of a second in this format.
+    # The format has times in hundredths of a second.
     duration = 10 * max(2, round(100.0 / fps))
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=False)
 
 
 def write_mp4(path: Path, pictures: Iterable[Image], fps: float) -> None:
-    """Write an H.264 film, each picture as it is drawn."""
-    av: Any = import_module(ENCODER)  # slow to import, and used for films only
+    """Write an H.264 film, picture by picture."""
+    av: Any = import_module(ENCODER)  # slow import, for films only
     with av.open(str(path), "w") as film:
         stream: Any = None
         for picture in pictures:
@@ -79,10 +79,10 @@ def write_mp4(path: Path, pictures: Iterable[Image], fps: float) -> None:
                 rate = Fraction(fps).limit_denominator(FINEST_RATE)
                 stream = film.add_stream("libx264", rate=rate, options={"crf": QUALITY})
                 stream.height, stream.width = picture.shape[:2]
-                stream.pix_fmt = "yuv420p"  # the one that every player knows
+                stream.pix_fmt = "yuv420p"  # supported by all players
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
             film.mux(stream.encode(frame))
-        film.mux(stream.encode())  # what it still holds back
+        film.mux(stream.encode())  # flush the encoder
 
 
 def labelled(picture: Image, text: str) -> Image:
@@ -104,4 +104,4 @@ WRITERS: dict[str, Callable[[Path, Iterable[Image], float], None]] = {
     ".gif": write_gif,
     ".mp4": write_mp4,
 }
-"""How films are written, by suffix."""
+"""Suffix -> writer of films."""

@@ -1,4 +1,4 @@
-"""The MuJoCo model that pictures are drawn of, and its state at a time of a motion."""
+"""The MuJoCo model for pictures, and its state at a time of a motion."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel, tool_frames, tool_point
-from trajopt.simulation.changing import Changing
+from trajopt.simulation.dynamic_scene import DynamicScene
 from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
-from trajopt.simulation.pieces import MujocoGeom, pieces, scalar_first, surface
+from trajopt.simulation.mujoco_geoms import MujocoGeom, mujoco_geoms, scalar_first, surface
 from trajopt.simulation.sampled_motion import SampledMotion
-from trajopt.simulation.spec import add_joints, add_piece
+from trajopt.simulation.spec import add_geom, add_joints
 from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import MeshFileError
@@ -28,12 +28,12 @@ from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
 Colour = tuple[float, float, float, float]
 
 FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP, HALO_GROUP, UNSEEN_GROUP = range(5)
-"""MuJoCo's geometry groups: the floor; the robot, what it carries and what is loose; other objects; halos of
-those whose place is not known exactly; what is not there."""
+"""Geometry groups of MuJoCo: the floor; robot, attached and loose objects; other objects; halos of objects
+with a position error; absent objects."""
 HALO = 0.18
 """Opacity of halos."""
 HALO_BUILT = 0.01
-"""How far halos have grown as long as none was asked for: as surfaces they need some size [m]."""
+"""Initial distance of halos, which need some size as surfaces [m]."""
 
 LIGHT_LINK: Colour = (0.90, 0.91, 0.92, 1.0)
 DARK_LINK: Colour = (0.52, 0.55, 0.59, 1.0)
@@ -49,11 +49,11 @@ PALETTE: tuple[Colour, ...] = (
     (0.83, 0.74, 0.50, 1.0),
     (0.45, 0.67, 0.66, 1.0),
 )
-"""Colours of obstacles, in turn."""
+"""Colours of obstacles."""
 FARTHEST = 15.0
-"""The floor fades into the sky at this many times the size of what is shown."""
+"""Distance at which the floor fades into the sky, in sizes of the shown region."""
 WOODEN = ("table", "shelf", "desk", "bench", "board", "pallet")
-"""An object whose name has one of these words is drawn as wood."""
+"""An object whose name contains one of these words is drawn as wood."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,18 +61,16 @@ class PictureSpec:
     """A model for pictures.
 
     Attributes:
-        spec: MuJoCo's model, not compiled yet; nothing in it collides.
-        owners: The object that a geometry belongs to, by the geometry's name; of those that the robot does
-            not move.
-        changing: What changes with time.
-        coming: The object that a geometry belongs to, by the geometry's name; of those that are not there all
-            the time.
-        halos: The object that a halo belongs to, and the halo, by its geometry's name.
+        spec: Model of MuJoCo, not compiled yet, without collisions.
+        owners: Name of a geometry -> its object, for objects that the robot does not move.
+        changing: The scene over time.
+        coming: Name of a geometry -> its object, for objects that appear or expire.
+        halos: Name of the geometry of a halo -> its object, and the halo.
     """
 
     spec: mujoco.MjSpec
     owners: dict[str, str]
-    changing: Changing
+    changing: DynamicScene
     coming: dict[str, str]
     halos: dict[str, tuple[str, Halo]]
 
@@ -88,9 +86,9 @@ def picture_spec(
 
     Args:
         reduced: Robot and scene.
-        shown: Points around everything that will be in view, shape (k, 3) in the world [m].
-        loose: An object that moves by itself, as MuJoCo's one motion-captured body; empty for none.
-        highlight: Links and objects that are drawn in a colour of their own.
+        shown: Points around the shown region, shape (k, 3) in the world [m].
+        loose: Name of a loose object, which becomes a mocap body; empty if there is none.
+        highlight: Links and objects with a special colour.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -100,11 +98,11 @@ def picture_spec(
     spec.stat.extent = max(float(np.linalg.norm(high - low)) / 2, 0.01)
     _set_the_stage(spec, _floor_height(reduced, float(low[2])))
     for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced, highlight)):
-        geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
+        geom = add_geom(spec, bodies[joint], f"robot {count}", piece, where)
         geom.rgba, geom.group, geom.material = np.array(colour), ROBOT_GROUP, "paint"
     colours = object_colours(reduced, loose) | dict.fromkeys(highlight, ALARM_OBJECT)
     links = reduced.scene.robot.links
-    changing = Changing.of(reduced)
+    changing = DynamicScene.of(reduced)
     frames = changing.add_frames(spec, bodies)
     picture = PictureSpec(spec, {}, changing, {}, {})
     count = 0
@@ -115,10 +113,10 @@ def picture_spec(
         carrier, where = frames[body.joint], changing.placement(body)
         if free is not None and body.owner == loose:
             carrier, where = free, reduced.attachment(loose)[1].inverse() * where
-        for piece in _seen(body.shape):
+        for piece in _drawn_geoms(body.shape):
             name = f"object {count}"
             count += 1
-            geom = add_piece(spec, carrier, name, piece, where)
+            geom = add_geom(spec, carrier, name, piece, where)
             geom.rgba, geom.material = np.array(colours[body.owner]), "paint"
             carried = 0 < body.joint < reduced.model.njoints or body.owner == loose
             geom.group = ROBOT_GROUP if carried else OBJECT_GROUP
@@ -129,16 +127,16 @@ def picture_spec(
         if changing.is_uncertain(body.owner) and has_halo(body):
             grown = halo(body.shape, where)
             piece = surface(grown.grown(HALO_BUILT), grown.faces)
-            geom = add_piece(spec, carrier, f"halo {count}", piece, Placement())
+            geom = add_geom(spec, carrier, f"halo {count}", piece, Placement())
             geom.rgba, geom.group = np.array((*colours[body.owner][:3], HALO)), HALO_GROUP
             picture.halos[geom.name] = body.owner, grown
     return picture
 
 
 def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
-    """Choose a colour for every object: accent if carried or loose, wood by its name, else the palette.
+    """Choose a colour for each object: accent if attached or loose, wood by its name, or one of the palette.
 
-    What is named alike before a stroke has one colour: "other/link1" and "other/link2" are one robot.
+    Objects with equal names before a slash share a colour: "other/link1" and "other/link2" are one robot.
     """
     carried = {body.owner for body in reduced.scene.object_bodies() if body.frame != WORLD}
     colours: dict[str, Colour] = {}
@@ -153,12 +151,12 @@ def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
     return colours
 
 
-def _seen(shape: Shape) -> tuple[MujocoGeom, ...]:
+def _drawn_geoms(shape: Shape) -> tuple[MujocoGeom, ...]:
     if isinstance(shape, Mesh):
         return (surface(shape.vertices, shape.faces),)
     if isinstance(shape, Points | Voxels):
         return (surface(*cloud_surface(shape)),)
-    return pieces(shape, moving=False)[0]
+    return mujoco_geoms(shape, moving=False)[0]
 
 
 def _robot_pieces(
@@ -173,22 +171,22 @@ def _robot_pieces(
         yield joint, placed * visual.placement, piece, ALARM if visual.link in highlight else plain
     for body in reduced.bodies:
         if body.owner in failed or (not robot.visuals and body.owner in robot.links):
-            for piece in _seen(body.shape):
+            for piece in _drawn_geoms(body.shape):
                 plain = _link_colour(reduced, body.owner)
                 yield body.joint, body.placement, piece, ALARM if body.owner in highlight else plain
 
 
 @cached_per_value
 def _visual_pieces(robot: Robot) -> tuple[tuple[tuple[LinkGeometry, MujocoGeom], ...], frozenset[str]]:
-    """Return what is drawn of a robot's visuals, and the links of which a mesh cannot be read.
+    """Return the drawn visuals of a robot, and the links with an unreadable mesh.
 
-    Kept with the robot: reading its meshes takes longer than all else that a picture needs.
+    Cached with the robot, as reading its meshes is the slowest step of a picture.
     """
     read: list[tuple[LinkGeometry, MujocoGeom]] = []
     failed: set[str] = set()
     for visual in robot.visuals:
         try:
-            read.extend((visual, piece) for piece in _seen(_visual_shape(visual)))
+            read.extend((visual, piece) for piece in _drawn_geoms(_visual_shape(visual)))
         except MeshFileError:
             failed.add(visual.link)
     return tuple(pair for pair in read if pair[0].link not in failed), frozenset(failed)
@@ -201,7 +199,7 @@ def _visual_shape(visual: LinkGeometry) -> Shape:
 
 
 def _link_colour(reduced: ReducedModel, link: str) -> Colour:
-    """Light for the arm; dark for the hand, which other joints than the group's move."""
+    """Return light for the arm, dark for the hand."""
     robot = reduced.scene.robot
     hands = {name for effector in robot.end_effectors.values() for name in _links_of(reduced, effector.group)}
     return DARK_LINK if link in hands else LIGHT_LINK
@@ -213,7 +211,7 @@ def _links_of(reduced: ReducedModel, group: str) -> tuple[str, ...]:
 
 
 def _floor_height(reduced: ReducedModel, lowest: float) -> float:
-    """Height of the floor: of a level half-space in the scene, else just below everything."""
+    """Return the height of the floor: of a level half-space in the scene, or just below everything."""
     for body in reduced.bodies:
         if body.joint:
             continue
@@ -223,7 +221,7 @@ def _floor_height(reduced: ReducedModel, lowest: float) -> float:
             lowest = min(lowest, float(middle[2] - np.abs(body.placement.rotation[2]) @ (upper - lower) / 2))
         elif body.placement.rotation[2, 2] > 1.0 - 1e-9:
             return float(body.placement.translation[2])
-    # Not in the plane of a table top or base plate, where the two would flicker.
+    # Not in the plane of a table top or base plate, with which it would flicker.
     return min(lowest, 0.0) - 1e-3
 
 
@@ -260,12 +258,12 @@ def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
 
 
 def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> None:
-    """Let the light come from above, behind a camera's left shoulder, and the view reach far enough.
+    """Place the light above and to the left behind a camera, and extend the view to its distance.
 
     Args:
         model: A compiled picture model.
-        azimuth: Direction the camera looks along, about z from x [rad].
-        distance: From the camera to what it looks at [m].
+        azimuth: Viewing direction, about z from x [rad].
+        distance: From the camera to its target [m].
     """
     model.vis.map.zfar = FARTHEST + distance / model.stat.extent
     towards = azimuth - np.deg2rad(50.0)
@@ -277,20 +275,19 @@ def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> N
 
 T = TypeVar("T")
 PATH_POINTS = 61
-"""Points of the line that a tool draws."""
+"""Points of a tool path."""
 
 
 class PosedModel:
-    """MuJoCo's model of robot and scene for pictures, at one moment of a motion.
+    """The MuJoCo model of robot and scene for pictures, at a time of a motion.
 
     Attributes:
         model: The compiled model.
-        data: Where everything is at the moment.
-        owners: The object that a geometry belongs to, by the geometry's number; of those that the robot does
-            not move.
-        changing: What changes with time.
+        data: Its state.
+        owners: Index of a geometry -> its object, for objects that the robot does not move.
+        changing: The scene over time.
         motion: The motion.
-        paths: Where each tool of the group goes, shape (tools, PATH_POINTS, 3) in the world [m].
+        paths: Paths of the tools of the group, shape (tools, PATH_POINTS, 3) in the world [m].
     """
 
     def __init__(
@@ -304,9 +301,9 @@ class PosedModel:
 
         Args:
             reduced: Robot and scene.
-            motion: What will be shown.
-            shown: Points around everything that will be in view, shape (k, 3) in the world [m].
-            highlight: Links and objects that are drawn in a colour of their own.
+            motion: The motion.
+            shown: Points around the shown region, shape (k, 3) in the world [m].
+            highlight: Links and objects with a special colour.
         """
         self._reduced, self.motion = reduced, motion
         picture = picture_spec(reduced, shown, loose=motion.loose, highlight=frozenset(highlight))
@@ -323,22 +320,22 @@ class PosedModel:
         self.paths = tool_paths(reduced, motion)
 
     def pose(self, t: float) -> None:
-        """Put everything where it is at a time [s]."""
+        """Set the state at a time [s]."""
         reduced, changing, data = self._reduced, self.changing, self.data
         if self.motion.loose:
             where, place = self.motion.loose_at(t), int(self.model.body(self.motion.loose).mocapid[0])
             data.mocap_pos[place], data.mocap_quat[place] = where.translation, scalar_first(where)
         changing.put(self.model, data, t)
         for geom, owner in self._coming.items():
-            self.model.geom_group[geom] = self._group[geom] if changing.there(owner, t) else UNSEEN_GROUP
+            self.model.geom_group[geom] = self._group[geom] if changing.present(owner, t) else UNSEEN_GROUP
         for geom, (owner, _) in self._halos.items():
-            seen = changing.there(owner, t) and changing.error(owner, t) > THINNEST
-            self.model.geom_group[geom] = HALO_GROUP if seen else UNSEEN_GROUP
+            shown = changing.present(owner, t) and changing.error(owner, t) > THINNEST
+            self.model.geom_group[geom] = HALO_GROUP if shown else UNSEEN_GROUP
         self.data.qpos[self._address] = reduced.mimic_matrix @ self.motion(t) + reduced.mimic_offset
         mujoco.mj_kinematics(self.model, self.data)
 
     def grow_halos(self, t: float) -> tuple[int, ...]:
-        """Give halos their size at a time [s]; return the meshes that have changed, to be drawn anew."""
+        """Give halos their size at a time [s]; return the changed meshes."""
         model = self.model
         meshes: list[int] = []
         for geom, (owner, grown) in self._halos.items():
@@ -351,7 +348,7 @@ class PosedModel:
         return tuple(meshes)
 
     def skeleton(self) -> Floats:
-        """Return the lines from joint to joint of what moves, at the moment, shape (k, 2, 3) [m]."""
+        """Return the lines from joint to joint of the moving links, shape (k, 2, 3) [m]."""
         parents = self.model.body_parentid[self._bodies]
         inner = parents > 0
         ends = self.data.xpos[np.array(self._bodies)[inner]]
@@ -362,6 +359,6 @@ class PosedModel:
 
 
 def tool_paths(reduced: ReducedModel, motion: SampledMotion) -> Floats:
-    """Return where each tool of the group goes, shape (tools, PATH_POINTS, 3) in the world [m]."""
+    """Return the paths of the tools of the group, shape (tools, PATH_POINTS, 3) in the world [m]."""
     along = [motion(t) for t in np.linspace(0.0, motion.duration, PATH_POINTS)]
     return np.array([[tool_point(reduced, tool, at) for at in along] for tool in tool_frames(reduced)])

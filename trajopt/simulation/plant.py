@@ -1,4 +1,4 @@
-"""The simulated robot: MuJoCo's model and state, addressed by pinocchio's joint order."""
+"""The simulated robot: model and state of MuJoCo, in the joint order of Pinocchio."""
 
 from collections.abc import Mapping
 
@@ -6,22 +6,22 @@ import numpy as np
 
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.reduced import ReducedModel
-from trajopt.simulation.changing import Presence
+from trajopt.simulation.dynamic_scene import Presence
 from trajopt.simulation.spec import SpecReport, describe
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import ModelError, shown
 from trajopt.values.placement import Placement, from_quaternion
 
 SMALLEST_MOVED_INERTIA = 1e-9
-"""A joint that moves less than this [kg m^2 | kg] cannot be simulated."""
+"""Least inertia of a joint that can be simulated [kg m^2 | kg]."""
 HELD = 1e6
-"""Damping that holds a joint: no motor moves it by a micrometre in a second [Nm s/rad | N s/m]."""
+"""Damping of a held joint: no motor moves it by a micrometre in a second [Nm s/rad | N s/m]."""
 TOUCH_DEPTH = 1e-6
-"""Penetration below this [m] is the rounding of MuJoCo's single-precision meshes, no contact."""
+"""Penetration up to this is rounding of the single-precision meshes of MuJoCo, not a contact [m]."""
 
 
 class Plant:
-    """MuJoCo's model and state of a reduced model; scratch memory, one per simulation."""
+    """Model and state of MuJoCo for a reduced model; one per simulation."""
 
     def __init__(self, reduced: ReducedModel, dt: float, report: SpecReport | None = None) -> None:
         """Compile the model.
@@ -29,19 +29,19 @@ class Plant:
         Args:
             reduced: The reduced model.
             dt: Time step [s].
-            report: Its MuJoCo model, with whatever was added to it; a new one when None.
+            report: Its MuJoCo model, with additions; a new one if None.
 
         Raises:
-            ModelError: If MuJoCo refuses the model.
+            ModelError: If MuJoCo rejects the model.
         """
         report = report or describe(reduced)
         report.spec.option.timestep = dt
-        # A simulation that blows up is reported; MuJoCo would silently start over.
+        # A diverged simulation is reported; by default MuJoCo resets it silently.
         report.spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET.value
         try:
             self.model = report.spec.compile()
         except ValueError as error:
-            raise ModelError(f"MuJoCo refuses the model: {error}") from error
+            raise ModelError(f"MuJoCo rejects the model: {error}") from error
         self.data = mujoco.MjData(self.model)
         self.notes = report.notes
         names = tuple(reduced.model.names[1:])
@@ -56,22 +56,22 @@ class Plant:
 
     @property
     def positions(self) -> Floats:
-        """Positions of the model's joints, in pinocchio's order [rad | m]."""
+        """Positions of the model's joints, in the order of Pinocchio [rad | m]."""
         return self.data.qpos[self._position]
 
     @property
     def velocities(self) -> Floats:
-        """Velocities of the model's joints, in pinocchio's order [rad/s | m/s]."""
+        """Velocities of the model's joints, in the order of Pinocchio [rad/s | m/s]."""
         return self.data.qvel[self._velocity]
 
     def placement_of(self, loose: str) -> Placement:
-        """Return where a loose object is in the world, by its free joint (bodies lag a step behind)."""
+        """Return the placement of a loose object by its free joint (its body lags by a step)."""
         place = self.model.jnt_qposadr[self.model.joint(loose).id]
         x, y, z, w, qx, qy, qz = self.data.qpos[place : place + 7].tolist()
         return Placement(readonly(from_quaternion(qx, qy, qz, w)), readonly(np.array((x, y, z))))
 
     def reset(self, positions: Floats, velocities: Floats) -> None:
-        """Put the group at positions and velocities, shape (n,) each; mimicking joints follow."""
+        """Set positions and velocities of the group, shape (n,) each; mimicking joints follow."""
         mujoco.mj_resetData(self.model, self.data)
         self.show(0.0, positions, velocities)
 
@@ -79,7 +79,7 @@ class Plant:
         """Advance one time step.
 
         Args:
-            torques: Commands of the group's motors, shape (n,) [Nm | N]; cut to their limits.
+            torques: Commands of the group's motors, shape (n,) [Nm | N]; clipped to their limits.
 
         Returns:
             Penetration [m] of links and objects before the step, by pair of owners.
@@ -90,12 +90,12 @@ class Plant:
         return self._touching()
 
     def hold(self, joint: str, *, held: bool) -> None:
-        """Hold a joint where it is, as if it were stuck, or let it go."""
+        """Hold a joint at its position, or release it."""
         place = self.model.jnt_dofadr[self.model.joint(joint).id]
         self.model.dof_damping[place] = HELD if held else 0.0
 
     def _put(self, time: float) -> None:
-        """Put what changes with time where it is, or away."""
+        """Place or remove dynamic obstacles."""
         self._changing.put(self.model, self.data, time)
         self._presence.show(time)
 
@@ -111,22 +111,22 @@ class Plant:
         return depths
 
     def require_masses(self) -> None:
-        """Refuse a robot one of whose joints moves no mass.
+        """Require that every joint of the group moves a mass.
 
         Raises:
-            ModelError: If there is one.
+            ModelError: If one does not.
         """
         if self.massless:
             raise ModelError(
-                f"joint {shown(self.massless)} moves no mass, so nothing can be simulated; "
-                "give the links beyond it an <inertial> in the URDF"
+                f"joint {shown(self.massless)} moves no mass, so dynamics cannot be simulated; "
+                "add <inertial> to the links beyond it in the URDF"
             )
 
     def show(self, time: float, positions: Floats, velocities: Floats) -> Mapping[tuple[str, str], float]:
-        """Put the group at positions and velocities without dynamics.
+        """Set positions and velocities of the group, without dynamics.
 
         Args:
-            time: When that is [s].
+            time: The time [s].
             positions: Shape (n,) [rad | m].
             velocities: Shape (n,) [rad/s | m/s].
 
@@ -140,7 +140,7 @@ class Plant:
         return self._touching()
 
     def _massless(self, reduced: ReducedModel) -> str:
-        """Return a joint of the group that moves no mass; empty if all move some."""
+        """Return a joint of the group that moves no mass; empty if there is none."""
         self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
         full = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, full)

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 class Layout(Enum):
-    """How several moments are shown in one PNG."""
+    """Layout of several times in one PNG."""
 
-    FILM_STRIP = "one picture each, in rows"
-    SUPERPOSED = "one picture: the last moment solid, the others translucent"
+    FILM_STRIP = "one picture per time, in rows"
+    SUPERPOSED = "one picture: the last time solid, the others translucent"
 
 
 def render(
@@ -45,21 +45,22 @@ def render(
 ) -> Path:
     """Draw a motion into a PNG, GIF or MP4 file: `render(plan, "motion.gif")`.
 
-    Of a problem, planned or not, it draws the start: `render(problem, "start.png")`.
+    For a problem it draws the start: `render(problem, "start.png")`.
 
     Args:
-        subject: A plan, a result that has one, a simulated motion, a problem; or robot and scene, reduced.
-        motion: The file; or the motion, simulated or planned, which a reduced model needs. Of a simulated
-            sequence the reduced model is its own.
-        path: The file, after a motion; its suffix says the kind.
+        subject: A plan, a result with a plan, a simulated motion, a problem; or a reduced model (robot and
+            scene).
+        motion: The file; or, for a reduced model, the motion, simulated or planned. A simulated sequence has
+            its own reduced model.
+        path: The file, after a motion; its suffix selects the format.
         width: Of one picture [pixels].
         height: Of one picture [pixels].
         fps: Pictures per second of GIF and MP4.
-        moments: Times to show in a PNG [s]; four at even shares of the path in joint space when None.
-        layout: How several moments are shown in a PNG.
-        camera: The camera; chosen to show the whole motion when None.
-        highlight: Links and objects that are drawn in a colour of their own.
-        progress: Called with the share done, up to 1.
+        moments: Times to show in a PNG [s]; if None, four at equal shares of the path in joint space.
+        layout: Layout of several times in a PNG.
+        camera: The camera; if None, one that shows the whole motion.
+        highlight: Links and objects with a special colour.
+        progress: Called with the share that is done, up to 1.
 
     Returns:
         The path.
@@ -67,11 +68,11 @@ def render(
     Raises:
         PlanningFailed: If the result has no plan.
         ProblemError: If the motion or the file is missing.
-        FileFormatError: If the suffix is none of the three (PNG for a problem), or there is no such folder.
-        MissingExtra: If it is a film (.mp4), and the extra `film` is not installed.
-        RenderingUnavailable: If no OpenGL works here; says what to install.
-        ShapeError: If a size, `fps` or `moments` cannot be used.
-        ModelError: If the motion is not of this group's joints.
+        FileFormatError: If the suffix is another one (PNG for a problem), or the folder does not exist.
+        MissingExtra: If a film (.mp4) is requested without the extra `film`.
+        RenderingUnavailable: If OpenGL does not work; it names the packages to install.
+        ShapeError: If a size, `fps` or `moments` is invalid.
+        ModelError: If the joints of the motion differ from those of the group.
     """
     from trajopt.simulation.picture_files import WRITERS, check_path, write_strip
     from trajopt.simulation.sampled_motion import frame_times, moments_of
@@ -105,13 +106,13 @@ def render(
 def _known(
     reduced: ReducedModel, drawn: Rollout | Trajectory | SequenceLog | None, file: Path
 ) -> SampledMotion:
-    """Return positions over time: of a motion, or of the start, which is drawn as a PNG alone."""
+    """Return positions over time: of a motion, or of the start, which is drawn as PNG only."""
     from trajopt.simulation.sampled_motion import held_start, motion_of
 
     if drawn is not None:
         return motion_of(reduced, drawn)
     if file.suffix.lower() != ".png":
-        raise FileFormatError(str(file), "a problem has no motion yet: its start is drawn as .png")
+        raise FileFormatError(str(file), "a problem has no motion; its start is drawn as .png")
     return held_start(reduced)
 
 
@@ -120,7 +121,7 @@ def _check_sizes(width: int, height: int, fps: float, *, even: bool) -> None:
         raise ShapeError("fps", f"must be positive, is {fps:g}")
     for name, value in (("width", width), ("height", height)):
         if type(value) is not int or value <= 0 or (even and value % 2):
-            raise ShapeError(name, f"must be a whole number above 0, even for MP4; is {shown(value)}")
+            raise ShapeError(name, f"must be a positive integer, even for MP4; is {shown(value)}")
 
 
 def _drawn(
@@ -128,10 +129,10 @@ def _drawn(
     motion: Rollout | Trajectory | SequenceLog | Path | str,
     path: Path | str | None,
 ) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog | None, Path]:
-    """Return robot and scene, the motion (None: the start) and the file of a call of `render`."""
+    """Return the reduced model, the motion (None: the start) and the file of a call of `render`."""
     if isinstance(motion, Path | str):
         if path is not None:
-            raise ProblemError(f"render: give a motion before the file (path); motion is {shown(motion)}")
+            raise ProblemError(f"render: path is given, so motion must be a motion; it is {shown(motion)}")
         file = Path(motion)
         if isinstance(subject, Rollout | SequenceLog):
             return subject.reduced, subject, file
@@ -139,9 +140,9 @@ def _drawn(
             return subject.reduced, None, file
         return *model_and_trajectory("render", subject, None, ReducedModel, "subject"), file
     if path is None:
-        raise ProblemError("render: name the file, as path, or instead of the motion")
+        raise ProblemError("render: the file is missing; pass it as path, or instead of the motion")
     if isinstance(subject, Rollout | SequenceLog):
-        raise ProblemError("render: a simulated motion needs no other beside it")
+        raise ProblemError("render: subject is a simulated motion; leave out motion")
     if isinstance(subject, ReducedModel | HasReduced):
         return subject if isinstance(subject, ReducedModel) else subject.reduced, motion, Path(path)
     return model_and_trajectory("render", subject, None, ReducedModel, "subject")[0], motion, Path(path)
@@ -152,27 +153,27 @@ def _silent(_: float) -> None:
 
 
 WIDTH, HEIGHT = 320, 240
-"""Of a thumbnail [pixels]."""
+"""Size of a thumbnail [pixels]."""
 SHADOW = 1024
-"""Edge of the square that its shadows are computed on [pixels]."""
+"""Edge of its shadow map [pixels]."""
 JPEG_QUALITY = 80
-"""Of its JPEG: artefacts are not seen, and a hundred of them make a page of one or two megabytes."""
+"""JPEG quality without visible artefacts; a hundred thumbnails take one or two megabytes."""
 TYPE = "image/jpeg"
 """Its media type."""
 
 
 def thumbnail(reduced: ReducedModel, trajectory: Trajectory | None) -> bytes:
-    """Draw a motion, its end solid and the way there translucent; or where it would start.
+    """Draw a motion, its end solid and the way translucent; or the start.
 
     Args:
         reduced: Robot and scene.
-        trajectory: The motion; None for the start alone.
+        trajectory: The motion; None for the start.
 
     Returns:
         A JPEG.
 
     Raises:
-        RenderingUnavailable: If no OpenGL works here; says what to install.
+        RenderingUnavailable: If OpenGL does not work; it names the packages to install.
     """
     from PIL import Image
 

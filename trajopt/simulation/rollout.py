@@ -16,19 +16,19 @@ from trajopt.values.printed import in_degrees, in_length, in_unit
 from trajopt.values.trajectory import Trajectory
 
 SAME_CONTACT = 0.02
-"""Contacts of a pair that separate for less than this [s] are reported as one."""
+"""Contacts of a pair that are separated by less than this are reported as one [s]."""
 
 
 @dataclass(frozen=True)
-class Contact:
-    """Two things touching over an interval of time.
+class ContactInterval:
+    """A contact of two bodies during an interval.
 
     Attributes:
         pair: Names of the two links or objects.
-        start: When it began [s].
-        end: When it ended [s].
-        depth: Deepest penetration [m]; MuJoCo's contacts yield a little.
-        allowance: Name of the allowance that covers all of it; None for a collision.
+        start: Begin [s].
+        end: End [s].
+        depth: Largest penetration [m]; contacts of MuJoCo yield a little.
+        allowance: Name of the allowance that covers the contact; None for a collision.
     """
 
     pair: tuple[str, str]
@@ -38,68 +38,70 @@ class Contact:
     allowance: str | None = None
 
     def __str__(self) -> str:
-        """Say it in words."""
+        """Return one sentence."""
         first, second = self.pair
-        meant = "" if self.allowance is None else f" (meant: {self.allowance})"
+        allowed = "" if self.allowance is None else f" (allowed: {self.allowance})"
         return (
             f"{first} touches {second} from {self.start:.3f} s to {self.end:.3f} s, "
-            f"{self.depth * 1e3:.2f} mm deep{meant}"
+            f"{self.depth * 1e3:.2f} mm deep{allowed}"
         )
 
 
 class ContactLog:
-    """Merges the contacts seen at single instants into intervals."""
+    """Merges contacts at single times into intervals."""
 
     def __init__(self, allowances: Iterable[ContactAllowance], duration: float) -> None:
-        """Start empty.
+        """Begin empty.
 
         Args:
-            allowances: Contacts that are allowed.
-            duration: Of the trajectory, from whose end allowances count backwards [s].
+            allowances: Allowed contacts.
+            duration: Of the trajectory, to whose ends allowances refer [s].
         """
         self._allowances = tuple(allowances)
         self._duration = duration
-        self._open: dict[tuple[str, str], Contact] = {}
-        self._closed: list[Contact] = []
+        self._open: dict[tuple[str, str], ContactInterval] = {}
+        self._closed: list[ContactInterval] = []
 
     def record(self, time: float, depths: Mapping[tuple[str, str], float]) -> None:
-        """Note which pairs touch at an instant, later than those before.
+        """Record the contacts at a time after the last one.
 
         Args:
-            time: The instant [s].
+            time: The time [s].
             depths: Penetration by pair [m].
         """
         for pair, depth in depths.items():
             running = self._open.get(pair)
             if running is not None and time - running.end <= SAME_CONTACT:
-                self._open[pair] = Contact(pair, running.start, time, max(depth, running.depth))
+                self._open[pair] = ContactInterval(pair, running.start, time, max(depth, running.depth))
                 continue
             if running is not None:
                 self._closed.append(running)
-            self._open[pair] = Contact(pair, time, time, depth)
+            self._open[pair] = ContactInterval(pair, time, time, depth)
 
-    def contacts(self) -> tuple[Contact, ...]:
-        """Return all contacts, in the order of their beginnings."""
+    def contacts(self) -> tuple[ContactInterval, ...]:
+        """Return all contacts, sorted by their begin."""
         found = (*self._closed, *self._open.values())
         return tuple(sorted(map(self._judged, found), key=lambda contact: (contact.start, contact.pair)))
 
-    def _judged(self, contact: Contact) -> Contact:
+    def _judged(self, contact: ContactInterval) -> ContactInterval:
         for allowance in self._allowances:
             early = contact.end <= allowance.first
             late = allowance.last > 0.0 and contact.start >= self._duration - allowance.last
             if frozenset(contact.pair) == allowance.pair and (early or late):
                 if contact.depth <= allowance.depth:
-                    return Contact(contact.pair, contact.start, contact.end, contact.depth, allowance.name)
+                    return ContactInterval(
+                        contact.pair, contact.start, contact.end, contact.depth, allowance.name
+                    )
         return contact
 
 
 MOST_CONTACTS = 3
-"""Contacts that the summary describes in full."""
+"""Contacts that the summary describes."""
 
 
 @dataclass(frozen=True, eq=False)
 class TrackingError(Value):
-    """Distance between planned and simulated positions during the motion.
+    """Differences of planned and simulated positions during the motion.
 
     Attributes:
         maximum: Largest absolute error of each joint, shape (n,) [rad | m].
@@ -112,7 +114,7 @@ class TrackingError(Value):
 
 @dataclass(frozen=True)
 class PoseError:
-    """How far a frame is from where it should be.
+    """Error of the pose of a frame.
 
     Attributes:
         position: Distance of the origins [m].
@@ -125,7 +127,7 @@ class PoseError:
     @staticmethod
     @checked
     def between(planned: Placement, actual: Placement) -> "PoseError":
-        """Return how far the actual placement is from the planned one."""
+        """Return the error of an actual placement."""
         from scipy.spatial.transform import Rotation
 
         difference = planned.inverse() * actual
@@ -141,17 +143,17 @@ class Rollout(Value):
 
     Attributes:
         reduced: The robot and scene it ran in.
-        trajectory: What was to be followed, joints in the group's order.
-        times: Of the stored samples, shape (k,) [s]; the last ones hold the end of the trajectory.
-        positions: The group's positions, shape (k, n) [rad | m].
+        trajectory: The reference, joints in the order of the group.
+        times: Of the stored samples, shape (k,) [s]; the last ones belong to the settling time.
+        positions: Positions of the group, shape (k, n) [rad | m].
         velocities: Shape (k, n) [rad/s | m/s].
         torques: Torques of the motors, shape (k, n) [Nm | N].
         tracking_error: Over all steps of the motion, stored or not; without the settling time.
         contacts: Contacts that the scene does not allow.
-        saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
-        diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
-        notes: Where MuJoCo's model differs from the robot's and the scene's.
-        dynamic: Whether motors moved it; False where it was put where the plan has it, as it has no masses.
+        saturated: Joint -> time for which its motor was at its limit [s]; only those above zero.
+        diverged: Time at which the simulation diverged and was stopped [s]; None if it did not.
+        notes: Differences of the MuJoCo model from robot and scene.
+        dynamic: Whether motors moved the robot; False if it was placed on its plan, as it has no masses.
     """
 
     reduced: ReducedModel = field(repr=False)
@@ -161,7 +163,7 @@ class Rollout(Value):
     velocities: Floats = field(repr=False)
     torques: Floats = field(repr=False)
     tracking_error: TrackingError = field(repr=False)
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactInterval, ...]
     saturated: Mapping[str, float]
     diverged: float | None = None
     notes: tuple[str, ...] = ()
@@ -178,19 +180,19 @@ class Rollout(Value):
         return float(self.times[-1])
 
     @property
-    def collisions(self) -> tuple[Contact, ...]:
-        """Contacts that no allowance covers."""
+    def collisions(self) -> tuple[ContactInterval, ...]:
+        """Contacts without an allowance."""
         return tuple(contact for contact in self.contacts if contact.allowance is None)
 
     @checked
     def final_pose_error(self, frame: str | None = None) -> PoseError:
-        """Compare where a frame ended with where the trajectory ends.
+        """Return the error of a frame at the end.
 
         Args:
-            frame: A link, tool frame or object; the group's tool when None.
+            frame: A link, tool frame or object; the group's tool if None.
 
         Raises:
-            FrameNotFound: If the name is no frame.
+            FrameNotFound: If the frame does not exist.
         """
         name = tool_frame(self.reduced) if frame is None else frame
         scene, place = self.reduced.scene, self.reduced.all_positions
@@ -199,9 +201,9 @@ class Rollout(Value):
         return PoseError.between(planned, actual)
 
     def summary(self) -> str:
-        """Say in a sentence or two how the execution went."""
+        """Summarise the execution in one sentence."""
         if self.diverged is not None:
-            return f"The simulation blew up after {self.diverged:.3f} s and was stopped."
+            return f"The simulation diverged after {self.diverged:.3f} s and was stopped."
         worst = int(np.argmax(self.tracking_error.maximum))
         unit = joint_unit(self.reduced.model, self.joint_names[worst])
         end = self.final_pose_error()
@@ -220,19 +222,19 @@ class Rollout(Value):
             parts.append("motors at their limit: " + ", ".join(motors))
         else:
             parts.append("no motor at its limit")
-        parts.extend(map(self._told, self.contacts[:MOST_CONTACTS]))
+        parts.extend(map(self._in_words, self.contacts[:MOST_CONTACTS]))
         if len(self.contacts) > MOST_CONTACTS:
             parts.append(f"{len(self.contacts) - MOST_CONTACTS} more contacts")
         elif not self.contacts:
             parts.append("no contact")
         return "; ".join(parts) + "."
 
-    def _told(self, contact: Contact) -> str:
+    def _in_words(self, contact: ContactInterval) -> str:
         after = contact.start > self.trajectory.duration
         return f"{contact}{', at rest after the motion' if after else ''}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything measured as lists, numbers and text, ready for JSON."""
+        """Return plain data for JSON."""
         end = self.final_pose_error() if self.diverged is None else None
         return {
             "robot": self.reduced.scene.robot.name,
@@ -272,15 +274,15 @@ class Rollout(Value):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Phase:
-    """One motion in a sequence.
+    """One motion of a sequence.
 
     Attributes:
         name: For reports.
-        reduced: Its group, in a scene in which the object is carried or not.
+        reduced: Its group, in a scene with or without the attached object.
         trajectory: Of the group's joints.
-        rest: How long its end is held [s].
-        presses: Joint of the fingers -> force or torque that it exerts instead of following [N | Nm]. Where
-            it moves in this phase itself, that grows from zero during the rest.
+        rest: Time for which its end is held [s].
+        presses: Joint of the fingers -> force or torque instead of position control [N | Nm]. If the phase
+            moves the joint, it grows from zero during the rest.
     """
 
     name: str
@@ -291,27 +293,27 @@ class Phase:
 
     @property
     def duration(self) -> float:
-        """Of motion and rest [s]."""
+        """Duration of motion and rest [s]."""
         return self.trajectory.duration + self.rest
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SequenceLog(Value):
-    """What happened in a simulated sequence.
+    """The record of a simulated sequence.
 
     Attributes:
-        reduced: The joints of all phases, in the scene before.
-        loose: The object.
+        reduced: The joints of all phases, in the initial scene.
+        loose: Name of the object.
         times: Of the stored samples, shape (k,) [s].
         phases: Index of the phase at each sample, shape (k,).
         positions: Of all joints of the robot, shape (k, joints) [rad | m].
         placements: Of the loose object in the world, one per sample.
-        touching: What touched it, one set per sample.
-        deepest: Its deepest penetration; contacts yield a little [m].
+        touching: Bodies in contact with it, one set per sample.
+        deepest: Its largest penetration; contacts yield a little [m].
         contacts: Other contacts that the scene does not allow.
-        saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
-        diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
-        notes: Where MuJoCo's model differs from the robot's and the scene's.
+        saturated: Joint -> time for which its motor was at its limit [s]; only those above zero.
+        diverged: Time at which the simulation diverged and was stopped [s]; None if it did not.
+        notes: Differences of the MuJoCo model from robot and scene.
     """
 
     reduced: ReducedModel
@@ -322,7 +324,7 @@ class SequenceLog(Value):
     placements: tuple[Placement, ...]
     touching: tuple[frozenset[str], ...]
     deepest: float
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactInterval, ...]
     saturated: Mapping[str, float]
     diverged: float | None
     notes: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What pictures show: the positions of a group over time, planned or simulated."""
+"""Sampled motion: the positions of a group over time, planned or simulated, for pictures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 
 MOST_SAMPLES = 100_000
-"""Most samples that a planned motion is drawn with."""
+"""Largest number of samples of a planned motion."""
 MOST_PICTURES = 100_000
-"""Most frames of one film."""
+"""Largest number of frames of a film."""
 
 
 @dataclass(frozen=True, eq=False)
 class SampledMotion:
-    """Positions of a group over time, wherever they come from; linear between samples.
+    """Positions of a group over time, linear between samples.
 
     Attributes:
         times: Increasing from 0, shape (k,), k >= 2 [s].
         positions: Shape (k, n) [rad | m].
-        loose: An object that moves by itself; empty for none.
-        placements: Of that object in the world, k of them.
+        loose: Name of a loose object; empty if there is none.
+        placements: Of the loose object in the world, k of them.
     """
 
     times: Floats
@@ -41,7 +41,7 @@ class SampledMotion:
         return float(self.times[-1])
 
     def loose_at(self, t: float) -> Placement:
-        """Return where the loose object is at the last sample before a time."""
+        """Return the placement of the loose object at the last sample before a time."""
         return self.placements[max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)]
 
     def __call__(self, t: float) -> Floats:
@@ -63,7 +63,7 @@ def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog)
     """Return a planned or simulated motion as positions over time.
 
     Raises:
-        ModelError: If its joints are not the group's.
+        ModelError: If its joints differ from those of the group.
     """
     if isinstance(motion, SequenceLog):
         columns = reduced.scene.robot.index(reduced.joint_names)
@@ -71,7 +71,7 @@ def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog)
     if isinstance(motion, Rollout):
         if motion.joint_names != reduced.joint_names:
             in_group_order(reduced, motion.trajectory)  # raises
-        if len(motion.times) == 1:  # it blew up at once
+        if len(motion.times) == 1:  # it diverged in the first step
             return SampledMotion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
         return SampledMotion(motion.times, motion.positions)
     trajectory = in_group_order(reduced, motion)
@@ -82,21 +82,21 @@ def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog)
 
 
 def moments_of(motion: SampledMotion, moments: Sequence[float] | None) -> Floats:
-    """Return the times to show [s]: those stated, or start, end and two between.
+    """Return the times to show [s]: the given ones, or start, end and two between.
 
     Raises:
         ShapeError: If there are none, or one is outside the motion.
     """
     end = motion.duration
     if moments is None:
-        # Even shares of the path, not of the time: most happens in the middle of a motion.
+        # Equal shares of the path, not of the time: motions are fastest in their middle.
         steps = np.linalg.norm(np.diff(motion.positions, axis=0), axis=1) + 1e-6 * np.diff(motion.times)
-        way = np.append(0.0, np.cumsum(steps))
-        places = np.searchsorted(way / way[-1], (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0))
+        length = np.append(0.0, np.cumsum(steps))
+        places = np.searchsorted(length / length[-1], (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0))
         return motion.times[places]
     times = floats("moments", moments, (None,))
     if len(times) == 0 or (times < 0.0).any() or (times > end + 1e-9).any():
-        raise ShapeError("moments", f"need at least one, each from 0 to {end:g} s")
+        raise ShapeError("moments", f"must be at least one time, each from 0 to {end:g} s")
     return times
 
 
@@ -108,6 +108,6 @@ def frame_times(motion: SampledMotion, fps: float) -> Floats:
     """
     if motion.duration * fps > MOST_PICTURES:
         raise ShapeError(
-            "fps", f"of {fps:g} over {motion.duration:g} s makes more than {MOST_PICTURES} pictures"
+            "fps", f"is {fps:g}, which over {motion.duration:g} s gives more than {MOST_PICTURES} pictures"
         )
     return np.array([k / fps for k in range(int(motion.duration * fps + 1.5))])

@@ -1,4 +1,4 @@
-"""The MuJoCo model of a reduced model: same kinematics, inertias, limits, shapes and pairs."""
+"""The MuJoCo model of a reduced model: kinematics, inertias, limits, shapes, pairs, and loose objects."""
 
 from dataclasses import dataclass
 
@@ -9,25 +9,25 @@ from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene_object import SceneObject
-from trajopt.simulation.changing import Changing, add_specks
+from trajopt.simulation.dynamic_scene import DynamicScene, add_specks
+from trajopt.simulation.mujoco_geoms import MujocoGeom, mujoco_geoms, scalar_first
 from trajopt.simulation.options import Friction
-from trajopt.simulation.pieces import MujocoGeom, pieces, scalar_first
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import ModelError, shown
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.uniform_inertia import uniform_inertia
 
 STIFF = (0.004, 1.0)
-"""Time constant [s] and damping ratio of the constraint that makes a joint mimic another."""
+"""Time constant [s] and damping ratio of the constraint of a mimicking joint."""
 RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
-"""Impedance of that constraint (MuJoCo's `solimp`), the largest there is. With MuJoCo's default it gives way
-by a twentieth, and a light link between heavy ones, as in a palletizer, is shaken until nothing holds."""
+"""Impedance of that constraint (`solimp` of MuJoCo), the largest possible. With the default it yields by a
+twentieth, and a light link between heavy ones, as in a palletizer, becomes unstable."""
 SMALLEST_MASS = 1e-12
-"""MuJoCo refuses moving bodies without mass; they get this mass [kg]."""
+"""Mass of moving bodies without mass, which MuJoCo rejects [kg]."""
 SMALLEST_INERTIA = 1e-14
-"""The same for principal moments of inertia [kg m^2]."""
+"""Least principal moment of inertia [kg m^2]."""
 ROUNDING = 1e-9
-"""Share of a moment that is corrected without a note: the rounding of the file's digits."""
+"""Share of a moment that is corrected without a note: rounding of the digits in the file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +36,9 @@ class PrincipalInertia:
 
     Attributes:
         mass: Mass [kg].
-        placement: Of the principal axes, origin in the centre of mass, in the body's frame.
+        placement: Of the principal axes in the frame of the body, with the origin in the centre of mass.
         moments: Principal moments, shape (3,) [kg m^2].
-        change: Largest change of a moment against what the robot's file states [kg m^2].
+        change: Largest change of a moment relative to the robot file [kg m^2].
     """
 
     mass: float
@@ -49,19 +49,19 @@ class PrincipalInertia:
 
 @dataclass(frozen=True, eq=False)
 class SpecReport:
-    """A MuJoCo model and how it differs from the reduced model.
+    """A MuJoCo model, and its differences from the reduced model.
 
     Attributes:
         spec: The model, not compiled yet.
-        owners: Link or object of each collision geometry, by the geometry's name.
-        notes: A sentence for every shape, inertia or motion that MuJoCo does not hold exactly.
-        changing: What changes with time.
+        owners: Name of a collision geometry -> its link or object.
+        notes: A sentence for each shape, inertia or motion that MuJoCo does not represent exactly.
+        changing: The scene over time.
     """
 
     spec: mujoco.MjSpec
     owners: dict[str, str]
     notes: tuple[str, ...]
-    changing: Changing
+    changing: DynamicScene
 
 
 def describe(reduced: ReducedModel) -> SpecReport:
@@ -74,17 +74,17 @@ def describe(reduced: ReducedModel) -> SpecReport:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     bodies, notes = add_joints(spec, reduced)
     _add_motors(spec, reduced)
-    changing = Changing.of(reduced)
+    changing = DynamicScene.of(reduced)
     if changing.timings:
         add_specks(spec)
     frames, whole = changing.add_frames(spec, bodies), changing.whole
     names: list[list[str]] = []
     owners: dict[str, str] = {}
     for body in whole.bodies:
-        parts, note = pieces(body.shape, moving=body.joint != 0)
+        parts, note = mujoco_geoms(body.shape, moving=body.joint != 0)
         own = [body.name if len(parts) == 1 else f"{body.name}#{k}" for k in range(len(parts))]
         for name, piece in zip(own, parts, strict=True):
-            add_piece(spec, frames[body.joint], name, piece, changing.placement(body))
+            add_geom(spec, frames[body.joint], name, piece, changing.placement(body))
             owners[name] = body.owner
         if note:
             notes.append(f"{body.name}: {note}")
@@ -100,7 +100,7 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
     """Add a body for every joint, without shapes.
 
     Returns:
-        The bodies by pinocchio's joint index (0: the world), and notes on changed inertias.
+        The bodies by the joint index of Pinocchio (0: the world), and notes on changed inertias.
     """
     model, loaded = reduced.model, loaded_model(reduced)
     robot = reduced.scene.robot
@@ -108,7 +108,7 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
     notes: list[str] = []
     names = tuple(model.names[1:])
     limits = robot.limits.take(robot.index(names))
-    # A joint may start outside its limits. It is held there: the range of motion reaches as far as it stands.
+    # A joint may start outside its limits. It is held there, so its range includes the start.
     start = reduced.mimic_matrix @ reduced.start_positions + reduced.mimic_offset
     lower, upper = np.minimum(limits.lower, start), np.maximum(limits.upper, start)
     for index, name in enumerate(names, start=1):
@@ -122,7 +122,7 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
         body.ipos, body.iquat = inertia.placement.translation, scalar_first(inertia.placement)
         if inertia.change > 0.0:
             notes.append(
-                f"{body.name}: no rigid body has the stated inertia; "
+                f"{body.name}: the stated inertia is impossible for a rigid body; "
                 f"a principal moment was changed by {inertia.change:.1e} kg m^2"
             )
         kind, axis = _joint_axis(model, index)
@@ -134,13 +134,13 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
 
 
 def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
-    """Diagonalise an inertia; change it as little as possible where no rigid body could have it.
+    """Diagonalise an inertia, and correct moments that are impossible for a rigid body.
 
-    No body has a principal moment larger than the sum of the other two, and MuJoCo refuses such
-    numbers. They occur in robots' files; the nearest moments (least squares) take their place.
+    A principal moment is at most the sum of the other two, and MuJoCo rejects others, which occur in robot
+    files. They are replaced by the nearest possible moments (least squares).
 
     Args:
-        inertia: Pinocchio's inertia in the body's frame.
+        inertia: Inertia of Pinocchio in the frame of the body.
     """
     moments, axes = np.linalg.eigh(np.array(inertia.inertia))
     if np.linalg.det(axes) < 0.0:
@@ -149,7 +149,7 @@ def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
     excess = nearest[2] - nearest[0] - nearest[1]
     if excess > 0.0:
         nearest = nearest + np.array((1.0, 1.0, -1.0)) * excess / 3.0
-    # The inequality is tested in floating point: stay inside it by a few units in the last place.
+    # The inequality is tested in floating point; stay inside by a few units in the last place.
     nearest[:2] *= 1.0 + 4.0 * np.finfo(np.float64).eps
     change = float(np.abs(nearest - moments).max())
     return PrincipalInertia(
@@ -160,17 +160,17 @@ def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
     )
 
 
-def add_piece(
+def add_geom(
     spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, piece: MujocoGeom, where: Placement
 ) -> mujoco.MjsGeom:
-    """Fix a piece to a body, as a massless geometry that collides with nothing by default.
+    """Fix a geometry to a body, without mass, and without collisions by default.
 
     Args:
         spec: The model; meshes are stored in it.
         body: The body.
         name: Name of the geometry, and of its mesh.
-        piece: The piece.
-        where: Placement of the piece's shape in the body's frame.
+        piece: The geometry.
+        where: Placement of its shape in the frame of the body.
     """
     placed = where * piece.placement
     geom = body.add_geom(name=name, type=piece.kind, size=piece.size)
@@ -184,7 +184,7 @@ def add_piece(
 
 
 def _link_of(model: pin.Model, joint: int) -> str:
-    """Name the body that a joint moves: the first link on it."""
+    """Return the name of the body of a joint: its first link."""
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY and frame.parentJoint == joint:
             return str(frame.name)
@@ -192,7 +192,7 @@ def _link_of(model: pin.Model, joint: int) -> str:
 
 
 def _joint_axis(model: pin.Model, index: int) -> tuple[mujoco.mjtJoint, Floats]:
-    """Return MuJoCo's joint type and the axis in the joint's frame, from the motion subspace."""
+    """Return the joint type of MuJoCo, and the axis in the frame of the joint, from the motion subspace."""
     joint = model.joints[index]
     data = joint.createData()
     joint.calc(data, pin.neutral(model))
@@ -203,7 +203,7 @@ def _joint_axis(model: pin.Model, index: int) -> tuple[mujoco.mjtJoint, Floats]:
 
 
 def _limit(joint: mujoco.MjsJoint, lower: float, upper: float) -> None:
-    """Set position limits; a limit that does not exist is put out of reach."""
+    """Set position limits; an infinite limit is placed out of reach."""
     limited = np.isfinite((lower, upper)).any() and lower < upper
     joint.limited = mujoco.mjtLimited(int(limited))
     if limited:
@@ -225,7 +225,7 @@ def _add_motors(spec: mujoco.MjSpec, reduced: ReducedModel) -> None:
 
 
 def couple(spec: mujoco.MjSpec, follower: str, leader: str, factor: float, offset: float) -> None:
-    """Let a joint follow another rigidly: position = factor * leader + offset."""
+    """Couple a joint to another: position = factor * leader + offset."""
     rule = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=follower)
     rule.name2 = leader
     rule.objtype = mujoco.mjtObj.mjOBJ_JOINT
@@ -234,15 +234,15 @@ def couple(spec: mujoco.MjSpec, follower: str, leader: str, factor: float, offse
 
 
 CONTACT_TIME = (0.004, 1.0)
-"""Time constant [s] and damping ratio of the contacts of a loose object (MuJoCo's `solref`)."""
+"""Time constant [s] and damping ratio of the contacts of a loose object (`solref` of MuJoCo)."""
 CONTACT_IMPEDANCE = (0.95, 0.99, 0.0005, 0.5, 2.0)
-"""Stiffness of those contacts by depth (MuJoCo's `solimp`)."""
+"""Stiffness of these contacts by depth (`solimp` of MuJoCo)."""
 FRICTION_TO_NORMAL = 10.0
-"""Ratio of friction impedance to normal impedance (MuJoCo's `impratio`): at 1, objects creep."""
+"""Ratio of friction impedance to normal impedance (`impratio` of MuJoCo); with 1, objects creep."""
 NO_SLIP = 10
-"""Iterations that remove the remaining creep (MuJoCo's `noslip_iterations`)."""
+"""Iterations that remove the remaining creep (`noslip_iterations` of MuJoCo)."""
 ROLLING = 1e-4
-"""Friction against rolling [m]; MuJoCo's default."""
+"""Rolling friction [m]; the default of MuJoCo."""
 
 
 def add_loose(
@@ -253,24 +253,24 @@ def add_loose(
     fingers: tuple[str, ...],
     friction: Friction,
 ) -> SpecReport:
-    """Add an object that falls, slides and can be held to a MuJoCo model.
+    """Add an object to a MuJoCo model that is moved by contact and friction only.
 
-    It collides with everything. Its mass is spread evenly over its shapes.
+    It collides with everything. Its mass is distributed uniformly over its shapes.
 
     Args:
         report: The model, without the object; its specification is changed.
         item: The object.
         where: Its placement in the world.
-        fingers: Links with rubber on them.
+        fingers: Links with rubber pads.
         friction: Of the object.
 
     Raises:
-        ModelError: If its mass is not known, or it has no shape.
+        ModelError: If it has no mass or no shape.
     """
     if item.mass <= 0.0:
-        raise ModelError(f"object {shown(item.name)} has no mass to simulate it with: add(..., mass=...)")
+        raise ModelError(f"object {shown(item.name)} has no mass; pass mass= to Scene.add")
     if not item.parts:
-        raise ModelError(f"object {shown(item.name)} has no shape to take hold of")
+        raise ModelError(f"object {shown(item.name)} has no shape; add one to grasp it")
     spec = report.spec
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_TO_NORMAL
@@ -281,11 +281,11 @@ def add_loose(
     volumes = [uniform_inertia(shape).mass for shape, _ in item.parts]
     owners, notes = dict(others), list(report.notes)
     for count, (shape, placed) in enumerate(item.parts):
-        parts, note = pieces(shape, moving=True)
+        parts, note = mujoco_geoms(shape, moving=True)
         notes += [f"{item.name}: {note}"] * bool(note)
         for part, piece in enumerate(parts):
             name = f"{item.name}/{count}#{part}"
-            geom = add_piece(spec, body, name, piece, placed)
+            geom = add_geom(spec, body, name, piece, placed)
             geom.mass = item.mass * volumes[count] / sum(volumes) / len(parts)
             owners[name] = item.name
             for other, owner in others.items():
@@ -294,8 +294,8 @@ def add_loose(
                 pair.condim = 4
                 pair.friction = np.array((coefficient, coefficient, friction.torsional, ROLLING, ROLLING))
                 pair.solref, pair.solimp = np.array(CONTACT_TIME), np.array(CONTACT_IMPEDANCE)
-                # The shortest time constant that a step allows: MuJoCo leaves out the centripetal part of
-                # the acceleration at a contact, so that objects creep outward in a turning hand, at
-                # that acceleration times half this.
+                # The shortest time constant that a step allows: MuJoCo omits the centripetal acceleration at
+                # a contact, so that objects creep outward in a turning hand, at that acceleration times half
+                # of this time.
                 pair.solreffriction = np.array((2.0 * spec.option.timestep, 1.0))
     return SpecReport(spec, owners, tuple(notes), report.changing)

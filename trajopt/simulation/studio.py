@@ -9,6 +9,7 @@ from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.camera import Camera, Singles
 from trajopt.scene.reduced import ReducedModel
 from trajopt.simulation.camera import FIELD_OF_VIEW, CameraView, visible_points
+from trajopt.simulation.mujoco_geoms import scalar_first
 from trajopt.simulation.offscreen import Offscreen
 from trajopt.simulation.picture_files import Image, labelled
 from trajopt.simulation.picture_model import (
@@ -20,24 +21,23 @@ from trajopt.simulation.picture_model import (
     adapt_to_camera,
     picture_spec,
 )
-from trajopt.simulation.pieces import scalar_first
 from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.simulation.viewpoint import best_viewpoint, in_view, seen_from
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import Placement, placement
 
 OPTICAL_TO_MUJOCO = placement(rpy=(np.pi, 0.0, 0.0))
-"""MuJoCo's cameras look along -z, with y up; an optical frame has z forward and y down."""
+"""Cameras of MuJoCo look along -z, with y up; an optical frame has z forward and y down."""
 DEPTH_CAMERA = "depth camera"
 NEARER = 0.5
-"""What is nearer than this share of the nearest depth is not drawn: it would be cut open otherwise."""
+"""Near clipping plane as a share of the nearest depth, so that objects in range are not cut."""
 
 
 class DrawnDepth:
-    """A model and the context that it is drawn in.
+    """Draws the depth image of a camera.
 
     Attributes:
-        fixed: Positions of the joints that it does not move [rad | m].
+        fixed: Positions of the joints that do not move [rad | m].
         screen: The context.
     """
 
@@ -50,12 +50,12 @@ class DrawnDepth:
             fixed: Positions of the joints that the group does not move.
 
         Raises:
-            RenderingUnavailable: If no OpenGL works here.
+            RenderingUnavailable: If OpenGL does not work.
         """
         lens = camera.intrinsics
         shown = visible_points(reduced, reduced.start_positions[None])
         spec = picture_spec(reduced, shown).spec
-        spec.visual.quality.offsamples = 0  # depths between a thing and what is behind it are neither's
+        spec.visual.quality.offsamples = 0  # no blending of depths at edges
         spec.visual.map.znear = NEARER * camera.nearest / spec.stat.extent
         spec.visual.map.zfar = (camera.farthest + camera.nearest) / spec.stat.extent
         spec.visual.global_.offwidth, spec.visual.global_.offheight = lens.width, lens.height
@@ -63,7 +63,7 @@ class DrawnDepth:
         eye.resolution = np.array((lens.width, lens.height))
         eye.sensor_size = np.array((lens.width, lens.height)) * 1e-6
         eye.focal_pixel = np.array((lens.fx, lens.fy))
-        # MuJoCo has it from the axis to the middle of the picture, to the left and up.
+        # MuJoCo measures it from the axis to the middle of the picture, left and up.
         eye.principal_pixel = np.array(((lens.width - 1) / 2 - lens.cx, (lens.height - 1) / 2 - lens.cy))
         self.fixed = fixed
         self.model = spec.compile()
@@ -80,7 +80,7 @@ class DrawnDepth:
         self.screen = Offscreen(self.model, lens.width, lens.height)
 
     def depth(self, reduced: ReducedModel, where: Placement) -> Singles:
-        """Return the depths of robot and objects where the group starts, seen from an optical frame."""
+        """Return the depths of robot and objects at the start of the group, in an optical frame."""
         eye = where * OPTICAL_TO_MUJOCO
         place = self.view.fixedcamid
         self.model.cam_pos[place], self.model.cam_quat[place] = eye.translation, scalar_first(eye)
@@ -95,25 +95,25 @@ class DrawnDepth:
 
 
 PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
-"""Colour of the lines that the tools draw."""
+"""Colour of tool paths."""
 PATH_RADIUS = 0.003
-"""Their radius, as a share of half the size of what is shown."""
+"""Radius of tool paths, as a share of half the size of the shown region."""
 SAME_PICTURE = 1e-5
-"""Joints that moved less than this [rad | m] give the same picture."""
+"""Smaller changes of joints give the same picture [rad | m]."""
 GHOST = 0.22
-"""Opacity of the earlier moments in a superposed picture."""
+"""Opacity of earlier times in a superposed picture."""
 TRANSLUCENT = 0.3
-"""Opacity of what stands between the camera and the motion: its edges are seen, and what is behind it."""
+"""Opacity of objects between camera and motion, with visible edges."""
 
 
 @dataclass(frozen=True)
 class Canvas:
-    """What is drawn on.
+    """Size of pictures.
 
     Attributes:
         width: Of a picture [pixels].
         height: Of a picture [pixels].
-        shadow: Edge of the square that shadows are computed on [pixels].
+        shadow: Edge of the shadow map [pixels].
     """
 
     width: int
@@ -139,18 +139,18 @@ class Studio:
         camera: CameraView | None,
         highlight: Collection[str] = (),
     ) -> None:
-        """Set everything up.
+        """Prepare model, camera and context.
 
         Args:
             reduced: Robot and scene.
-            motion: What will be shown.
-            canvas: What is drawn on.
-            pictures: How many moments one picture may show.
-            camera: The camera; chosen when None.
-            highlight: Links and objects that are drawn in a colour of their own, and in view as a whole.
+            motion: The motion.
+            canvas: Size of pictures.
+            pictures: Largest number of times in one picture.
+            camera: The camera; the best viewpoint if None.
+            highlight: Links and objects with a special colour, which are entirely in view.
 
         Raises:
-            RenderingUnavailable: If no OpenGL works here.
+            RenderingUnavailable: If OpenGL does not work.
         """
         shown = in_view(reduced, motion, highlight)
         self._motion = motion
@@ -168,8 +168,8 @@ class Studio:
         self._camera = _mujoco_camera(view.camera)
         self._options = mujoco.MjvOption()
         self._options.geomgroup[HALO_GROUP] = 1
-        room = (pictures + 1) * self._model.ngeom + 2 * PATH_POINTS * len(self._posed.paths)
-        self._scene = mujoco.MjvScene(self._model, room)
+        capacity = (pictures + 1) * self._model.ngeom + 2 * PATH_POINTS * len(self._posed.paths)
+        self._scene = mujoco.MjvScene(self._model, capacity)
         self._screen = Offscreen(self._model, canvas.width, canvas.height)
 
     def __enter__(self) -> "Studio":
@@ -181,10 +181,10 @@ class Studio:
         self._screen.__exit__(None, None, None)
 
     def pictures(self, times: Floats, report: Callable[[float], None]) -> Iterator[Image]:
-        """Draw the moments one by one."""
+        """Draw the times one by one."""
         drawn, picture = None, None
         for count, t in enumerate(times):
-            positions = self._seen(float(t))
+            positions = self._shown_state(float(t))
             if picture is None or drawn is None or np.abs(positions - drawn).max() > SAME_PICTURE:
                 self._compose(float(t))
                 drawn, picture = positions, self._screen.picture(self._scene)
@@ -192,7 +192,7 @@ class Studio:
             report((count + 1) / (len(times) + 1))
 
     def superposed(self, times: Floats) -> Image:
-        """Draw the last moment solid and the others translucent, halos at the last alone."""
+        """Draw the last time solid and the others translucent, halos at the last only."""
         self._compose(float(times[-1]))
         self._options.geomgroup[HALO_GROUP] = 0
         for t in times[:-1]:
@@ -206,7 +206,7 @@ class Studio:
                 geom.rgba[3] = GHOST
         return self._screen.picture(self._scene)
 
-    def _seen(self, t: float) -> Floats:
+    def _shown_state(self, t: float) -> Floats:
         """Return numbers that are equal for equal pictures."""
         where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
         return np.concatenate((self._motion(t), where, self._posed.changing.state(t)))
@@ -216,9 +216,9 @@ class Studio:
         mujoco.mj_camlight(self._model, self._data)
 
     def _compose(self, t: float) -> None:
-        """Put robot, objects and the tool's path of a moment into the scene."""
+        """Put robot, objects and tool paths at a time into the scene."""
         self._pose(t)
-        self._screen.draw_anew(self._model, self._posed.grow_halos(t))
+        self._screen.update_meshes(self._model, self._posed.grow_halos(t))
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(
             self._model, self._data, self._options, None, self._camera, everything, self._scene
@@ -227,7 +227,7 @@ class Studio:
             self._add_line(path)
 
     def _add_line(self, points: Floats) -> None:
-        """Put the path of a tool, shape (k, 3), into the scene."""
+        """Put a tool path, shape (k, 3), into the scene."""
         radius = PATH_RADIUS * self._model.stat.extent
         previous = points[0]
         for point in points[1:]:

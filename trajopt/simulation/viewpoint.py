@@ -1,13 +1,11 @@
-"""From where a motion is seen best: chosen once, for pictures, films and the page in the browser.
+"""The best viewpoint of a motion, for pictures, films and the page in the browser.
 
-A picture of a motion is good as far as it shows two kinds of curves: the paths of the tools, and the robot's
-lines from joint to joint at moments of the motion. What something hides shows nothing, and what points at the
-camera shows little. So a direction is as good as the length that these curves have in the picture, hidden
-pieces left out. The lengths of the two kinds are multiplied: showing one well makes up for no loss of the
-other.
+A viewpoint is rated by the length in the picture of two kinds of curves: the paths of the tools, and the
+lines from joint to joint of the robot at several times. Hidden pieces do not count, and lines along the
+viewing direction are short. The lengths of the two kinds are multiplied, so that neither is neglected.
 
-Directions are a grid over the upper hemisphere, the camera as near as it can be with everything in view. What
-is hidden is found by casting rays. Nothing is random: the same motion is always seen from the same place.
+Viewing directions form a grid over the upper hemisphere, with the nearest camera that has everything in view.
+Hidden pieces are found by ray casting. The choice is deterministic.
 """
 
 from collections.abc import Collection, Iterator
@@ -24,35 +22,34 @@ from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.values.arrays import Bools, Floats
 
 AZIMUTHS = np.deg2rad(np.arange(0.0, 360.0, 15.0) + 140.0)
-"""Directions that cameras look along, about z [rad]. From one to the next the width of a flat thing in view
-changes by a quarter of its full width at most. The first, from the left front of a robot that looks along x,
-wins ties."""
+"""Viewing directions about z [rad]. Between neighbours the apparent width of a flat object changes by at most
+a quarter. The first one, from the left front of a robot that faces x, wins ties."""
 ELEVATIONS = np.deg2rad((-20.0, -35.0, -50.0))
-"""Of these directions above the horizon [rad]: as a person sees a machine from some way off, from near by,
-and over a wall. From higher still a picture is a plan, in which heights are lost."""
+"""Viewing directions above the horizon [rad]: a person's view of a machine from a distance, from nearby, and
+over a wall. Steeper views lose the heights."""
 STEEPER = 0.1
-"""A camera that looks down by one of these steps more must show this share more: people judge heights, and
-what stands upright, better from the side."""
+"""Share by which a camera one elevation steeper must show more: heights and upright objects are easier to
+judge from the side."""
 MOMENTS = 12
-"""Moments at which the robot is looked at; each has an equal share of the pieces of the tools' lines."""
+"""Times at which the robot is rated; each has an equal share of the pieces of the tool paths."""
 PIECES = 10
-"""The robot's lines are looked at in pieces, this many to half the size of what is shown, or more."""
+"""Least number of pieces of the robot's lines per half the size of the shown region."""
 THICKNESS = 0.1
-"""Of the robot, what is nearer to a piece than this share of its length does not hide it: that is the link
-itself, the hand, or what it holds. Arms are several times longer than they are thick."""
+"""Parts of the robot closer to a piece than this share of the robot's length do not hide it: they are the
+link itself, the hand, or the attached object. Arms are several times longer than thick."""
 HIDES = 0.1
-"""An object that hides more than this share of either kind of curve is drawn translucent."""
+"""Share of a kind of curves above which an object that hides them is drawn translucent."""
 AFTER_HIT = 1e-6
-"""How far behind a surface the search goes on, as a share of the ray."""
+"""Distance behind a surface at which the ray goes on, as a share of the ray."""
 
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """A camera, and what stands in its way.
+    """A camera, and the objects that hide the motion from it.
 
     Attributes:
         camera: The camera.
-        hiding: Objects between it and the motion, to be drawn translucent.
+        hiding: Objects to be drawn translucent.
     """
 
     camera: CameraView
@@ -61,12 +58,12 @@ class Viewpoint:
 
 @dataclass(frozen=True, eq=False)
 class _Curves:
-    """Pieces of what is looked at in one moment: first those of the tools' paths, then the robot's lines.
+    """Pieces of the rated curves at a time: first those of the tool paths, then the robot's lines.
 
     Attributes:
-        time: The moment [s].
+        time: The time [s].
         pieces: Both ends, shape (k, 2, 3) in the world [m].
-        tools: How many of them are of the tools' paths.
+        tools: Number of pieces of the tool paths.
     """
 
     time: float
@@ -75,26 +72,26 @@ class _Curves:
 
     @property
     def middles(self) -> Floats:
-        """What rays are cast to, shape (k, 3) [m]."""
+        """Targets of the rays, shape (k, 3) [m]."""
         return self.pieces.mean(axis=1)
 
     @property
     def lengths(self) -> Floats:
-        """Shape (k,) [m]."""
+        """Lengths of the pieces, shape (k,) [m]."""
         return np.linalg.norm(self.pieces[:, 1] - self.pieces[:, 0], axis=1)
 
     @property
     def of_tools(self) -> Bools:
-        """Which are of the tools' paths, shape (k,)."""
+        """Mask of the pieces of tool paths, shape (k,)."""
         return np.arange(len(self.pieces)) < self.tools
 
 
 def look_at(reduced: ReducedModel, motion: SampledMotion, aspect: float) -> Viewpoint:
-    """Choose from where to look at a motion that is drawn by other means.
+    """Choose the viewpoint of a motion that is drawn by other means.
 
     Args:
         reduced: Robot and scene.
-        motion: What is shown.
+        motion: The motion.
         aspect: Width of the picture over its height.
     """
     shown = in_view(reduced, motion)
@@ -102,7 +99,7 @@ def look_at(reduced: ReducedModel, motion: SampledMotion, aspect: float) -> View
 
 
 def in_view(reduced: ReducedModel, motion: SampledMotion, highlight: Collection[str] = ()) -> Floats:
-    """Return points around what must be in view: robot, tools' paths and what is highlighted, (k, 3) [m]."""
+    """Return points around robot, tool paths and highlighted objects, shape (k, 3) [m]."""
     times = np.linspace(0.0, motion.duration, MOMENTS)
     along = np.array([motion(t) for t in times])
     cloud = visible_points(reduced, along, times=times, always=highlight)
@@ -110,11 +107,11 @@ def in_view(reduced: ReducedModel, motion: SampledMotion, highlight: Collection[
 
 
 def best_viewpoint(posed: PosedModel, shown: Floats, aspect: float) -> Viewpoint:
-    """Choose from where a motion is seen best.
+    """Choose the best viewpoint.
 
     Args:
         posed: Robot and scene during the motion.
-        shown: What must be in view, shape (k, 3) in the world [m].
+        shown: Points that must be in view, shape (k, 3) in the world [m].
         aspect: Width of the picture over its height.
     """
     outer = outermost(shown)
@@ -137,7 +134,7 @@ def best_viewpoint(posed: PosedModel, shown: Floats, aspect: float) -> Viewpoint
 
 
 def seen_from(posed: PosedModel, camera: CameraView) -> Viewpoint:
-    """Find what stands between a camera and the motion."""
+    """Return the viewpoint of a camera, with the objects that hide the motion."""
     hidden: dict[str, Floats] = {}
     whole = np.zeros(2)
     for curves in _moments(posed):
@@ -152,7 +149,7 @@ def seen_from(posed: PosedModel, camera: CameraView) -> Viewpoint:
 
 
 def _moments(posed: PosedModel) -> Iterator[_Curves]:
-    """Put the model into one moment after the other, and yield what is looked at in it."""
+    """Set the model to one time after the other, and yield its rated curves."""
     step = posed.motion.duration / MOMENTS
     longest = posed.model.stat.extent / PIECES
     along = np.linspace(0.0, MOMENTS, PATH_POINTS)
@@ -165,26 +162,26 @@ def _moments(posed: PosedModel) -> Iterator[_Curves]:
 
 
 def _divided(line: Floats, longest: float) -> Floats:
-    """Return the pieces of a line (2, 3), none longer than asked, shape (k, 2, 3)."""
+    """Return pieces of a line (2, 3) up to a length, shape (k, 2, 3)."""
     count = int(np.linalg.norm(line[1] - line[0]) / longest) + 1
     corners = line[0] + np.linspace(0.0, 1.0, count + 1)[:, None] * (line[1] - line[0])
     return np.stack((corners[:-1], corners[1:]), axis=1)
 
 
 def _hidden(posed: PosedModel, camera: CameraView, curves: _Curves) -> Bools:
-    """Tell which pieces are hidden, by objects or by another part of the robot."""
+    """Return a mask of the pieces that objects or another part of the robot hide."""
     eye, rays = camera.position, curves.middles - camera.position
     by_robot = _first_hits(posed, eye, rays, ROBOT_GROUP) < 1.0 - _near(curves) / np.linalg.norm(rays, axis=1)
     return by_robot | (_first_hits(posed, eye, rays, OBJECT_GROUP) < 1.0)
 
 
 def _near(curves: _Curves) -> float:
-    """Return how far from its middle a link may reach [m]."""
+    """Return the thickness of links [m]."""
     return THICKNESS * float(curves.lengths[~curves.of_tools].sum())
 
 
 def _first_hits(posed: PosedModel, eye: Floats, rays: Floats, group: int) -> Floats:
-    """Return where rays meet geometries of a group first, as shares of the rays; inf where nowhere."""
+    """Return the first hits of rays with geometries of a group, as shares of the rays; infinite if none."""
     count = len(rays)
     geoms, shares = np.empty(count, np.int32), np.empty(count)
     mujoco.mj_multiRay(

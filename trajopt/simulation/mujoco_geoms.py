@@ -1,4 +1,4 @@
-"""Shapes in MuJoCo's terms: each becomes one native geometry, or convex meshes."""
+"""Shapes as geometries of MuJoCo: each becomes a native one, or convex meshes."""
 
 from dataclasses import dataclass, replace
 
@@ -16,23 +16,23 @@ from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
 CONE_TOLERANCE = 5e-6
-"""How far the pyramid that stands for a cone may protrude from it [m]."""
+"""Largest distance of the pyramid around a cone from it [m]."""
 MOST_CONE_SIDES = 512
-"""Sides of that pyramid at most; reached by cones of more than 13 cm in radius."""
+"""Largest number of sides of that pyramid; reached at a radius of 13 cm."""
 MOST_OF_CLOUD = 5_000
-"""Balls or cubes that stand for a cloud: MuJoCo looks at each of them in every step."""
+"""Largest number of spheres or cubes of a cloud; MuJoCo checks each of them in every step."""
 HALF_SPACE_EDGE = 40.0
-"""Edge of the box that stands for a half-space on a moving body [m]."""
+"""Edge of the box that replaces a half-space on a moving body [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class MujocoGeom:
-    """One MuJoCo geometry.
+    """A geometry of MuJoCo.
 
     Attributes:
-        kind: MuJoCo's geometry type.
-        size: MuJoCo's size parameters, shape (3,) [m].
-        placement: In the frame of the shape it comes from.
+        kind: Geometry type of MuJoCo.
+        size: Size parameters of MuJoCo, shape (3,) [m].
+        placement: In the frame of the shape.
         vertices: Of a mesh, shape (n, 3) [m]; empty for native types.
         faces: Of a mesh, outward triangles, shape (m, 3); empty for native types.
     """
@@ -44,15 +44,15 @@ class MujocoGeom:
     faces: Ints
 
 
-def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
-    """Return the MuJoCo geometries that stand for a shape, and a sentence on what was lost.
+def mujoco_geoms(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
+    """Return the geometries of a shape, and a note on the difference.
 
     Args:
         shape: The shape.
         moving: Whether a joint moves it; MuJoCo has fixed half-spaces only.
 
     Returns:
-        The pieces, and a sentence that is empty when nothing was lost.
+        The geometries, and a sentence, empty if they are exact.
     """
     match shape:
         case Plane():
@@ -67,19 +67,19 @@ def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
             cover = cover_mesh(shape, MeshPolicy())
             hulls = (hull for hull in cover.shapes if isinstance(hull, Convex))
             parts = tuple(surface(hull.vertices, hull.faces) for hull in hulls)
-            return parts, f"the exact mesh is simulated as what contains it: {cover.note}"
+            return parts, f"the exact mesh is simulated by a cover that contains it: {cover.note}"
         case _:
             return (_primitive(shape),), ""
 
 
 def scalar_first(placement: Placement) -> Floats:
-    """Return the quaternion (w, x, y, z) of a placement, as MuJoCo orders it, shape (4,)."""
+    """Return the quaternion (w, x, y, z) of a placement, in the order of MuJoCo, shape (4,)."""
     x, y, z, w = placement.quaternion
     return np.array((w, x, y, z))
 
 
 def surface(vertices: Floats, faces: NDArray[np.integer]) -> MujocoGeom:
-    """Return a mesh. It is drawn as it is; contacts use its convex hull."""
+    """Return a mesh, which is drawn exactly; contacts use its convex hull."""
     return MujocoGeom(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces.astype(np.int64))
 
 
@@ -103,7 +103,7 @@ def _native(kind: mujoco.mjtGeom, *size: float) -> MujocoGeom:
 
 
 def _cloud(cloud: Points | Voxels) -> tuple[tuple[MujocoGeom, ...], str]:
-    """Return a ball or cube for each of a cloud; of a large one fewer, which contain them."""
+    """Return the spheres or cubes of a cloud; for a large one fewer that contain them."""
     shown = fewer(cloud, MOST_OF_CLOUD)
     one = _primitive(Sphere(shown.radius) if isinstance(shown, Points) else Box(*(shown.size,) * 3))
     each = tuple(
@@ -121,18 +121,18 @@ def _half_space(*, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
     box = _native(mujoco.mjtGeom.mjGEOM_BOX, half, half, half)
     below = Placement(translation=readonly(np.array((0.0, 0.0, -half))))
     moved = MujocoGeom(box.kind, box.size, below, box.vertices, box.faces)
-    return (moved,), f"the moving half-space is a box with edges of {HALF_SPACE_EDGE:g} m"
+    return (moved,), f"the moving half-space is simulated as a box with edges of {HALF_SPACE_EDGE:g} m"
 
 
 def _pyramid(shape: Cone) -> tuple[tuple[MujocoGeom, ...], str]:
-    """Circumscribe a regular pyramid: it contains the cone."""
-    wanted = np.pi * np.sqrt(shape.radius / (2.0 * CONE_TOLERANCE))
-    sides = int(np.clip(np.ceil(wanted), 16, MOST_CONE_SIDES))
+    """Return a regular pyramid that contains a cone."""
+    least = np.pi * np.sqrt(shape.radius / (2.0 * CONE_TOLERANCE))
+    sides = int(np.clip(np.ceil(least), 16, MOST_CONE_SIDES))
     outer = shape.radius / np.cos(np.pi / sides)
     angle = 2.0 * np.pi * np.arange(sides) / sides
     base = np.stack((outer * np.cos(angle), outer * np.sin(angle), np.full(sides, -shape.length / 2)), axis=1)
     points = np.vstack((base, (0.0, 0.0, shape.length / 2)))
     excess = outer - shape.radius
     hull = convex(points)
-    note = f"the cone is a pyramid of {sides} sides, up to {excess:.1e} m larger"
+    note = f"the cone is simulated as a pyramid of {sides} sides, up to {excess:.1e} m larger"
     return (surface(hull.vertices, hull.faces),), note

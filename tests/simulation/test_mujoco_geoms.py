@@ -5,8 +5,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from trajopt.simulation.pieces import CONE_TOLERANCE, pieces
-from trajopt.simulation.spec import add_piece
+from trajopt.simulation.mujoco_geoms import CONE_TOLERANCE, mujoco_geoms
+from trajopt.simulation.spec import add_geom
 from trajopt.values.arrays import readonly
 from trajopt.values.placement import Placement, placement
 from trajopt.values.shapes.mesh_file import Mesh
@@ -52,10 +52,10 @@ def mujoco_distance(a: Shape, at: Placement, b: Shape, bt: Placement) -> float:
     spec = mujoco.MjSpec()
     names: list[list[str]] = []
     for label, shape, where in (("a", a, at), ("b", b, bt)):
-        parts, _ = pieces(shape, moving=False)
+        parts, _ = mujoco_geoms(shape, moving=False)
         names.append([f"{label}{k}" for k in range(len(parts))])
         for name, piece in zip(names[-1], parts, strict=True):
-            add_piece(spec, spec.worldbody, name, piece, where)
+            add_geom(spec, spec.worldbody, name, piece, where)
     model = spec.compile()
     state = mujoco.MjData(model)
     mujoco.mj_forward(model, state)
@@ -94,7 +94,7 @@ def test_depth_of_penetration(depth: float) -> None:
 
 
 def test_moving_half_space_is_a_large_box_and_says_so() -> None:
-    (piece,), note = pieces(Plane(), moving=True)
+    (piece,), note = mujoco_geoms(Plane(), moving=True)
     assert piece.kind == mujoco.mjtGeom.mjGEOM_BOX
     assert "box" in note
     top = piece.placement.translation[2] + piece.size[2]
@@ -103,7 +103,7 @@ def test_moving_half_space_is_a_large_box_and_says_so() -> None:
 
 @pytest.mark.parametrize("radius", [0.002, 0.05, 0.13])
 def test_pyramid_contains_its_cone_tightly_and_says_so(radius: float) -> None:
-    (piece,), note = pieces(Cone(radius, 0.2), moving=True)
+    (piece,), note = mujoco_geoms(Cone(radius, 0.2), moving=True)
     base = piece.vertices[piece.vertices[:, 2] < 0.0]
     outer = np.linalg.norm(base[:, :2], axis=1).max()
     middle = np.linalg.norm((base[0] + base[np.argsort(np.linalg.norm(base - base[0], axis=1))[1]])[:2]) / 2
@@ -115,8 +115,8 @@ def test_pyramid_contains_its_cone_tightly_and_says_so(radius: float) -> None:
 def test_exact_mesh_becomes_convex_pieces_and_says_so() -> None:
     box = convex([(x, y, z) for x in (0.0, 0.2) for y in (0.0, 0.1) for z in (0.0, 0.3)])
     mesh = Mesh(readonly(np.array(box.vertices)), np.array(box.faces))
-    parts, note = pieces(mesh, moving=True)
+    parts, note = mujoco_geoms(mesh, moving=True)
     assert len(parts) >= 1
-    assert note.startswith("the exact mesh is simulated as what contains it")
+    assert note.startswith("the exact mesh is simulated by a cover that contains it")
     at, bt = placement(), placement((0.5, 0.05, 0.15))
     assert mujoco_distance(mesh, at, Sphere(0.1), bt) == pytest.approx(0.2, abs=1e-5)
