@@ -1,8 +1,10 @@
 """Groups proposed from the tree: an arm and its gripper, two arms on a torso, tips by name."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
+from trajopt_robots._example_robot_data import share_folder
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm, two_arms
@@ -115,16 +117,16 @@ def test_a_gripper_on_a_chain_without_branches_ends_the_arm(
     tmp_path: Path, last: tuple[tuple[str, str, str], ...], palm: str
 ) -> None:
     robot = loaded(tmp_path, chain(*WRIST, *last))
-    groups = proposed(robot)
-    assert list(groups) == ["arm", "gripper"]
+    groups, name = proposed(robot), "hand" if palm == "left_hand" else "gripper"
+    assert list(groups) == ["arm", name]
     assert groups["arm"].driven == tuple(name for name, _, _ in WRIST) and groups["arm"].tip == "link5"
-    gripper = groups["gripper"]
+    gripper = groups[name]
     assert gripper.driven == tuple(name for name, kind, _ in last if kind != "fixed")
     assert gripper.links == tuple(link for _, _, link in last)
     assert (gripper.tip, gripper.parent_link, gripper.parent_group) == (palm or "link5", "link5", "arm")
     (only,) = said(robot)
     assert (
-        only.startswith(f"note: {gripper.driven[0]}") and "taken for a gripper's: in group 'gripper'" in only
+        only.startswith(f"note: {gripper.driven[0]}") and f"taken for a gripper's: in group '{name}'" in only
     )
 
 
@@ -181,9 +183,9 @@ def test_what_may_be_a_grippers_joint_is_said(
     assert note.endswith(f"let the group's chain end at {links[-2][2]}")
 
 
-def test_a_finger_alone_is_an_arm(tmp_path: Path) -> None:
+def test_a_finger_alone_is_a_finger(tmp_path: Path) -> None:
     robot = loaded(tmp_path, chain(*((f"finger_{n}", "revolute", f"finger_link{n}") for n in range(3))))
-    assert list(proposed(robot)) == ["arm"] and said(robot) == []
+    assert list(proposed(robot)) == ["finger"] and said(robot) == []
 
 
 @pytest.mark.parametrize("name", ["panda", "two_pandas"])
@@ -198,3 +200,48 @@ def test_installed_robots(name: str) -> None:
     assert len(arms) == len(grippers) == (1 if name == "panda" else 2)
     assert all(len(group.driven) == 7 and group.tip.endswith("link8") for group in arms)
     assert all(len(group.driven) == 1 and len(group.joints) == 2 for group in grippers)
+
+
+def without_shapes(path: Path, folder: Path) -> to.Robot:
+    """Load a robot without its meshes, which its groups do not depend on."""
+    tree = ElementTree.parse(path)
+    for link in tree.getroot().iter("link"):
+        for shape in (*link.findall("visual"), *link.findall("collision")):
+            link.remove(shape)
+    tree.write(folder / "robot.urdf")
+    return to.load(folder / "robot.urdf")
+
+
+@pytest.mark.parametrize(
+    ("file", "names"),
+    [
+        ("panda_description/urdf/panda.urdf", "panda_arm hand"),
+        ("ur_description/urdf/ur5_robot.urdf", "arm"),
+        ("baxter_description/urdf/baxter.urdf", "head left_arm left_gripper right_arm right_gripper"),
+        ("tiago_description/robots/tiago.urdf", "torso arm hand head arm_torso base arm_torso_base"),
+        (
+            "pr2_description/urdf/pr2.urdf",
+            "torso head left_arm left_gripper laser_tilt_mount right_arm right_gripper left_arm_torso "
+            "right_arm_torso base left_arm_torso_base right_arm_torso_base",
+        ),
+        (
+            "talos_data/robots/talos_reduced.urdf",
+            "left_leg right_leg torso left_arm left_gripper right_arm right_gripper head left_arm_torso "
+            "right_arm_torso",
+        ),
+    ],
+)
+def test_groups_have_the_names_that_a_person_gives(tmp_path: Path, file: str, names: str) -> None:
+    try:
+        path = share_folder() / "example-robot-data" / "robots" / file
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+    assert list(proposed(without_shapes(path, tmp_path))) == names.split()
+
+
+def test_a_torso_in_one_chain_with_an_arm_is_apart(shared_data: Path, tmp_path: Path) -> None:
+    robot = without_shapes(shared_data / "motionbenchmaker" / "fetch" / "robot" / "fetch.urdf", tmp_path)
+    groups = proposed(robot)
+    assert list(groups) == ["torso", "arm", "arm_torso"]
+    assert (groups["torso"].tip, groups["arm"].base) == ("torso_lift_link", "torso_lift_link")
+    assert len(groups["arm"].driven) == 7 and groups["arm_torso"].driven[0] == "torso_lift_joint"

@@ -41,12 +41,16 @@ def read_back(robot: to.Robot, proposal: SrdfProposal, folder: Path) -> to.Robot
 
 def test_what_is_written_is_read_back(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
     again = read_back(panda, proposal, tmp_path)
-    assert again.groups["arm"].joints == panda.groups["panda_arm"].joints
-    assert again.groups["arm"].tip == "panda_link8"
-    assert again.groups["gripper"].joints == panda.groups["hand"].joints
+    assert again.groups["panda_arm"].joints == panda.groups["panda_arm"].joints
+    assert again.groups["panda_arm"].tip == "panda_link8"
+    assert again.groups["hand"].joints == panda.groups["hand"].joints
     assert {frozenset(pair) for pair in proposal.disabled} <= again.disabled_pairs
-    effector = again.end_effectors["gripper_eef"]
-    assert (effector.group, effector.parent_link, effector.parent_group) == ("gripper", "panda_link8", "arm")
+    effector = again.end_effectors["hand_eef"]
+    assert (effector.group, effector.parent_link, effector.parent_group) == (
+        "hand",
+        "panda_link8",
+        "panda_arm",
+    )
     for (group, state), values in proposal.states.items():
         assert again.state(state, group=group) == pytest.approx(values, abs=1e-9)
 
@@ -55,7 +59,7 @@ def test_home_is_valid_and_the_gripper_opens(panda: to.Robot, proposal: SrdfProp
     again = read_back(panda, proposal, tmp_path)
     for fingers in ("open", "close"):
         home = again.positions({**again.state("home"), **again.state(fingers)})
-        arm = reduce_model(to.Scene(again), "arm", home)
+        arm = reduce_model(to.Scene(again), "panda_arm", home)
         assert validity(arm, arm.start_positions).valid, fingers
     assert again.state("open")["panda_finger_joint1"] == pytest.approx(0.04)
     assert again.state("close")["panda_finger_joint1"] == pytest.approx(0.0)
@@ -64,7 +68,9 @@ def test_home_is_valid_and_the_gripper_opens(panda: to.Robot, proposal: SrdfProp
 def test_a_plan_can_be_made_with_it(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
     again = read_back(panda, proposal, tmp_path)
     goal = {joint: value + 0.4 for joint, value in again.state("home").items()}
-    problem = to.Problem(scene=to.Scene(again), start="home", goal=to.joint_positions(goal), group="arm")
+    problem = to.Problem(
+        scene=to.Scene(again), start="home", goal=to.joint_positions(goal), group="panda_arm"
+    )
     assert to.plan(problem).verified
 
 
@@ -74,7 +80,7 @@ def test_fingers_may_meet_and_others_are_named(proposal: SrdfProposal) -> None:
     named = {item.pair for item in proposal.with_verdict(Verdict.DEFAULT)}
     assert {"panda_link5", "panda_hand"} in named
     text = str(proposal)
-    assert "not checked: inside one gripper" in text and "arm: panda_link0 to panda_link8" in text
+    assert "not checked: inside one gripper" in text and "panda_arm: panda_link0 to panda_link8" in text
     json.dumps(proposal.as_dict(), allow_nan=False)
 
 
@@ -93,8 +99,8 @@ def test_home_is_zero_where_zero_is_valid(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(PLANAR_ARM)
     found = proposal_of(to.load(tmp_path / "arm.urdf"))
     assert found.states["arm", "home"] == {"shoulder": 0.0, "elbow": 0.0}
-    assert found.states["gripper", "open"] == {"left_slide": 0.04}
-    assert found.states["gripper", "close"] == {"left_slide": 0.0}
+    assert found.states["hand", "open"] == {"left_slide": 0.04}
+    assert found.states["hand", "close"] == {"left_slide": 0.0}
 
 
 def single_jaw() -> str:
@@ -150,3 +156,43 @@ def test_on_the_command_line(tmp_path: Path) -> None:
     assert {frozenset(item["links"]) for item in told["disabled"]} <= robot.disabled_pairs
     refused = trajopt("srdf", tmp_path / "arm.urdf", "--share", 0)
     assert refused.returncode == 2 and "must lie in (0, 1)" in refused.stderr
+
+
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+ON_WHEELS = """<robot name="mobile"><link name="base_link"/>{}</robot>""".format(
+    "".join(
+        f'<link name="{child}">{INERTIAL}</link><joint name="{name}" type="{kind}"><parent link="{parent}"/>'
+        f'<child link="{child}"/><origin xyz="{at}"/><axis xyz="0 0 1"/>'
+        f'<limit lower="-1" upper="1" effort="900" velocity="1"/></joint>'
+        for parent, child, name, kind, at in (
+            ("base_link", "left_wheel", "left_wheel_joint", "continuous", "0 0.3 0"),
+            ("base_link", "right_wheel", "right_wheel_joint", "continuous", "0 -0.3 0"),
+            ("base_link", "chest", "torso_lift_joint", "prismatic", "0 0 0.5"),
+            ("chest", "face", "head_pan_joint", "revolute", "0 0 0.4"),
+            ("chest", "upper", "shoulder_joint", "revolute", "0.2 0 0"),
+            ("upper", "fore", "elbow_joint", "revolute", "0.4 0 0"),
+            ("fore", "palm", "hand_mount", "fixed", "0.4 0 0"),
+            ("palm", "finger", "finger_joint", "prismatic", "0.05 0 0"),
+        )
+    )
+)
+
+
+def test_robots_on_wheels_have_groups_with_torso_and_base(tmp_path: Path) -> None:
+    (tmp_path / "mobile.urdf").write_text(ON_WHEELS)
+    found = proposal_of(to.load(tmp_path / "mobile.urdf"))
+    names = [group.name for group in found.groups]
+    assert names == ["torso", "head", "arm", "gripper", "arm_torso", "base", "arm_torso_base"]
+    assert "base: base_link in the plane, if to.load gets base=to.bases.planar_base(...)" in str(found)
+    (tmp_path / "mobile.srdf").write_text(found.xml)
+    standing = to.load(tmp_path / "mobile.urdf", srdf=tmp_path / "mobile.srdf")
+    whole = ("torso_lift_joint", "shoulder_joint", "elbow_joint")
+    assert standing.groups["arm_torso_base"].joints == standing.groups["arm_torso"].joints == whole
+    base = to.bases.planar_base((-2, -2), (2, 2), velocity=(1, 1), acceleration=(1, 1))
+    moving = to.load(tmp_path / "mobile.urdf", srdf=tmp_path / "mobile.srdf", base=base)
+    driven = tuple(f"world_joint/{each}" for each in ("x", "y", "theta"))
+    assert moving.groups["base"].joints == driven
+    assert moving.groups["arm_torso_base"].joints == (*driven, *whole)
+    goal = {"world_joint/x": 0.5, "torso_lift_joint": 0.3, "elbow_joint": 0.4}
+    problem = to.Problem(scene=to.Scene(moving), group="arm_torso_base", start="home", goal=goal)
+    assert to.plan(problem).verified

@@ -1,14 +1,25 @@
 """Proposed planning groups: arms from base to tip, and grippers at the fingers' base."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from trajopt.lab.srdf.group_names import (
+    ARM,
+    ARM_JOINTS,
+    TORSO,
+    WHEEL,
+    WHEELS,
+    UniqueNames,
+    body_part,
+    chain_name,
+    gripper_name,
+)
 from trajopt.lab.srdf.link_tree import LinkTree, TreeLink
 from trajopt.robot.loading.groups import TURNS, names_fingers, names_gripper, words
 from trajopt.values.errors.arguments import checked
 
-ARM = "arm"
-"""Name of an arm's group."""
+BASE, BASE_JOINT = "base", "world_joint"
+"""Names of the group of a base on wheels, and of the joint between world and base."""
 TOOL_FRAMES = ("tool0", "tcp", "tool", "flange", "ee_link")
 """Preferred names of a tip among links fixed to the last moving one."""
 
@@ -19,13 +30,15 @@ class ProposedGroup:
 
     Attributes:
         name: Its name.
-        base: First link of its chain; empty for a gripper.
-        tip: Last link of its chain; for a gripper the link that carries the fingers.
+        base: First link of its chain; empty for a gripper and for a base on wheels.
+        tip: Last link of its chain; for a gripper the link that carries the fingers, for a base on wheels the
+            link that the joint to the world moves.
         links: A gripper's links.
         joints: Moving joints, including mimics.
-        driven: Moving joints without mimics.
+        driven: Moving joints without mimics and without the joint between world and base.
         parent_link: For a gripper: the link that it is fixed to.
         parent_group: For a gripper: the arm that carries it.
+        parts: Names of the groups that it joins; empty for a group with joints of its own.
     """
 
     name: str
@@ -36,26 +49,82 @@ class ProposedGroup:
     driven: tuple[str, ...]
     parent_link: str = ""
     parent_group: str = ""
+    parts: tuple[str, ...] = ()
 
     @property
     def is_gripper(self) -> bool:
-        """Whether it is an end effector rather than a chain."""
-        return not self.base
+        """Whether it is an end effector."""
+        return bool(self.parent_link)
+
+    @property
+    def is_base(self) -> bool:
+        """Whether it is the base of a robot on wheels, which a planar joint moves."""
+        return self.joints == (BASE_JOINT,)
 
 
 @checked
 def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
-    """Propose chains and grippers, arms before their attachments.
+    """Propose chains and grippers, arms before their attachments, then arms joined with torso and base.
 
     A chain leads from the root, or from a branching link, to the next branch or to the end. A small branch at
     the end of an arm is a gripper; so are the last joints of a chain without a branch, if their names suggest
-    it.
+    it. Wheels are not in any group: a robot on wheels gets a planar joint to the world and groups with it.
     """
     root = next(iter(tree.links))
-    found: list[ProposedGroup] = []
-    for chain in _chains(tree, root):
-        found.extend(chain)
-    return tuple(_named(found))
+    chains = [part for chain in _chains(tree, root) for part in _torso_apart(tree, chain)]
+    groups = _named([chain for chain in chains if body_part(chain[0].driven) != WHEEL])
+    groups += [_on_torso(arm, torso) for arm in _arms(groups) for torso in groups if _carries(torso, arm)]
+    if not any(words(name) & WHEELS for name in tree.links):
+        return tuple(groups)
+    base = ProposedGroup(name=BASE, base="", tip=root, links=(), joints=(BASE_JOINT,), driven=())
+    on_torso = [group for group in groups if group.name.endswith(f"_{TORSO}")]
+    return (*groups, base, *(_on_base(group) for group in on_torso or _arms(groups)))
+
+
+def _torso_apart(tree: LinkTree, chain: list[ProposedGroup]) -> list[list[ProposedGroup]]:
+    """Return a chain, with the torso that an arm begins with as a chain of its own."""
+    whole, *grippers = chain
+    count = next(
+        (place for place, joint in enumerate(whole.driven) if body_part([joint]) != TORSO), len(whole.driven)
+    )
+    if not 0 < count <= len(whole.driven) - ARM_JOINTS:
+        return [chain]
+    shoulder = next(link.name for link in tree.links.values() if link.joint == whole.driven[count - 1])
+    first = whole.joints.index(whole.driven[count])
+    torso = replace(whole, tip=shoulder, joints=whole.joints[:first], driven=whole.driven[:count])
+    arm = replace(whole, base=shoulder, joints=whole.joints[first:], driven=whole.driven[count:])
+    return [[torso], [arm, *grippers]]
+
+
+def _arms(groups: Sequence[ProposedGroup]) -> list[ProposedGroup]:
+    """Return the groups that are arms: those that carry a gripper, or move enough and are named so."""
+    carriers = {group.parent_group for group in groups}
+    return [group for group in groups if group.base and (group.name in carriers or _is_arm(group))]
+
+
+def _is_arm(group: ProposedGroup) -> bool:
+    return body_part(group.driven) == ARM
+
+
+def _carries(torso: ProposedGroup, arm: ProposedGroup) -> bool:
+    return torso.tip == arm.base and body_part(torso.driven) == TORSO
+
+
+def _on_torso(arm: ProposedGroup, torso: ProposedGroup) -> ProposedGroup:
+    """Return the chain from the base of a torso to the end of an arm on it."""
+    return ProposedGroup(
+        name=f"{arm.name}_{torso.name}",
+        base=torso.base,
+        tip=arm.tip,
+        links=(),
+        joints=(*torso.joints, *arm.joints),
+        driven=(*torso.driven, *arm.driven),
+    )
+
+
+def _on_base(group: ProposedGroup) -> ProposedGroup:
+    """Return a group joined with the base on wheels."""
+    return replace(group, name=f"{group.name}_{BASE}", parts=(BASE, group.name))
 
 
 def _chains(tree: LinkTree, base: str) -> list[list[ProposedGroup]]:
@@ -135,55 +204,20 @@ def _gripper(tree: LinkTree, palm: str, carrier: str, branches: Sequence[str]) -
     )
 
 
-def _shared_words(names: Sequence[str]) -> str:
-    """Return the leading words, separated by underscores, that all names share, their last words aside."""
-    words = [name.split("_")[:-1] for name in names]
-    shared = [column[0] for column in zip(*words, strict=False) if len(set(column)) == 1]
-    return "_".join(shared)
-
-
-def _named(groups: Sequence[ProposedGroup]) -> list[ProposedGroup]:
-    """Name groups "arm" and "gripper" if there is one of each, else by their joints' common part."""
-    arms = [group for group in groups if not group.is_gripper]
-    names: dict[str, int] = {}
+def _named(chains: Sequence[Sequence[ProposedGroup]]) -> list[ProposedGroup]:
+    """Name chains, each with its gripper if it has one."""
+    alone = sum(body_part(chain[0].driven) == ARM for chain in chains) == 1
+    names = UniqueNames({})
     found: list[ProposedGroup] = []
-    carrier = ""
-    for group in groups:
-        kind = (
-            "gripper"
-            if group.is_gripper
-            else ARM
-            if len(arms) == 1 or len(group.driven) >= ARM_JOINTS
-            else "joints"
-        )
-        if len(arms) == 1:
-            prefix = ""
-        elif group.is_gripper:
-            prefix = carrier.removesuffix(ARM).strip("_")
-        else:
-            prefix = _shared_words(group.joints)
-        name = f"{prefix}_{kind}" if prefix else kind
-        names[name] = names.get(name, 0) + 1
-        unique = name if names[name] == 1 else f"{name}_{names[name]}"
-        if not group.is_gripper:
-            carrier = unique
-        found.append(
-            ProposedGroup(
-                name=unique,
-                base=group.base,
-                tip=group.tip,
-                links=group.links,
-                joints=group.joints,
-                driven=group.driven,
-                parent_link=group.parent_link,
-                parent_group=carrier if group.is_gripper else "",
-            )
-        )
+    for chain, *grippers in chains:
+        found.append(replace(chain, name=names.take(chain_name(chain.driven))))
+        carrier = found[-1].name
+        for gripper in grippers:
+            name = names.take(gripper_name(gripper.tip, carrier, alone=alone))
+            found.append(replace(gripper, name=name, parent_group=carrier))
     return found
 
 
-ARM_JOINTS = 2
-"""A chain with fewer driven joints is not an arm."""
 GRIPPER_SHARE = 0.4
 """A branch at the end of an arm with at most this share of the arm's reach is a gripper."""
 

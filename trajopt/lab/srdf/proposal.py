@@ -41,7 +41,7 @@ class SrdfProposal:
         confidence: Confidence of "never".
         evidence: Of every pair of links with collision bodies.
         disabled: Reason by the two links of each pair that need not be checked.
-        groups: Chains and grippers.
+        groups: Chains, grippers, the base on wheels, and groups that join others.
         states: Joint -> position [rad | m] by (group, state).
         end_effectors: The parent of each gripper.
         findings: Suspicious parts of the URDF, and certain or possible joints of grippers.
@@ -92,9 +92,7 @@ class SrdfProposal:
         """Summarise the findings and the checked and unchecked pairs."""
         lines = [f"groups of {self.name}"]
         for group in self.groups:
-            way = f"on {group.parent_link}" if group.is_gripper else f"{group.base} to {group.tip}"
-            joints = in_number(group.driven, "driven joint")
-            lines.append(f"  {group.name}: {way}, {joints}: {', '.join(group.driven)}")
+            lines.append(f"  {group.name}: {_described(group)}")
         lines += ["", "states", *(f"  {group}: {name}" for group, name in self.states)]
         share, level = 100.0 * self.confidence.share, 100.0 * self.confidence.level
         titles = {
@@ -123,6 +121,16 @@ class SrdfProposal:
     def _note(self, item: PairEvidence) -> str:
         inside = item.verdict not in DISABLED and (item.first, item.second) in self.disabled
         return "; not checked: inside one gripper" if inside else ""
+
+
+def _described(group: ProposedGroup) -> str:
+    """Describe in a line where a group is and which joints it has."""
+    if group.is_base:
+        return f"{group.tip} in the plane, if to.load gets base=to.bases.planar_base(...)"
+    if group.parts:
+        return f"groups {' and '.join(group.parts)}"
+    way = f"on {group.parent_link}" if group.is_gripper else f"{group.base} to {group.tip}"
+    return f"{way}, {in_number(group.driven, 'driven joint')}: {', '.join(group.driven)}"
 
 
 @checked
@@ -162,7 +170,7 @@ def propose_srdf(
         if group.is_gripper:
             for name, values in gripper_states(robot, group).items():
                 states[group.name, name] = values
-        elif home is not None:
+        elif home is not None and group.driven:
             states[group.name, "home"] = {joint: float(home[driven.index(joint)]) for joint in group.driven}
     effectors = tuple(
         EndEffector(f"{group.name}_eef", group.name, group.parent_link, group.parent_group)
@@ -185,6 +193,8 @@ def gripper_findings(tree: LinkTree, groups: Sequence[ProposedGroup]) -> Iterato
     """List the joints taken for a gripper's, and those of an arm that may be."""
     carriers = {group.parent_group for group in groups}
     for group in groups:
+        if group.is_base or group.parts:
+            continue
         if group.is_gripper:
             one = "; name its open and closed states: one finger does not tell which end is which"
             yield Finding(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree
 
-from trajopt.lab.srdf.groups import ProposedGroup
+from trajopt.lab.srdf.groups import BASE_JOINT, ProposedGroup
 from trajopt.robot.loading.srdf import EndEffector
 from trajopt.values.errors.arguments import checked
 
@@ -21,21 +21,18 @@ def srdf_text(
 
     Args:
         name: Of the robot, as in its URDF.
-        groups: Chains and grippers.
+        groups: Chains, grippers, the base on wheels, and groups that join others.
         states: Joint -> position [rad | m] by (group, state).
         end_effectors: The parent of each gripper.
         disabled: Reason by the two links of each unchecked pair.
     """
     root = ElementTree.Element("robot", name=name)
     for group in groups:
-        element = ElementTree.SubElement(root, "group", name=group.name)
-        if group.is_gripper:
-            for link in group.links:
-                ElementTree.SubElement(element, "link", name=link)
-            for joint in group.joints:
-                ElementTree.SubElement(element, "joint", name=joint)
-        else:
-            ElementTree.SubElement(element, "chain", base_link=group.base, tip_link=group.tip)
+        if group.is_base:
+            world = {"name": BASE_JOINT, "type": "planar", "parent_frame": "world", "child_link": group.tip}
+            ElementTree.SubElement(root, "virtual_joint", world)
+    for group in groups:
+        _add_group(root, group)
     for (group_name, state), values in states.items():
         element = ElementTree.SubElement(root, "group_state", name=state, group=group_name)
         for joint, value in values.items():
@@ -49,3 +46,17 @@ def srdf_text(
         ElementTree.SubElement(root, "disable_collisions", link1=first, link2=second, reason=reason)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _add_group(root: ElementTree.Element, group: ProposedGroup) -> None:
+    element = ElementTree.SubElement(root, "group", name=group.name)
+    if group.parts:
+        for part in group.parts:
+            ElementTree.SubElement(element, "group", name=part)
+    elif group.base:
+        ElementTree.SubElement(element, "chain", base_link=group.base, tip_link=group.tip)
+    else:
+        for link in group.links:
+            ElementTree.SubElement(element, "link", name=link)
+        for joint in group.joints:
+            ElementTree.SubElement(element, "joint", name=joint)
