@@ -76,7 +76,7 @@ def loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Loop:
 
     def run(camera: Camera, budget: to.Budget | None = None) -> tuple[Page, DrivenArm]:
         page = Page("planning-in-a-loop.md", tmp_path)
-        page.run("What is asked", "One cycle")
+        page.run("The problem", "One cycle")
         asked, scene = page.names["asked"], page.names["scene"]
         assert callable(asked)
         arm = DrivenArm(asked(camera.cup(), scene))
@@ -158,4 +158,4 @@ def test_in_front_of_a_wall_that_was_not_there_it_stops(loop: Loop) -> None:
 
 def test_every_section_with_blocks_is_run(tmp_path: Path) -> None:
     page = Page("planning-in-a-loop.md", tmp_path)
-    assert page.with_blocks == ["What is asked", "One cycle", "The loop"]
+    assert page.with_blocks == ["The problem", "One cycle", "The loop"]

@@ -22,7 +22,7 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Page:
 
 
 def test_what_it_says_is_so(page: Page, capsys: pytest.CaptureFixture[str]) -> None:
-    page.run("Where limits come from")
+    page.run("Sources of limits")
     said = capsys.readouterr().out
     assert "elbow acceleration 229.2 deg/s^2 (no limit stated)" in said
     arm, problem = page.names["arm"], None
@@ -32,7 +32,7 @@ def test_what_it_says_is_so(page: Page, capsys: pytest.CaptureFixture[str]) -> N
     assert arm.limits.acceleration[place].tolist() == [3.0, 5.0]
     assert arm.limits.jerk[place].tolist() == [60.0, np.inf]
 
-    page.run("Scaled")
+    page.run("Scaling")
     problem, result = page.names["problem"], page.names["result"]
     assert isinstance(problem, to.Problem) and isinstance(result, to.Result)
     assert problem.limits.velocity.tolist() == [1.0, 0.75]
@@ -46,12 +46,12 @@ def test_what_it_says_is_so(page: Page, capsys: pytest.CaptureFixture[str]) -> N
     assert isinstance(careful, to.Robot)
     assert careful.limits.effort[place] == pytest.approx(0.7 * arm.limits.effort[place])
 
-    page.run("The tool")
+    page.run("Tool speed")
     assert re.search(r"^ok +path: tool speed +hand +(99|100)\b", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_a_longer_rise_is_gentler_and_takes_longer(page: Page, capsys: pytest.CaptureFixture[str]) -> None:
-    page.run("Where limits come from", "Scaled", "The tool", "Gently")
+    page.run("Sources of limits", "Scaling", "Tool speed", "Gentle motion")
     said = capsys.readouterr().out
     assert "jerk limits of elbow" in said and "reached in 0.1 s" in said
     rows = PRINTED.findall(said)
@@ -64,4 +64,4 @@ def test_a_longer_rise_is_gentler_and_takes_longer(page: Page, capsys: pytest.Ca
 
 
 def test_every_section_with_blocks_is_run(page: Page) -> None:
-    assert page.with_blocks == ["Where limits come from", "Scaled", "The tool", "Gently"]
+    assert page.with_blocks == ["Sources of limits", "Scaling", "Tool speed", "Gentle motion"]

@@ -31,7 +31,7 @@ def test_every_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         page.run("Operations")
         told = capsys.readouterr().out
         assert "True\n" in told and told.splitlines()[-1] == "True []"
-        page.run("What cameras see")
+        page.run("Point clouds")
         assert int(capsys.readouterr().out.split()[0]) > 0
         cast(Any, page.names["client"]).close()
 

@@ -52,7 +52,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         patch.setenv("PATH", f"{folder / 'bin'}{os.pathsep}{os.environ['PATH']}")
         patch.chdir(folder)
         page = Page("your-robot.md", folder)
-        page.run("From the URDF", "A plan from where the arm stands")
+        page.run("From the URDF", "A plan from the measured state")
         yield page
 
 
@@ -122,7 +122,7 @@ def test_a_loop_at_100_hz_keeps_the_tool_within_a_millimetre_of_the_plan(
     clock.__dict__.update(monotonic=Clock(arm).monotonic, sleep=Clock(arm).sleep)
     monkeypatch.setitem(sys.modules, "time", clock)
     page.names["my_arm"] = arm
-    page.run("A loop of your own at 100 Hz")
+    page.run("Your own loop at 100 Hz")
     monkeypatch.undo()
     assert arm.data.time == pytest.approx(plan.trajectory.duration, abs=0.002)
     reduced = plan.problem.reduced
