@@ -1,4 +1,4 @@
-"""Goals one after the other, passed within a radius, and goals that move while the robot drives to them."""
+"""Several goals, goals passed within a radius, and moving goals."""
 
 from collections.abc import Callable
 from dataclasses import replace

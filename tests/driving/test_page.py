@@ -59,20 +59,20 @@ def test_every_block(
     page.names.update(controller=controller, wait=wait)
     page.run("A supervised robot")
     assert "reached" in capsys.readouterr().out
-    page.run("A world that changes")
+    page.run("A changing world")
     kinds = [event.kind for event in page.names["supervisor"].events]
     assert EventKind.REPLANNED in kinds and kinds[-1] is EventKind.REACHED
-    page.run("Goals one after the other")
+    page.run("Several goals")
     kinds = [event.kind for event in page.names["supervisor"].events]
     assert kinds in (
         [EventKind.STARTED, kind, EventKind.REACHED] for kind in (EventKind.PASSED, EventKind.REACHED)
     )
-    page.run("A goal that moves")
+    page.run("Moving goals")
     kinds = [event.kind for event in page.names["supervisor"].events]
     assert EventKind.REPLANNED in kinds and kinds[-1] is EventKind.REACHED
     page.run("Servo")
     assert "no command for 0.1" in capsys.readouterr().out
-    page.run("Gamepad, and streams of commands")
+    page.run("Gamepads and streams")
     page.run("A driver for your robot")
     said = capsys.readouterr().out
     assert "FAIL" not in said and said.count("ok ") >= 16
@@ -87,4 +87,4 @@ def test_every_block(
         supervisor.cycle()
         wait(0.019)
     assert [event.kind for event in supervisor.events] == [EventKind.STARTED, EventKind.REACHED]
-    page.run("Rehearsed")
+    page.run("Rehearsal")
