@@ -113,6 +113,11 @@ bench-experience: $(STAMP)
 bench-server: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
 
+# Hostile requests while workers are killed. OPTIONS: --requests N, --kills N, --seed N.
+.PHONY: bench-hostile
+bench-hostile: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.hostile --page benchmarks/README.md $(OPTIONS)
+
 # Depth images to scenes, the camera in MuJoCo, and shelves that nobody knows. OPTIONS: --shelves N, --cell 0.01.
 bench-perception: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.perception $(DATA) --page benchmarks/README.md $(OPTIONS)

@@ -116,9 +116,10 @@ class Server:
     url: str
 
     @staticmethod
-    def started() -> "Server":
+    def started(*options: str) -> "Server":
+        """Start a server of a Panda, with further options of `trajopt serve`."""
         command = [sys.executable, "-m", "trajopt", "serve", "--robot", "panda", "--port", "0"]
-        command += ["--workers", str(WORKERS), "--waiting", str(WAITING)]
+        command += ["--workers", str(WORKERS), "--waiting", str(WAITING), *options]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert process.stdout is not None
         return Server(process, process.stdout.readline().split()[-1])
