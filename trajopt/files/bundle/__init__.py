@@ -1,7 +1,7 @@
-"""Plans that are kept: a problem, and what became of it, in one file that says all.
+"""Bundles: a problem and the result of planning it, in one self-contained file.
 
-`result.save("x.trajopt")`, `plan.save(...)` and `problem.save(...)` write one; `read_bundle` reads it on a
-machine that has never seen the robot, `replay` plans anew and says what differs.
+`result.save("x.trajopt")`, `plan.save(...)` and `problem.save(...)` write a bundle. `read_bundle` reads it on
+any machine, without the robot's own files; `replay` plans it again and lists the differences.
 """
 
 from trajopt.files.bundle.bundle import Bundle as Bundle

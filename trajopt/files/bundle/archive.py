@@ -1,8 +1,7 @@
-"""The file of a bundle: a zip whose members are bounded before anything is unpacked.
+"""The zip file of a bundle, with limits checked before unpacking.
 
-Whoever sends a bundle may be anybody. So names are plain, members are stored or deflated and nothing else,
-none is encrypted or there twice, and what they say they hold is bounded for each and for all; what they hold
-beyond that is not read.
+Bundles may come from untrusted senders. Names must be plain, members stored or deflated, unencrypted and
+unique. The declared sizes are limited for each member and in total, and reading stops at the declared size.
 """
 
 import re
@@ -19,7 +18,7 @@ from trajopt.values.errors import FileFormatError, shown
 MOST_MEMBERS = 20_000
 """Members of a bundle: objects of a large scene have some arrays each."""
 ARRAYS = "arrays/"
-"""Where arrays are."""
+"""Folder of the arrays."""
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
 _PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _ENCRYPTED = 0x1
@@ -28,13 +27,13 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 class Archive(Members):
-    """The members of a bundle's file, read one by one."""
+    """The members of a bundle file, read one by one."""
 
     def __init__(self, path: Path | str) -> None:
         """Open a file and check its members.
 
         Raises:
-            FileFormatError: If it is missing, no zip, or its members are not what a bundle has.
+            FileFormatError: If the file is missing, is not a zip, or has members that a bundle cannot have.
         """
         super().__init__(Path(path))
         if not is_file(self.path):
@@ -51,14 +50,14 @@ class Archive(Members):
         return tuple(self._members)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return what a member holds.
+        """Return the bytes of a member.
 
         Args:
             name: Its name.
-            most: Bytes that it may hold.
+            most: Largest size allowed [bytes].
 
         Raises:
-            FileFormatError: If there is none of that name, or it holds more, or is damaged.
+            FileFormatError: If the member is missing, too large or damaged.
         """
         item = self._members.get(name)
         if item is None:
@@ -94,15 +93,15 @@ class Archive(Members):
 
 
 def is_plain(name: str) -> bool:
-    """Say whether a member may have a name: it leads nowhere but to a file in a folder."""
+    """Return whether a member name is safe: a file in at most one folder inside the archive."""
     return _NAME.fullmatch(name) is not None
 
 
 def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:
-    """Write a file of members, in one step: a reader finds the old file or the new, never half of one.
+    """Write the members to a file atomically.
 
     Raises:
-        FileFormatError: If it cannot be written, or holds more than can be read again.
+        FileFormatError: If the file cannot be written, or would be too large to read again.
     """
     if len(members) > MOST_MEMBERS or sum(map(len, members.values())) > LARGEST:
         raise FileFormatError(str(path), f"would hold more than {LARGEST >> 20} MB or {MOST_MEMBERS} members")

@@ -1,4 +1,4 @@
-"""Bundle: what a file holds of a problem and of what became of it."""
+"""Bundle: the content of a bundle file, a problem and its outcome."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,9 +15,9 @@ from trajopt.verify import Certificate
 
 FORMAT = "trajopt bundle"
 VERSION = 1
-"""Of the format. Later versions of trajopt read all earlier ones; what is newer is refused."""
+"""Format version. trajopt reads all older versions and refuses newer ones."""
 SUFFIX = ".trajopt"
-"""What the names of bundles end in."""
+"""File name extension of bundles."""
 DESCRIPTION, PROBLEM, ARGUMENTS, ANSWER, MOTION, EXPLANATION, URDF = (
     *("bundle.json", "problem.json", "arguments.json", "answer.json", "motion.json"),
     *("explanation.json", "robot.urdf"),
@@ -26,7 +26,7 @@ DESCRIPTION, PROBLEM, ARGUMENTS, ANSWER, MOTION, EXPLANATION, URDF = (
 
 
 class Holds(Enum):
-    """What a bundle holds; each value says it."""
+    """Kind of content of a bundle; each value is its description."""
 
     PLAN = "a plan"
     FAILURE = "a problem that planning did not solve"
@@ -35,21 +35,21 @@ class Holds(Enum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bundle(Value):
-    """What a bundle's file holds.
+    """The content of a bundle file.
 
     Attributes:
         path: The file.
-        holds: What it is.
-        made: When it was written (UTC, as ISO 8601 has it).
-        versions: Of Python, trajopt and what it stands on, by name, when it was written.
+        holds: Kind of content.
+        made: Time of writing (UTC, ISO 8601).
+        versions: Versions of Python, trajopt and its dependencies at the time of writing, by name.
         problem: The problem, with robot and scene.
-        arguments: How planning was called; None of a problem that was not planned, or where it is not known.
-        method: The method that planned, in words; empty where none did.
-        custom_method: Whether it was given as an object with options of its own, which no file holds.
-        trajectory: The motion, verified or not; None where planning did not get so far.
-        path_planned: Its path without time; None where planning did not get so far.
-        answer: What planning answered, as `Result.as_dict` says it.
-        explanation: What `Result.explain` said, as plain data; empty where nothing was explained.
+        arguments: Arguments of the planning call; None if not planned or unknown.
+        method: Description of the planning method; empty if not planned.
+        custom_method: Whether the method was an object with its own options, which a file cannot hold.
+        trajectory: The motion, verified or not; None if planning did not reach one.
+        path_planned: The path without timing; None if planning did not reach one.
+        answer: The result, in the form of `Result.as_dict`.
+        explanation: The output of `Result.explain` as plain data; empty if not explained.
     """
 
     path: FilePath
@@ -67,7 +67,7 @@ class Bundle(Value):
 
     @property
     def status(self) -> str:
-        """The name of the status with which planning ended; empty where nothing was planned."""
+        """Name of the status of planning; empty if not planned."""
         return str(self.answer.get("status", ""))
 
     def require(self) -> Trajectory:
@@ -81,19 +81,19 @@ class Bundle(Value):
         return self.trajectory
 
     def judged(self) -> Certificate:
-        """Judge the motion anew: of what the file says of itself nothing is believed.
+        """Verify the motion again, independently of any verdict in the file.
 
         Raises:
-            ModelError: If the bundle holds no motion.
+            ModelError: If the bundle has no motion.
         """
         return judge(self.problem, self.require())
 
     def __repr__(self) -> str:
-        """Say what it holds."""
+        """Return a one-line description."""
         return f"Bundle({shown(self.problem.name)}: {self.holds.value})"
 
     def __str__(self) -> str:
-        """Return what was asked, what was answered, and by which versions."""
+        """Return the request, the answer and the versions."""
         lines = [
             f"{self.path.name}: {self.holds.value}, written {self.made} by trajopt "
             f"{self.versions.get('trajopt', '(unknown)')}",

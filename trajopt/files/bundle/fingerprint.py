@@ -1,4 +1,4 @@
-"""Fingerprints of values: digests of their content, whatever their files are named and wherever they are."""
+"""Fingerprints: digests of the content of values, independent of file names and locations."""
 
 import json
 from hashlib import file_digest, sha256
@@ -23,13 +23,13 @@ def _digest(path: Path) -> str:
 
 
 def fingerprint(value: object) -> str:
-    """Return a digest that two values share if their numbers, names and mesh files have the same content.
+    """Return a digest; values with equal numbers, names and mesh contents have equal digests.
 
     Args:
         value: A robot, a scene, a problem or a part of one.
 
     Raises:
-        ModelError: If it holds an object that no file can hold, such as code of the caller's.
+        ModelError: If it contains an object that cannot be stored, such as code of the caller.
     """
     return digest_as_written(_ContentWriter(), value)
 

@@ -19,14 +19,14 @@ from trajopt.values.errors import ShapeError
 ArrayOf = Callable[[str], NDArray[np.generic]]
 """Returns an array by the name of its member."""
 FileOf = Callable[[str], Path]
-"""Returns where a file is, by its name in the bundle."""
+"""Maps a file name in the bundle to a path on disk."""
 
 
 class Reader(read_values.Reader):
     """Makes values of documents, and nothing else: only kinds that a bundle may hold, checked again."""
 
     def __init__(self, array_of: ArrayOf, file_of: FileOf) -> None:
-        """Note where arrays and files are."""
+        """Store the sources of arrays and files."""
         forms = {"file": self._file, "kinematics": self._kinematics}
         super().__init__(bundle_kinds(), check_fields, check_value, forms)
         self._array_of, self._file_of = cache(array_of), file_of  # named a thousand times, it is read once

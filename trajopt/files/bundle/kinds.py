@@ -1,6 +1,6 @@
-"""Kinds of values that a bundle holds, by the names that its files use.
+"""The kinds of values that a bundle can hold, by their names in files.
 
-A kind that is not here is not in any bundle; nothing else is ever made of what a file says.
+No other class is ever instantiated from the content of a file.
 """
 
 from functools import cache

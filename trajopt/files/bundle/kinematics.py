@@ -1,6 +1,6 @@
-"""Pinocchio's model of a robot as plain data: joints, inertias and frames, in the order of the model.
+"""Pinocchio's robot model as plain data: joints, inertias and frames, in model order.
 
-Pinocchio's own archives are not read from files that anybody may have made: they are memory, unchecked.
+Pinocchio's own archives are not used, because they load unchecked memory from untrusted files.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,7 +14,9 @@ from trajopt.values.documents.document import Node
 from trajopt.values.placement import as_placement
 
 MOST_JOINTS = 1_000
-"""Joints of a robot: ten times those of a humanoid with hands. What a chain takes grows with its square."""
+"""Largest number of joints: ten times a humanoid with hands. Memory grows with the square of a chain's
+length.
+"""
 _JOINTS: Mapping[str, Callable[[], Any]] = {
     kind().shortname(): kind
     for kind in (
@@ -29,10 +31,10 @@ _CONTINUOUS = """<robot name="one"><link name="a"/><link name="b"/>
 
 
 def _continuous(axis: Floats) -> Any:
-    """Return a joint without limits about an axis, to the last digit.
+    """Return a joint without limits about an axis, exact to the last digit.
 
-    Its own constructor takes no axis, and the reader of URDF makes it a little longer or shorter: so the axis
-    is written over one that is read.
+    Its constructor takes no axis, and the URDF reader normalises with rounding errors. So the exact axis
+    overwrites the axis of a joint read from URDF.
     """
     model = pin.buildModelFromXML(_CONTINUOUS)
     read = _axis(model.joints[1])
@@ -136,14 +138,14 @@ def _inertia(inertia: Any) -> Floats:
 
 
 def model_from(node: Node) -> pin.Model:
-    """Make a model of what a document states.
+    """Build a model from its document.
 
     Args:
-        node: What `kinematics_document` returned, its arrays read.
+        node: The output of `kinematics_document`, with its arrays read.
 
     Raises:
-        FileFormatError: If it does not say what it must.
-        ShapeError: If an array has another shape.
+        FileFormatError: If the document is incomplete or malformed.
+        ShapeError: If an array has the wrong shape.
     """
     model = pin.Model()
     model.name = node["name"].text()

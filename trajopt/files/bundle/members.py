@@ -1,4 +1,4 @@
-"""Members: the documents, arrays and meshes that something kept is made of, wherever they lie."""
+"""Members: the documents, arrays and meshes of a stored value, wherever they are stored."""
 
 import io
 from abc import ABC, abstractmethod
@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from trajopt.values.errors import FileFormatError
 
 LARGEST = 2**28
-"""Bytes of all members together when unpacked: as many as of one file elsewhere."""
+"""Largest unpacked size of all members together, equal to the limit of other files [bytes]."""
 LARGEST_ARRAY = 2**26
-"""Bytes of an array: eight million numbers. Code makes copies of what it checks."""
+"""Largest size of an array, eight million numbers; checks make copies of it [bytes]."""
 LARGEST_DOCUMENT = 2**24
-"""Bytes of a JSON document, which takes up to thirty times as much memory once it is parsed; arrays and
-meshes have members of their own."""
+"""Largest size of a JSON document without its arrays and meshes, which are separate members. Parsing takes up
+to
+thirty times as much memory [bytes].
+"""
 _TYPES = ("<f8", "<i8", "<i4", "|b1")
 
 
@@ -26,11 +28,11 @@ class Members(ABC):
     """Members by name, read one by one.
 
     Attributes:
-        path: Where they lie, as messages say it.
+        path: Their location, used in error messages.
     """
 
     def __init__(self, path: Path) -> None:
-        """Note where they lie."""
+        """Store the location."""
         self.path = path
 
     @property
@@ -40,25 +42,26 @@ class Members(ABC):
 
     @abstractmethod
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return what a member holds.
+        """Return the bytes of a member.
 
         Args:
             name: Its name.
-            most: Bytes that it may hold.
+            most: Largest size allowed [bytes].
 
         Raises:
-            FileFormatError: If there is none of that name, or it holds more, or is damaged.
+            FileFormatError: If the member is missing, too large or damaged.
         """
 
     def error(self, reason: str) -> FileFormatError:
-        """Return the error that says what is wrong with the file."""
+        """Return an error about the file."""
         return FileFormatError(str(self.path), reason)
 
     def array(self, name: str) -> NDArray[np.generic]:
         """Return an array, read-only.
 
         Raises:
-            FileFormatError: If the member is no array of numbers, or not of the size that it states.
+            FileFormatError: If the member is not an array of numbers, or its size differs from the declared
+                size.
         """
         data = self.read(name, most=LARGEST_ARRAY)
         stream, layout = io.BytesIO(data), cast("Any", np.lib.format)

@@ -1,7 +1,7 @@
-"""Values for another process: documents as a bundle holds them, with their arrays, in one piece of JSON.
+"""Values for another process: bundle documents and their arrays in one JSON document.
 
-What both sides have already is named and not sent; scenes, objects and problems that occur several times are
-sent once. A verdict is never sent: whoever reads a motion judges it.
+Values known to both sides are sent by name. Scenes, objects and problems that occur several times are
+sent once. Verdicts are never sent: the receiver verifies each motion itself.
 """
 
 from base64 import b64decode, b64encode
@@ -44,15 +44,15 @@ _ANSWERED = {
     "trajopt.tasks.grasping.result": "Stage Segment Refusal PickPlaceResult",
 }
 _OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshReference"}
-"""What only a robot holds: whoever asks for something names a robot, and sends none."""
+"""Kinds that only robots contain; requests refer to robots by name instead."""
 SHARED = (Scene, SceneObject, Problem)
-"""What is sent once, however often it occurs."""
+"""Kinds that are sent once, even if they occur several times."""
 _NOWHERE = Path("/nonexistent")  # files of another machine are in no folder of this one
 
 
 @cache
 def request_kinds() -> Kinds:
-    """Return the kinds that a request may hold: what a bundle holds but for robots, and grasps and places."""
+    """Return the kinds allowed in a request: bundle kinds except robots, and grasps and places."""
     there = {name: kind for name, kind in bundle_kinds().items() if name not in _OF_ROBOTS}
     return {**there, **kinds_in(_ASKED)}
 
@@ -64,14 +64,14 @@ def all_kinds() -> Kinds:
 
 
 def message_of(value: object, known: Mapping[str, object]) -> dict[str, object]:
-    """Return a value as plain data that JSON can hold.
+    """Return a value as plain data for JSON.
 
     Args:
         value: The value.
-        known: What the reader has already, by the name that both sides use.
+        known: Values that the receiver already has, by shared name.
 
     Raises:
-        ModelError: If it holds something that is no data: code of the caller's.
+        ModelError: If the value contains code of the caller, which cannot be sent.
     """
     writer = _Writer(known)
     document = writer.document(value, "value")
@@ -88,18 +88,18 @@ def value_of_message(
     triangles: float = inf,
     rows: float = inf,
 ) -> Kind:
-    """Return the value of a message, whoever sent it; motions in it are judged here.
+    """Return the value of an untrusted message; its motions are verified here.
 
     Args:
         node: The message.
-        known: What is here already, by the name that both sides use.
-        kind: What it must be.
-        kinds: What may be in it; `all_kinds()` when None.
-        triangles: That its arrays may hold in all.
-        rows: That each other array may have.
+        known: Values that this side already has, by shared name.
+        kind: Required kind of the value.
+        kinds: Kinds allowed inside it; `all_kinds()` when None.
+        triangles: Largest total number of triangles in its arrays.
+        rows: Largest number of rows of each other array.
 
     Raises:
-        FileFormatError: If it says no such value, or holds too much.
+        FileFormatError: If the message is not a value of this kind, or is too large.
     """
     node.only(("value", "shared", "arrays"))
     reader = _Reader(node, known, all_kinds() if kinds is None else kinds, triangles, rows)
@@ -199,11 +199,11 @@ def judged_here(result: Result, node: Node) -> Result:
     """Return a result with this process's own verdict on its motion.
 
     Args:
-        result: What somebody says of a problem.
-        node: The place where it says so.
+        result: The result received from another process.
+        node: The place of the result in the message.
 
     Raises:
-        FileFormatError: If its motion is said to be proven, and is not.
+        FileFormatError: If its motion is declared proven but is not.
     """
     if result.trajectory is None:
         return result

@@ -1,4 +1,4 @@
-"""Bundles read: on any machine, by this version or a later one, whoever sent them."""
+"""Read bundles from any sender, written by this or an earlier version."""
 
 import json
 from collections.abc import Mapping
@@ -46,25 +46,25 @@ _NO_FOLDER = Path("/nonexistent")  # meshes that were not unpacked are in no fol
 def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle:
     """Read a bundle.
 
-    Nothing in it is run, and nothing but data is made of it; what it says of its motion is not believed until
-    it was judged (`Bundle.judged`).
+    Reading creates only data and runs no code from the file. Any verdict in the file is ignored until the
+    motion is verified again (`Bundle.judged`).
 
     Args:
         path: The file.
-        meshes: A folder to unpack the meshes to that a viewer draws; they are left where they are when None.
+        meshes: Folder for unpacking the visual meshes; None leaves them packed.
 
     Raises:
-        FileFormatError: If the file is missing, damaged, too large, newer than this version of trajopt, or
-            does not say what it must.
+        FileFormatError: If the file is missing, damaged, too large, incomplete, or newer than this version of
+            trajopt.
     """
     return bundle_of(Archive(path), meshes)
 
 
 def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
-    """Return the bundle that members make, wherever they lie; see `read_bundle`.
+    """Return the bundle stored in members; see `read_bundle`.
 
     Raises:
-        FileFormatError: If they do not say what they must.
+        FileFormatError: If the members are incomplete or malformed.
     """
     about = document_in(archive, DESCRIPTION)
     if about["format"].value != FORMAT:
@@ -129,9 +129,9 @@ def _plain(archive: Members, name: str) -> Mapping[str, object]:
 
 
 def _check_digests(archive: Members, members: Node) -> None:
-    """Make sure that every member is the one that was written.
+    """Check every member against its stored digest.
 
-    This finds damage, not malice: who changes a member can change its digest.
+    This detects damage, not malice: an attacker can change the digest too.
     """
     digests = _texts(members)
     if set(digests) != set(archive.names) - {DESCRIPTION}:
@@ -183,7 +183,7 @@ def _motion(archive: Members, reader: Reader, problem: Problem) -> dict[str, Any
 
 
 def _arguments(archive: Members, reader: Reader) -> PlanArguments | None:
-    """Return how planning was called; None where the bundle does not say."""
+    """Return the arguments of the planning call; None if absent."""
     if ARGUMENTS not in archive.names:
         return None
     node = document_in(archive, ARGUMENTS)
@@ -203,7 +203,7 @@ def _arguments(archive: Members, reader: Reader) -> PlanArguments | None:
 
 
 def _recalled(node: Node, seeds: tuple[Floats, ...]) -> Recalled | None:
-    """Return what was remembered; its paths are the last of the seeds."""
+    """Return the recalled experience; its paths are the last of the seeds."""
     if node.missing:
         return None
     node.only(("version", "memories"))
@@ -226,17 +226,17 @@ def _knots(reader: Reader, node: Node) -> Floats:
 
 
 def reader_of(archive: Members, meshes: Path | str | None = None) -> Reader:
-    """Return what makes values of documents whose arrays and meshes are members.
+    """Return a reader of documents whose arrays and meshes are members.
 
     Args:
         archive: The members.
-        meshes: As `read_bundle` takes it.
+        meshes: As in `read_bundle`.
     """
     return Reader(archive.array, lambda name: _file(archive, name, meshes))
 
 
 def _file(archive: Members, name: str, folder: Path | str | None) -> Path:
-    """Return where a mesh is, after unpacking it where a folder is given; of other files the name."""
+    """Return the path of a mesh, unpacked if a folder is given; for other files the name."""
     if name not in archive.names:
         return Path(Path(name).name)
     if folder is None:

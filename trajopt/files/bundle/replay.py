@@ -1,4 +1,4 @@
-"""Replay: a bundle's problem planned anew, and what differs from what was answered then."""
+"""Replay: plan the problem of a bundle again and compare the results."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,12 +18,12 @@ from trajopt.values.errors.arguments import checked
 
 @dataclass(frozen=True, eq=False)
 class Replay(Value):
-    """What planning answers now, beside what it answered then.
+    """The new result of planning a bundle's problem, compared with the stored result.
 
     Attributes:
-        bundle: What was asked and answered then.
-        result: What is answered now.
-        differences: What differs, in sentences; none where the answers are the same to the last digit.
+        bundle: The stored problem and result.
+        result: The new result.
+        differences: Differences as sentences; empty if the results agree to the last digit.
     """
 
     bundle: Bundle
@@ -45,7 +45,7 @@ class Replay(Value):
         }
 
     def __str__(self) -> str:
-        """Say that the answer is the same, or what differs."""
+        """Report agreement or the differences."""
         if self.same:
             return f"{self.bundle.path.name}: the same answer, to the last digit: {self.result.reason}"
         return "\n".join((f"{self.bundle.path.name}: another answer", *(f"  {e}" for e in self.differences)))
@@ -53,15 +53,15 @@ class Replay(Value):
 
 @checked
 def replay(bundle: Bundle, *, method: Method | str | None = None) -> Replay:
-    """Plan a bundle's problem anew, as it was asked then, and compare the answers.
+    """Plan a bundle's problem again with the stored arguments, and compare the results.
 
     Args:
         bundle: The bundle.
-        method: As `plan` takes it; as it was asked then when None. Methods with options of their own are
-            no data: give such a one again.
+        method: As in `plan`; the stored method when None. A method with its own options is not stored and
+            must be passed again.
 
     Raises:
-        ModelError: If the bundle was planned by a method with options of its own, and none is given.
+        ModelError: If the bundle was planned by a method with its own options, and none is given.
     """
     arguments = bundle.arguments or PlanArguments()
     if bundle.custom_method and method is None:
@@ -82,7 +82,7 @@ def replay(bundle: Bundle, *, method: Method | str | None = None) -> Replay:
 
 
 def _differences(bundle: Bundle, result: Result, arguments: PlanArguments) -> list[str]:
-    """Return what differs, in sentences: the answer first, then what may be the cause."""
+    """Return the differences as sentences: results first, then possible causes."""
     found = list[str]()
     if bundle.status and bundle.status != result.status.name:
         found.append(f"status: {bundle.status} then, {result.status.name} now ({result.reason})")
@@ -107,7 +107,7 @@ def _differences(bundle: Bundle, result: Result, arguments: PlanArguments) -> li
 
 
 def _motions(bundle: Bundle, result: Result) -> list[str]:
-    """Say how the motions differ."""
+    """Describe the difference between the motions."""
     then, now = bundle.trajectory, result.trajectory
     if then is None or now is None:
         if then is now:

@@ -1,7 +1,7 @@
-"""Values as a bundle's documents: arrays and files have members of their own.
+"""Convert values to the documents of a bundle; arrays and files become separate members.
 
-To what `trajopt/values/documents/values.py` names come `{"array": name}` of an array and `{"file": name}`
-of a mesh that are members, and `{"kinematics": {...}}`.
+The document extends the format of `trajopt/values/documents/values.py` by `{"array": name}` for an array,
+`{"file": name}` for a mesh, and `{"kinematics": {...}}`.
 """
 
 from pathlib import Path
@@ -28,7 +28,7 @@ class Writer(values.Writer):
     """
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start without members."""
         super().__init__(bundle_kinds())
         self.arrays: dict[str, NDArray[np.generic]] = {}
         self.files: dict[str, Path] = {}

@@ -1,4 +1,4 @@
-"""Single values as members: a robot, a scene, whatever a bundle may hold, without a problem around it."""
+"""Single values as members, such as a robot or a scene, without a problem around them."""
 
 import json
 from pathlib import Path
@@ -18,10 +18,10 @@ def value_members(value: object, name: str) -> dict[str, bytes]:
 
     Args:
         value: The value.
-        name: What it is called in messages.
+        name: Its name in error messages.
 
     Raises:
-        ModelError: If it holds code of the caller's, which no file can hold.
+        ModelError: If it contains code of the caller, which a file cannot hold.
         FileFormatError: If a mesh cannot be read.
     """
     writer = Writer()
@@ -30,13 +30,13 @@ def value_members(value: object, name: str) -> dict[str, bytes]:
 
 
 def value_of(members: Members, meshes: Path | str | None = None) -> Any:
-    """Return the value that members make.
+    """Return the value stored in members.
 
     Args:
         members: The members.
-        meshes: A folder to unpack the meshes to that a viewer draws; they are left where they are when None.
+        meshes: Folder for unpacking the visual meshes; None leaves them packed.
 
     Raises:
-        FileFormatError: If they do not say what they must.
+        FileFormatError: If the members are incomplete or malformed.
     """
     return reader_of(members, meshes).value(document_in(members, VALUE)["value"])

@@ -1,4 +1,4 @@
-"""Bundles written: a problem, a plan or a result as one file."""
+"""Write a problem, a plan or a result as a bundle."""
 
 import json
 import platform
@@ -37,16 +37,16 @@ _PACKAGES = ("numpy", "pin", "coal", "casadi", "osqp", "mujoco", "scipy")
 def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = True) -> None:
     """Write a result, a plan or a problem as a bundle.
 
-    Meshes that a viewer draws come along, so that a machine that has never seen the robot can show it.
+    Visual meshes are included, so that a machine without the robot's files can display it.
 
     Args:
-        what: A result, whatever became of it; a plan; or a problem that nobody planned yet.
-        path: The file, whose name ends in ".trajopt" by custom.
-        explained: Whether a failure is explained in it (`Result.explain`), which takes up to some seconds.
+        what: A result (success or failure), a plan, or a problem.
+        path: The file, by convention with the extension ".trajopt".
+        explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
 
     Raises:
-        ModelError: If the problem holds code of the caller's, which no file can hold.
-        FileFormatError: If the file, or a mesh of the robot, cannot be written or read.
+        ModelError: If the problem contains code of the caller, which a file cannot hold.
+        FileFormatError: If the file cannot be written, or a mesh of the robot cannot be read.
     """
     write_archive(path, bundle_members(what, explained=explained))
 
@@ -93,7 +93,7 @@ def named_members(writer: Writer) -> dict[str, bytes]:
 
 
 def versions() -> Mapping[str, str]:
-    """Return the versions of Python, trajopt and what it stands on, by name."""
+    """Return the versions of Python, trajopt and its dependencies, by name."""
     found = {"python": platform.python_version(), "machine": platform.machine()}
     for name, package in (("trajopt", "trajopt-planner"), *((each, each) for each in _PACKAGES)):
         try:
@@ -110,7 +110,7 @@ def _holds(what: Result | Plan | Problem) -> Holds:
 
 
 def _answer(writer: Writer, what: Result | Plan) -> dict[str, bytes]:
-    """Return what was answered, and the motion as it was planned."""
+    """Return the result and the motion as planned."""
     stated = {"path": what.path, "trajectory": what.trajectory}
     motion = {name: writer.document(each, name) for name, each in stated.items() if each is not None}
     if isinstance(what, Plan):
@@ -150,7 +150,7 @@ def _arguments(writer: Writer, result: Result) -> dict[str, bytes]:
 
 
 def _plain(item: object) -> object:
-    """Return what JSON can hold of the state of a generator: arrays of whole numbers."""
+    """Return the state of a random generator as JSON data: arrays become lists of integers."""
     tolist = getattr(item, "tolist", None)
     if tolist is None:
         raise ModelError(f"the state of the random generator is no data: {type(item).__name__}")

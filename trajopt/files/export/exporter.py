@@ -1,4 +1,4 @@
-"""What an exporter is: it writes a motion in one format and says what the file holds and what it lost."""
+"""Exporter: the interface for writing a motion in one format."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,13 +9,13 @@ from trajopt.values.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Exported:
-    """A file that was written.
+    """A written file.
 
     Attributes:
         path: The file.
-        points: Points of the motion in it.
-        duration: Time that it takes as written [s].
-        notes: What it holds, in which units, and what it loses of the planned motion.
+        points: Number of points of the motion in the file.
+        duration: Duration of the motion as written [s].
+        notes: Content and units of the file, and the losses against the planned motion.
     """
 
     path: Path
@@ -40,18 +40,18 @@ class Exported:
 
 @runtime_checkable
 class Exporter(Protocol):
-    """Writes a motion in one format; its options are its own."""
+    """Writes a motion in one format; each exporter has its own options."""
 
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         """Write a motion.
 
         Args:
             trajectory: The motion.
-            path: The file, written in one step.
-            hz: Samples per second; None for what suits the format.
+            path: The file, written atomically.
+            hz: Samples per second; None for the default of the format.
 
         Raises:
             FileFormatError: If the file cannot be written.
-            ShapeError: If the format has no place for the motion's joints, or the rate cannot be kept.
+            ShapeError: If the format cannot represent the motion's joints, or the rate is not possible.
         """
         ...

@@ -1,4 +1,4 @@
-"""Messages of ROS 2 and MoveIt, as `ros2 action send_goal` and `ros2 topic pub` take them."""
+"""Messages of ROS 2 and MoveIt, as accepted by `ros2 action send_goal` and `ros2 topic pub`."""
 
 from dataclasses import dataclass
 from pathlib import Path

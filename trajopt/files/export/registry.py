@@ -1,4 +1,4 @@
-"""Exporters by name, and the one call that exports."""
+"""Exporters by name, and the function `export`."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -20,14 +20,14 @@ EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
     "urscript": Servoj,
     "urscript-movej": Movej,
 }
-"""Name of each format -> what makes its exporter with default options."""
+"""Format name -> factory of its exporter with default options."""
 
 
 def exporter_named(name: str) -> Exporter:
     """Return an exporter with its default options.
 
     Raises:
-        NameNotFound: If there is none of that name.
+        NameNotFound: If no exporter has this name.
     """
     if not isinstance(name, str) or name not in EXPORTERS:  # pyright: ignore[reportUnnecessaryIsInstance]
         raise NameNotFound("format to export to", name, EXPORTERS)
@@ -40,23 +40,23 @@ def export(
     """Write a motion in the format of a controller.
 
     Args:
-        motion: A plan, a result that has one, or a trajectory.
-        path: The file; messages are JSON where its name ends so, YAML otherwise.
+        motion: A plan, a successful result, or a trajectory.
+        path: The file; messages are JSON if its name ends in .json, YAML otherwise.
         to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
             "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); or an
-            exporter with options of your own.
-        hz: Samples per second. Without it messages have the motion's own points, which lose nothing,
+            exporter with your own options.
+        hz: Samples per second. By default messages have the motion's own points, without loss,
             tables 100 samples per second and URScript 125.
 
     Returns:
-        What was written and what it loses: print it.
+        A summary of the file and its losses, which can be printed.
 
     Raises:
-        NameNotFound: If there is no format of that name.
+        NameNotFound: If no format has this name.
         PlanningFailed: If the result has no plan.
-        ProblemError: If the motion or the exporter is none.
+        ProblemError: If `motion` is not a motion, or `to` is not an exporter.
         FileFormatError: If the file cannot be written.
-        ShapeError: If the format has no place for the motion's joints, or the rate cannot be kept.
+        ShapeError: If the format cannot represent the motion's joints, or the rate is not possible.
     """
     exporter = exporter_named(to) if isinstance(to, str) else to
     if not isinstance(exporter, Exporter):  # pyright: ignore[reportUnnecessaryIsInstance]

@@ -1,4 +1,4 @@
-"""Samples of a motion, and how far a controller that goes through them exceeds the motion."""
+"""Samples of a motion, and the excess of a controller that interpolates them over the motion."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,10 @@ DERIVATIVES = ("positions", "velocities", "accelerations")
 PARTS = tuple(np.linspace(0.0, 1.0 - 1e-9, 21).tolist())
 """Moments between two points at which derivatives are compared, as parts of the time between them."""
 NEGLIGIBLE = 0.01
-"""Peaks below this part of the largest one of all joints count as this part: joints that hardly move."""
+"""Smallest peak of a joint, as a fraction of the largest peak of all joints; keeps nearly motionless joints
+from
+producing large ratios.
+"""
 LEAST = 1e-3
 """Smaller excesses, as parts of the peak, are not reported: the timing keeps as much off the limits."""
 
@@ -21,7 +24,7 @@ def excess(motion: Trajectory, samples: Trajectory) -> Iterator[str]:
 
     Args:
         motion: The motion.
-        samples: The same, sampled; between samples it is what a controller makes of them.
+        samples: The sampled motion, interpolated as the controller does.
     """
     for order in (1, 2):
         reached = _peaks(samples, samples.times, order)

@@ -1,4 +1,4 @@
-"""A table of samples, for what reads no message: CSV."""
+"""CSV table of samples, for programs that do not read ROS messages."""
 
 import csv
 import io
@@ -12,7 +12,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 TABLE_RATE = 100.0
-"""Samples per second where none are asked for: a common rate of loops in Python [1/s]."""
+"""Default sample rate, common for control loops in Python [1/s]."""
 
 
 @dataclass(frozen=True)

@@ -26,29 +26,33 @@ UR_JOINTS = (
     "wrist_2_joint",
     "wrist_3_joint",
 )
-"""The joints of every arm of Universal Robots, in the order of URScript; a prefix may stand before them."""
+"""The joints of every arm of Universal Robots in URScript order; names may have a prefix."""
 CONTROL_RATE = 125.0
-"""Commands per second that both generations of controllers take: the CB3's only rate, a quarter of the
-e-Series' 500 [1/s]."""
+"""Command rate that both controller generations accept: the only rate of the CB3, a quarter of the
+e-Series' 500 [1/s].
+"""
 AT_START = 0.01
-"""How far from the start of the motion a joint may be when the program begins: half a degree is more than a
-standing arm is off, and too little to matter to what the motion keeps away from [rad]."""
+"""Largest distance of a joint from the start of the motion when the program begins. Half a degree exceeds the
+error of an arm at rest and is small against the clearances of the motion [rad].
+"""
 FASTEST_RATE = 500.0
 """Cycles per second of the e-Series [1/s]."""
 STOPPING = 2.0
-"""Deceleration of the final `stopj`; the arm stands by then [rad/s^2]."""
+"""Deceleration of the final `stopj`, when the arm is already at rest [rad/s^2]."""
 DEFAULT_ACCELERATION = 1.4
-"""Acceleration of `movej` in Universal Robots' manual, where the motion states none [rad/s^2]."""
+"""Default acceleration of `movej` in Universal Robots' manual, for motions without accelerations
+[rad/s^2].
+"""
 _STANDING = 1e-6
-"""A joint that turns by less on a line stands still [rad]."""
+"""A joint that turns less than this on a line is at rest [rad]."""
 _CREEPING = 0.01
-"""The least acceleration that is asked for, whatever else holds; it harms no arm [rad/s^2]."""
+"""Smallest commanded acceleration; harmless for any arm [rad/s^2]."""
 _STILL = 1e-5
-"""A joint that has not moved by more than this stands still [rad]."""
+"""A joint that moved less than this is still at rest [rad]."""
 _SHORTEST_REST = 0.02
-"""Shorter rests are no waits: so slowly motions begin by themselves [s]."""
+"""Shorter rests are not written as waits; a smooth start looks the same [s]."""
 _SAMPLES = 2000
-"""Samples in which the corners of `movej` are sought: for ten seconds one in 5 ms."""
+"""Number of samples for finding the corners of `movej`: one every 5 ms in ten seconds."""
 
 
 @dataclass(frozen=True)
@@ -56,15 +60,15 @@ class Servoj:
     """The motion as a stream of positions, one for each cycle of the controller.
 
     Attributes:
-        lookahead_time: How far ahead the controller smooths the stream, 0.03 to 0.2 [s].
-        gain: How stiffly it follows, 100 to 2000.
+        lookahead_time: Smoothing horizon of the controller, 0.03 to 0.2 [s].
+        gain: Stiffness of the tracking, 100 to 2000.
     """
 
     lookahead_time: float = 0.1
     gain: float = 300.0
 
     def __post_init__(self) -> None:
-        """Check the ranges that the controller takes."""
+        """Check the ranges that the controller accepts."""
         _within("lookahead_time", self.lookahead_time, 0.03, 0.2)
         _within("gain", self.gain, 100.0, 2000.0)
 
@@ -98,8 +102,8 @@ class Movej:
     """A few straight lines in joint space near the motion, each a `movej`, with rounded corners.
 
     Attributes:
-        tolerance: How far the lines may be from the motion, in each joint [rad].
-        blend: Radius of the corners, of the tool; 0 stops at each [m].
+        tolerance: Largest deviation of each joint from the motion [rad].
+        blend: Blend radius of the corners at the tool; 0 stops at each corner [m].
     """
 
     tolerance: float = 0.01
@@ -112,10 +116,10 @@ class Movej:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion; see `Exporter.write`. There is no rate.
+        """Write a motion; see `Exporter.write`. A sample rate does not apply.
 
         Raises:
-            ShapeError: If a rate is given, too.
+            ShapeError: Also if a rate is given.
         """
         if hz is not None:
             raise ShapeError("hz", "movej has no rate: the controller times each line itself")
@@ -159,10 +163,10 @@ _STARTING = (
 
 
 def in_ur_order(trajectory: Trajectory) -> Trajectory:
-    """Return the motion with its joints in the order of URScript.
+    """Return the motion with its joints in URScript order.
 
     Raises:
-        ShapeError: If it does not move exactly the six joints of one arm of Universal Robots.
+        ShapeError: If the motion does not move exactly the six joints of one arm of Universal Robots.
     """
     names = trajectory.joint_names
     prefix = next((name.removesuffix(UR_JOINTS[0]) for name in names if name.endswith(UR_JOINTS[0])), "")
@@ -185,7 +189,7 @@ def _within(name: str, value: float, lower: float, upper: float) -> None:
 
 
 def _rest_at_start(times: Floats, positions: Floats) -> float:
-    """Return how long a motion rests before it moves [s]."""
+    """Return the duration of the rest at the start of a motion [s]."""
     moved = np.flatnonzero(np.abs(positions - positions[0]).max(axis=1) > _STILL)
     rests = float(times[max(int(moved[0]) - 1, 0)]) if len(moved) else 0.0
     return rests if rests > _SHORTEST_REST else 0.0
@@ -199,8 +203,8 @@ def _vector(row: Iterable[float]) -> str:
 def _leg(difference: Floats, seconds: float, peaks: Floats) -> tuple[float, float]:
     """Return speed and acceleration of the leading joint of a straight line, as `movej` takes them.
 
-    The speed is the mean of the motion on the line: of no joint is it beyond what the motion reaches there.
-    The acceleration takes no joint beyond the peak of its own in the motion.
+    The speed is the mean speed of the motion on the line, so no joint exceeds its speed in the motion.
+    The acceleration keeps each joint within its peak acceleration in the motion.
     """
     moved = np.abs(difference)
     lead = float(moved.max())
@@ -237,7 +241,7 @@ def _farthest(rows: Floats, tolerance: float) -> int | None:
 
 
 def _write(path: Path, moves: Sequence[str], start: Floats, notes: Sequence[str]) -> None:
-    """Write the program: what it is, a check of where the arm is, the moves."""
+    """Write the program: a header, a check of the arm's start position, and the moves."""
     lines = [
         *(f"# {note}" for note in notes),
         f"start = {_vector(start)}",

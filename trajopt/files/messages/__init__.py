@@ -1,8 +1,8 @@
-"""Messages of ROS and MoveIt: each defined once, for scripts, files and the wire.
+"""Messages of ROS and MoveIt, each defined once, for scripts, files and the network.
 
-`moveit_msgs.PlanningScene` and the others are data classes with ROS' defaults; a package of ROS is a module
-here. `encode` makes a document of a message as ROS 1 or ROS 2 writes it, `decode` a message of a document of
-either; `document_of` is what MoveIt's files are read from, here and in `trajopt.files.moveit`.
+The messages are data classes with ROS' defaults, such as `moveit_msgs.PlanningScene`; each module is one ROS
+package. `encode` converts a message to a document in the form of ROS 1 or ROS 2, and `decode` does the
+reverse for both. `document_of` prepares messages for the readers of `trajopt.files.moveit`.
 """
 
 from trajopt.files.messages.codec import Generation as Generation

@@ -1,4 +1,4 @@
-"""Messages of `actionlib_msgs`: which goal of an action is meant, and how it is going (ROS 1)."""
+"""Messages of `actionlib_msgs` (ROS 1): identity and status of action goals."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -10,7 +10,7 @@ from trajopt.files.messages.std_msgs import Header
 
 @dataclass(slots=True)
 class GoalID:
-    """A goal of an action; all goals where it says neither."""
+    """Identity of an action goal; if id and stamp are empty, all goals."""
 
     stamp: Time = field(default_factory=Time)
     id: str = ""
@@ -38,7 +38,7 @@ class GoalStatus:
 
 @dataclass(slots=True)
 class GoalStatusArray:
-    """How the goals of an action are going."""
+    """Status of the goals of an action."""
 
     header: Header = field(default_factory=Header)
     status_list: list[GoalStatus] = field(default_factory=list[GoalStatus])

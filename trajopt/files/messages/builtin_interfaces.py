@@ -1,6 +1,7 @@
-"""Messages of `builtin_interfaces` (in ROS 1 of its core): moments and spans of time.
+"""Messages of `builtin_interfaces` (in ROS 1 built-in types): times and durations.
 
-They count whole seconds and nanoseconds; `secs` and `nsecs` are what ROS 1 calls `sec` and `nanosec`.
+They count whole seconds and nanoseconds; ROS 1 names the fields `secs` and `nsecs` instead of `sec` and
+`nanosec`.
 """
 
 import time
@@ -12,7 +13,7 @@ NANOSECONDS = 10**9
 
 @dataclass(slots=True, order=True)
 class Stamp:
-    """Whole seconds and nanoseconds, as in every message of ROS; compared within one kind."""
+    """Whole seconds and nanoseconds, as in every ROS message; comparable within one class."""
 
     secs: float = 0
     nsecs: int = 0
@@ -32,7 +33,7 @@ class Stamp:
 
     @classmethod
     def from_sec(cls, seconds: float) -> Self:
-        """Return a span of so many seconds, or the moment so many seconds after the epoch."""
+        """Return the duration of `seconds`, or the time at `seconds` after the epoch."""
         return cls(seconds)
 
 
@@ -42,11 +43,11 @@ class Duration(Stamp):
     __slots__ = ()
 
     def __add__(self, other: "Duration") -> "Duration":
-        """Return both spans one after the other."""
+        """Return the sum of both durations."""
         return Duration(0, self.to_nsec() + other.to_nsec())
 
     def __sub__(self, other: "Duration") -> "Duration":
-        """Return by how much this span is longer."""
+        """Return the difference of both durations."""
         return Duration(0, self.to_nsec() - other.to_nsec())
 
 

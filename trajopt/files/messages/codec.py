@@ -31,34 +31,34 @@ M = TypeVar("M")
 
 
 class DataClass(Protocol):
-    """What every message is."""
+    """The interface of every message."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
 
 Decoder: TypeAlias = Callable[[object, "Generation"], object]
-"""From what a document has to a field of a message."""
+"""Converts a value in a document to a field of a message."""
 
 
 class Generation(Enum):
-    """The ways in which ROS writes its messages; they differ in times, headers and the start of a quaternion.
+    """The message formats of ROS 1 and ROS 2: they differ in times, headers and the default quaternion.
 
     Attributes:
-        seconds: What the two parts of a time are called.
-        still: The w of a quaternion that a document leaves out.
+        seconds: Field names of the two parts of a time.
+        still: Default w of a quaternion.
     """
 
     ROS1 = (("secs", "nsecs"), 0.0)
     ROS2 = (("sec", "nanosec"), 1.0)
 
     def __init__(self, seconds: tuple[str, str], still: float) -> None:
-        """Keep what is written differently."""
+        """Store the differences."""
         self.seconds = seconds
         self.still = still
 
 
 class _Wrong(Exception):
-    """A document does not fit a message: where in it, from the innermost place outwards, and why."""
+    """A document does not fit a message: the place, from the innermost outwards, and the reason."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -75,11 +75,11 @@ class _Wrong(Exception):
 
 
 def encode(message: object, generation: Generation = Generation.ROS2) -> object:
-    """Return a message as a document: a number that is not finite becomes null, as rosbridge has it.
+    """Return a message as a document; as in rosbridge, non-finite numbers become null.
 
     Args:
-        message: One of the messages, or a plain value.
-        generation: How ROS writes it: ROS 1 has `secs`, `nsecs` and a header's `seq`.
+        message: A message, or a plain value.
+        generation: The format: ROS 1 has `secs`, `nsecs` and the `seq` of a header.
     """
     match message:
         case float():
@@ -101,19 +101,19 @@ def encode(message: object, generation: Generation = Generation.ROS2) -> object:
 def decode(
     kind: type[M], document: object, generation: Generation = Generation.ROS2, *, name: str = "message"
 ) -> M:
-    """Return the message that a document says.
+    """Return the message of a document.
 
-    What is missing, or null where it is no number, is as ROS has it at first. A list in place of a message is
-    its fields in order, as in MoveIt's files. Times are {sec, nanosec}, {secs, nsecs}, or seconds.
+    Missing fields, and null in fields that are not numbers, take ROS' defaults. A list in place of a message
+    contains its fields in order, as in MoveIt's files. Times are {sec, nanosec}, {secs, nsecs}, or seconds.
 
     Args:
         kind: The message's class.
         document: The document, or a node of one.
-        generation: What a quaternion's w is where only x, y or z is given: 0 in ROS 1, 1 in ROS 2.
-        name: What complaints say in place of a file's name.
+        generation: Selects the w of a quaternion with only x, y or z given: 0 in ROS 1, 1 in ROS 2.
+        name: Name used in error messages instead of a file name.
 
     Raises:
-        FileFormatError: If a field is unknown, or what it says is not of its kind.
+        FileFormatError: If a field is unknown or has a value of the wrong type.
     """
     node = document if isinstance(document, Node) else Node(document, name)
     try:
@@ -131,7 +131,7 @@ def _names(kind: type, generation: Generation) -> tuple[str, ...]:
 
 @cache
 def _decoder(kind: Any) -> Decoder:
-    """Return what reads a value of a kind: of a message, a list or a plain value."""
+    """Return the decoder of a type: a message, a list or a plain value."""
     if get_origin(kind) is list:
         return _list_of(_decoder(get_args(kind)[0]))
     if get_origin(kind) is Annotated:
@@ -231,7 +231,7 @@ def _stamp(kind: type[Stamp]) -> Decoder:
 
 
 _PARTS = tuple(zip(*(each.seconds for each in Generation), strict=True))
-"""The names of seconds, and those of nanoseconds."""
+"""Field names of seconds and of nanoseconds."""
 
 
 def _finite(value: object) -> float:
@@ -289,6 +289,6 @@ def _message(kind: type[DataClass]) -> Decoder:
 
 
 def _numeric(hints: Mapping[str, Any]) -> frozenset[str]:
-    """Return the fields that are numbers: null there is one that JSON could not write, not a missing one."""
+    """Return the numeric fields; in these, null is a non-finite number, not a missing value."""
     plain = (int, float)
     return frozenset(name for name, hint in hints.items() if hint in plain or get_origin(hint) is Annotated)

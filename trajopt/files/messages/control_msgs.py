@@ -1,4 +1,4 @@
-"""Messages of `control_msgs`: a trajectory that a controller follows, and how it is going."""
+"""Messages of `control_msgs`: a trajectory for a controller, and its progress."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -14,7 +14,7 @@ from trajopt.files.messages.trajectory_msgs import (
 
 @dataclass(slots=True)
 class JointTolerance:
-    """How far a joint may be from its trajectory."""
+    """Largest deviation of a joint from its trajectory."""
 
     name: str = ""
     position: float = 0.0
@@ -24,7 +24,7 @@ class JointTolerance:
 
 @dataclass(slots=True)
 class JointComponentTolerance:
-    """How far a joint of several degrees of freedom may be from its trajectory."""
+    """Largest deviation of a joint of several degrees of freedom from its trajectory."""
 
     joint_name: str = ""
     component: int = 0
@@ -67,7 +67,7 @@ class FollowJointTrajectoryResult:
 
 @dataclass(slots=True)
 class FollowJointTrajectoryFeedback:
-    """Where the joints are while they follow a trajectory, and where they should be."""
+    """Actual and desired positions of the joints during execution."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list[str])

@@ -1,4 +1,4 @@
-"""Messages as documents: what reads MoveIt's files reads them too, ours and ROS' own alike."""
+"""Convert messages, ours or ROS' own, to documents for the readers of MoveIt's files."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
@@ -14,11 +14,11 @@ def document_of(message: object, name: str) -> Node:
     """Return a message as a document.
 
     Args:
-        message: A message of ours, or of ROS 1 or ROS 2.
-        name: What complaints say in place of a file's name, such as "set_path_constraints".
+        message: A message of trajopt, ROS 1 or ROS 2.
+        name: Name used in error messages instead of a file name, such as "set_path_constraints".
 
     Raises:
-        ProblemError: If it is no message.
+        ProblemError: If it is not a message.
     """
     return Node(_plain(message, name), name)
 
@@ -41,7 +41,7 @@ def _plain(value: Any, name: str) -> object:
 
 
 def field_names(message: Any) -> tuple[str, ...]:
-    """Return the names of a message's fields; none if it is no message."""
+    """Return the field names of a message; empty if it is not a message."""
     if is_dataclass(message):
         return tuple(each.name for each in fields(message))
     if hasattr(message, "get_fields_and_field_types"):  # ROS 2
@@ -51,5 +51,5 @@ def field_names(message: Any) -> tuple[str, ...]:
 
 
 def is_message(value: object, *names: str) -> bool:
-    """Say whether something has the fields of a message."""
+    """Return whether an object has the fields of a message."""
     return set(names) <= set(field_names(value))

@@ -1,6 +1,6 @@
 """Messages of `geometry_msgs`: points, quaternions and poses.
 
-As in ROS a quaternion starts with four zeros, which stand for no rotation.
+As in ROS, a quaternion defaults to four zeros, which represent no rotation.
 """
 
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ class Point32:
 
 @dataclass(slots=True)
 class Polygon:
-    """Corners one after the other [m]."""
+    """The corners in order [m]."""
 
     points: list[Point32] = field(default_factory=list[Point32])
 

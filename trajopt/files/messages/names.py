@@ -15,9 +15,9 @@ PACKAGES = (
 )
 """Packages of ROS whose messages are here."""
 KINDS = ("msg", "srv", "action")
-"""What ROS 2 writes between a package and a name."""
+"""The middle part of a ROS 2 message name, between package and name."""
 OLD_NAMES = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
-"""What ROS 1 calls moments and spans."""
+"""ROS 1 names of the time and duration types."""
 
 
 def package_of(kind: type) -> str:
@@ -30,7 +30,7 @@ def name_of(kind: type, *, between: str = "") -> str:
 
     Args:
         kind: The message's class.
-        between: What ROS 2 writes in the middle: "msg", "srv" or "action"; nothing as in ROS 1.
+        between: Middle part of a ROS 2 name: "msg", "srv" or "action"; empty as in ROS 1.
     """
     return "/".join(part for part in (package_of(kind), between, kind.__name__) if part)
 
@@ -61,10 +61,10 @@ def message_named(name: str) -> type:
     """Return the class of a message.
 
     Args:
-        name: Its name, as ROS 1 or ROS 2 writes it.
+        name: Its name, in the form of ROS 1 or ROS 2.
 
     Raises:
-        MessageNotFound: If there is none of that name.
+        MessageNotFound: If no message has this name.
     """
     wanted = plain_name(OLD_NAMES.get(name, name))
     if wanted not in messages():

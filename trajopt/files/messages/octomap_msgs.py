@@ -20,7 +20,7 @@ class Octomap:
 
 @dataclass(slots=True)
 class OctomapWithPose:
-    """An octree and where it stands."""
+    """An octree and its pose."""
 
     header: Header = field(default_factory=Header)
     origin: Pose = field(default_factory=Pose)

@@ -1,6 +1,6 @@
-"""Plain values of ROS that Python has no type of its own for: whole numbers by size, and short numbers.
+"""ROS primitive types without a Python equivalent: sized integers and short floats.
 
-A field that says `int` is an int32, `float` a float64, `str` a string and `bool` a bool.
+In a field, `int` is an int32, `float` a float64, `str` a string and `bool` a bool.
 """
 
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from typing import Annotated, TypeAlias
 
 @dataclass(frozen=True)
 class Primitive:
-    """What ROS calls a plain value, and the whole numbers that it holds.
+    """Name and integer range of a ROS primitive type.
 
     Attributes:
         name: Its name in ROS.
-        lowest: The lowest whole number; None where it holds any number.
-        highest: The highest whole number; None where it holds any number.
+        lowest: Smallest integer; None for types that are not integers.
+        highest: Largest integer; None for types that are not integers.
     """
 
     name: str
@@ -47,4 +47,4 @@ PLAIN = {
     float: Primitive("float64"),
     str: Primitive("string"),
 }
-"""What a field of Python's own types is in ROS."""
+"""ROS types of Python's own types."""

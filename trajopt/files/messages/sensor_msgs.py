@@ -21,7 +21,7 @@ class JointState:
 
 @dataclass(slots=True)
 class MultiDOFJointState:
-    """Where joints of several degrees of freedom have their links: a base that moves in the plane."""
+    """Transforms of joints of several degrees of freedom, such as a planar base."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list[str])
@@ -32,7 +32,7 @@ class MultiDOFJointState:
 
 @dataclass(slots=True)
 class PointField:
-    """What the bytes of a point hold, from one of them on."""
+    """Name, type and byte offset of a field of a point."""
 
     INT8: ClassVar[int] = 1
     UINT8: ClassVar[int] = 2

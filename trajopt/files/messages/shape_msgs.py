@@ -9,7 +9,7 @@ from trajopt.files.messages.primitives import UInt8, UInt32
 
 @dataclass(slots=True)
 class SolidPrimitive:
-    """A box, sphere, cylinder, cone or prism [m]; which dimension is which, the constants say."""
+    """A box, sphere, cylinder, cone or prism [m]; the constants give the order of the dimensions."""
 
     BOX: ClassVar[int] = 1
     SPHERE: ClassVar[int] = 2
@@ -48,6 +48,6 @@ class Mesh:
 
 @dataclass(slots=True)
 class Plane:
-    """The plane a x + b y + c z + d = 0; what is below it is solid."""
+    """The plane a x + b y + c z + d = 0; the space below it is solid."""
 
     coef: list[float] = field(default_factory=list[float])

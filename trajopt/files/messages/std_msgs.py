@@ -123,7 +123,7 @@ class Empty:
 
 @dataclass(slots=True)
 class MultiArrayDimension:
-    """One dimension of an array: its name, its length, and how far apart its elements are."""
+    """One dimension of an array: name, length and stride."""
 
     label: str = ""
     size: UInt32Number = 0
@@ -132,7 +132,7 @@ class MultiArrayDimension:
 
 @dataclass(slots=True)
 class MultiArrayLayout:
-    """How the numbers of an array are laid out; nothing is said of it where there is no dimension."""
+    """Memory layout of an array; unspecified without dimensions."""
 
     dim: list[MultiArrayDimension] = field(default_factory=list[MultiArrayDimension])
     data_offset: UInt32Number = 0

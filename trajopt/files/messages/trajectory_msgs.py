@@ -9,7 +9,7 @@ from trajopt.files.messages.std_msgs import Header
 
 @dataclass(slots=True)
 class JointTrajectoryPoint:
-    """Where the joints are [rad | m], how fast, and when."""
+    """Joint positions [rad | m], their derivatives, and the time."""
 
     positions: list[float] = field(default_factory=list[float])
     velocities: list[float] = field(default_factory=list[float])
@@ -29,7 +29,7 @@ class JointTrajectory:
 
 @dataclass(slots=True)
 class MultiDOFJointTrajectoryPoint:
-    """Where joints of several degrees of freedom have their links, how fast these move, and when."""
+    """Transforms of joints of several degrees of freedom, their derivatives, and the time."""
 
     transforms: list[Transform] = field(default_factory=list[Transform])
     velocities: list[Twist] = field(default_factory=list[Twist])

@@ -1,4 +1,4 @@
-"""Messages of `moveit_msgs`: what MoveIt plans with, and its services and actions."""
+"""Messages of `moveit_msgs`: planning messages, services and actions of MoveIt."""
 
 from trajopt.files.messages.moveit_msgs.actions import ExecuteTrajectoryFeedback as ExecuteTrajectoryFeedback
 from trajopt.files.messages.moveit_msgs.actions import ExecuteTrajectoryGoal as ExecuteTrajectoryGoal

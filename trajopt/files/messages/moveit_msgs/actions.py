@@ -9,10 +9,10 @@ from trajopt.files.messages.moveit_msgs.planning_scene import PlanningScene, Rob
 
 @dataclass(slots=True)
 class PlanningOptions:
-    """What planning for an execution does beside it.
+    """Options of planning for an execution.
 
-    Looking around and planning again are MoveIt's ways of meeting a scene that changes; an execution here
-    watches the scene by itself.
+    MoveIt uses looking around and replanning for changing scenes; trajopt monitors the scene during
+    every execution.
     """
 
     planning_scene_diff: PlanningScene = field(default_factory=PlanningScene)
@@ -35,7 +35,7 @@ class MoveGroupGoal:
 
 @dataclass(slots=True)
 class MoveGroupResult:
-    """How it ended, and the motion."""
+    """The outcome and the motion."""
 
     error_code: MoveItErrorCodes = field(default_factory=MoveItErrorCodes)
     trajectory_start: RobotState = field(default_factory=RobotState)
@@ -46,14 +46,14 @@ class MoveGroupResult:
 
 @dataclass(slots=True)
 class MoveGroupFeedback:
-    """What is being done: planning, moving, ..."""
+    """The current activity, such as planning or moving."""
 
     state: str = ""
 
 
 @dataclass(slots=True)
 class ExecuteTrajectoryGoal:
-    """A motion that is executed; `controller_names` are ROS 2's, and there is one controller."""
+    """A motion to execute; `controller_names` exists in ROS 2, and there is only one controller."""
 
     trajectory: RobotTrajectory = field(default_factory=RobotTrajectory)
     controller_names: list[str] = field(default_factory=list[str])
@@ -61,13 +61,13 @@ class ExecuteTrajectoryGoal:
 
 @dataclass(slots=True)
 class ExecuteTrajectoryResult:
-    """How it ended."""
+    """The outcome."""
 
     error_code: MoveItErrorCodes = field(default_factory=MoveItErrorCodes)
 
 
 @dataclass(slots=True)
 class ExecuteTrajectoryFeedback:
-    """What is being done."""
+    """The current activity."""
 
     state: str = ""

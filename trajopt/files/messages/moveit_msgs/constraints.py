@@ -89,6 +89,6 @@ class Constraints:
 
 @dataclass(slots=True)
 class TrajectoryConstraints:
-    """Constraints one after the other along the motion."""
+    """Constraints in order along the motion."""
 
     constraints: list[Constraints] = field(default_factory=list[Constraints])

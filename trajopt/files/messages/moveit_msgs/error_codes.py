@@ -1,4 +1,4 @@
-"""Error codes of `moveit_msgs`: MoveIt's numbers, with trajopt's reason beside them."""
+"""Error codes of `moveit_msgs`: MoveIt's numbers with trajopt's reason."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -6,12 +6,12 @@ from typing import ClassVar
 
 @dataclass(slots=True)
 class MoveItErrorCodes:
-    """How planning or execution ended.
+    """Outcome of planning or execution.
 
     Attributes:
         val: One of the constants.
-        message: Why, in a sentence.
-        source: Who says so.
+        message: The reason, in a sentence.
+        source: Origin of the message.
     """
 
     SUCCESS: ClassVar[int] = 1

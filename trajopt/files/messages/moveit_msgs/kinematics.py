@@ -1,4 +1,4 @@
-"""Messages of `moveit_msgs` on where links are, and on what a state touches."""
+"""Messages of `moveit_msgs` on link poses and on contacts of a state."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -13,9 +13,9 @@ from trajopt.files.messages.std_msgs import Header
 
 @dataclass(slots=True)
 class PositionIKRequest:
-    """Poses that links are to have, and the state that the search begins at.
+    """Target poses of links, and the seed state of the search.
 
-    `attempts` is of ROS 1's first years: the search decides here how often it begins.
+    `attempts` is from early ROS 1 and ignored: the search chooses its number of restarts.
     """
 
     group_name: str = ""
@@ -32,7 +32,7 @@ class PositionIKRequest:
 
 @dataclass(slots=True)
 class ContactInformation:
-    """Two things that touch: where, in which direction, how deep [m]."""
+    """A contact of two bodies: position, normal and depth [m]."""
 
     ROBOT_LINK: ClassVar[int] = 0
     WORLD_OBJECT: ClassVar[int] = 1
@@ -59,7 +59,7 @@ class CostSource:
 
 @dataclass(slots=True)
 class ConstraintEvalResult:
-    """Whether a constraint holds, and how far a state is from it [rad | m]."""
+    """Whether a constraint holds, and the distance of a state from it [rad | m]."""
 
     result: bool = False
     distance: float = 0.0

@@ -14,7 +14,7 @@ from trajopt.files.messages.trajectory_msgs import JointTrajectory, MultiDOFJoin
 
 @dataclass(slots=True)
 class RobotTrajectory:
-    """What is executed: the trajectory of a group's joints."""
+    """The trajectory of a group's joints, for execution."""
 
     joint_trajectory: JointTrajectory = field(default_factory=JointTrajectory)
     multi_dof_joint_trajectory: MultiDOFJointTrajectory = field(default_factory=MultiDOFJointTrajectory)
@@ -22,7 +22,7 @@ class RobotTrajectory:
 
 @dataclass(slots=True)
 class CartesianPoint:
-    """Where a link is, and its rates."""
+    """Pose, velocity and acceleration of a link."""
 
     pose: Pose = field(default_factory=Pose)
     velocity: Twist = field(default_factory=Twist)
@@ -31,7 +31,7 @@ class CartesianPoint:
 
 @dataclass(slots=True)
 class CartesianTrajectoryPoint:
-    """Where a link is at a time."""
+    """State of a link at a time."""
 
     point: CartesianPoint = field(default_factory=CartesianPoint)
     time_from_start: Duration = field(default_factory=Duration)
@@ -57,7 +57,7 @@ class GenericTrajectory:
 
 @dataclass(slots=True)
 class DisplayTrajectory:
-    """Trajectories one after the other, to be looked at."""
+    """A sequence of trajectories for display."""
 
     model_id: str = ""
     trajectory: list[RobotTrajectory] = field(default_factory=list[RobotTrajectory])
@@ -135,7 +135,7 @@ class GripperTranslation:
 
 @dataclass(slots=True)
 class Grasp:
-    """A way to hold an object: where the hand is, how it gets there and away."""
+    """A grasp of an object: hand pose, approach and retreat."""
 
     id: str = ""
     pre_grasp_posture: JointTrajectory = field(default_factory=JointTrajectory)
@@ -151,7 +151,7 @@ class Grasp:
 
 @dataclass(slots=True)
 class PlaceLocation:
-    """Where an object is put down, and how the hand gets there and away."""
+    """A place for an object: its pose, and the hand's approach and retreat."""
 
     id: str = ""
     post_place_posture: JointTrajectory = field(default_factory=JointTrajectory)

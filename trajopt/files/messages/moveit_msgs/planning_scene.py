@@ -1,4 +1,4 @@
-"""Scene messages of `moveit_msgs`: objects, what may touch, where the robot is."""
+"""Scene messages of `moveit_msgs`: objects, allowed contacts and the robot state."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -15,7 +15,7 @@ from trajopt.files.messages.trajectory_msgs import JointTrajectory
 
 @dataclass(slots=True)
 class CollisionObject:
-    """An object, and what is done with it."""
+    """An object and the operation on it."""
 
     ADD: ClassVar[int] = 0
     REMOVE: ClassVar[int] = 1
@@ -50,7 +50,7 @@ class AttachedCollisionObject:
 
 @dataclass(slots=True)
 class RobotState:
-    """Where the joints are, and what the robot carries."""
+    """Joint positions and attached objects."""
 
     joint_state: JointState = field(default_factory=JointState)
     multi_dof_joint_state: MultiDOFJointState = field(default_factory=MultiDOFJointState)
@@ -77,7 +77,7 @@ class AllowedCollisionMatrix:
     default_entry_values: list[bool] = field(default_factory=list[bool])
 
     def set_default(self, obj: str, allow: bool) -> None:
-        """Let a thing touch anything, or nothing."""
+        """Allow or forbid all contacts of a link or object by default."""
         if obj in self.default_entry_names:
             self.default_entry_values[self.default_entry_names.index(obj)] = allow
         else:
@@ -85,7 +85,7 @@ class AllowedCollisionMatrix:
             self.default_entry_values.append(allow)
 
     def set_allowed(self, obj: str, other: str | None = None, allow: bool = True) -> None:
-        """Let two things touch, or one touch anything (`other` None); or forbid it again."""
+        """Allow or forbid contact of a pair, or of one with everything (`other` None)."""
         if other is None:
             self.set_default(obj, allow)
             return
@@ -134,7 +134,7 @@ class PlanningSceneWorld:
 
 @dataclass(slots=True)
 class PlanningSceneComponents:
-    """Which parts of a scene are asked for: a sum of the constants."""
+    """The requested parts of a scene: a sum of the constants."""
 
     SCENE_SETTINGS: ClassVar[int] = 1
     ROBOT_STATE: ClassVar[int] = 2
@@ -152,7 +152,7 @@ class PlanningSceneComponents:
 
 @dataclass(slots=True)
 class PlanningScene:
-    """A robot among objects; a difference to the present scene where `is_diff`."""
+    """A robot among objects; if `is_diff`, a change of the current scene."""
 
     name: str = ""
     robot_state: RobotState = field(default_factory=RobotState)

@@ -27,7 +27,7 @@ from trajopt.files.messages.std_msgs import Header
 
 @dataclass(slots=True)
 class GetPositionFKRequest:
-    """Where links are in a state; all links where none is named."""
+    """Request of link poses in a state; all links if none is named."""
 
     header: Header = field(default_factory=Header)
     fk_link_names: list[str] = field(default_factory=list[str])
@@ -36,7 +36,7 @@ class GetPositionFKRequest:
 
 @dataclass(slots=True)
 class GetPositionFKResponse:
-    """Where the links are, in the frame of the request's header."""
+    """Link poses, in the frame of the request's header."""
 
     pose_stamped: list[PoseStamped] = field(default_factory=list[PoseStamped])
     fk_link_names: list[str] = field(default_factory=list[str])
@@ -115,7 +115,7 @@ class GetStateValidityRequest:
 
 @dataclass(slots=True)
 class GetStateValidityResponse:
-    """Whether it is, and what touches."""
+    """Whether the state is valid, and its contacts."""
 
     valid: bool = False
     contacts: list[ContactInformation] = field(default_factory=list[ContactInformation])
@@ -125,7 +125,7 @@ class GetStateValidityResponse:
 
 @dataclass(slots=True)
 class GetPlanningSceneRequest:
-    """The scene, as much of it as is asked for."""
+    """Request of the scene, with the selected components."""
 
     components: PlanningSceneComponents = field(default_factory=PlanningSceneComponents)
 
@@ -146,7 +146,7 @@ class ApplyPlanningSceneRequest:
 
 @dataclass(slots=True)
 class ApplyPlanningSceneResponse:
-    """Whether it is so now."""
+    """Whether the scene was applied."""
 
     success: bool = False
 
