@@ -1,4 +1,4 @@
-"""Typical mistakes, and what trajopt says to each: the source of docs/mistakes.md.
+"""Typical mistakes and their messages: the source of docs/mistakes.md.
 
 `python -m tests.mistakes` writes the page; `tests/test_mistakes.py` keeps it true.
 """
@@ -20,18 +20,17 @@ from trajopt.values.errors import TrajoptError, UnitWarning
 
 PAGE = Path(__file__).parents[1] / "docs" / "mistakes.md"
 
-HEAD = """# Typical mistakes, and what trajopt says
+HEAD = """# Typical mistakes and their messages
 
-Misuse raises an error at once: a `TrajoptError` that is also the builtin error which it refines
-(`ValueError`, `KeyError`, ...). It names the argument and, for a name, the known ones that come near it. A
-number that can be meant as it is, though another unit is likely, is taken with a `UnitWarning`
-(`trajopt.values.errors`). Not finding a plan is no error: planning returns a result with a status and a
-reason. The last section shows some.
+Misuse raises a `TrajoptError` immediately. It is also the builtin error that it refines (`ValueError`,
+`KeyError`, ...), names the argument and lists near matches of a name. A valid number with a probable unit
+error is accepted with a `UnitWarning` (`trajopt.values.errors`). A failure to find a plan is not an error:
+planning returns a result with a status and a reason; the last section has examples.
 
-In the code, `panda` is `to.load("panda")`, `scene` holds a box named "table", `goal` is a joint position,
-`AT` is a placement, and `problem` is a `to.Problem` of these; `planned(...)` makes it with other arguments.
+In the code, `panda` is `to.load("panda")`, `scene` contains a box named "table", `goal` is a joint position,
+`AT` is a placement, and `problem` is a `to.Problem` of these; `planned(...)` creates it with other arguments.
 
-`python -m tests.mistakes` writes this page, and a test compares it with what trajopt says.
+`python -m tests.mistakes` writes this page, and a test compares it with the actual messages.
 """
 
 
@@ -235,7 +234,7 @@ def page() -> str:
     lines, last = [HEAD.rstrip("\n")], ""
     for section, mistake, kind, message in answers():
         if section != last:
-            lines += ["", f"## {section}", "", "| code | what trajopt says |", "|---|---|"]
+            lines += ["", f"## {section}", "", "| code | message |", "|---|---|"]
             last = section
         cells = (f"`{mistake.code}`", f"**{kind}** {message}")
         lines.append(
