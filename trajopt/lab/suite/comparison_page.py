@@ -110,9 +110,9 @@ SUMMARY_HEAD = (
     "clearance mm",
 )  # fmt: skip
 LEGEND = (
-    "as expected: a motion that the judge verified, or the right refusal. CPU ms, steps: medians over what "
-    "the method solved. cost, duration, path: medians of the ratio to the best of all methods on the same "
-    "problem. clearance: the smallest that was proven."
+    "as expected: a motion that the judge verified, or the right refusal. CPU ms, steps: medians over "
+    "solved problems. cost, duration, path: medians of the ratio to the best of all methods on the same "
+    "problem. clearance: the smallest proven one."
 )
 
 
@@ -158,7 +158,7 @@ def markdown(outcomes: Sequence[Outcome]) -> str:
     for item in found:
         failed = [run for run in outcomes if run.solver == item.solver and run.askable and not run.good]
         told = ", ".join(f"{run.problem} ({run.status.name})" for run in failed)
-        lines.append(f"- **{item.solver}** ({len(failed)}): {told or 'nothing'}")
+        lines.append(f"- **{item.solver}** ({len(failed)}): {told or 'none'}")
     return "\n".join(lines) + "\n"
 
 

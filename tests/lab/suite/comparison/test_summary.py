@@ -40,7 +40,7 @@ def test_tables() -> None:
     assert "clearance by 0.04" in run_cells(FAILED) and "12.3" in run_cells(FAST)
     text = markdown(ALL)
     assert "| sqp | 3 of 3 |" in text and "| chomp | 2/2 | 0/1 |" in text
-    assert "- **chomp** (1): box/1 (STUCK)" in text and "- **sqp** (0): nothing" in text
+    assert "- **chomp** (1): box/1 (STUCK)" in text and "- **sqp** (0): none" in text
 
 
 def test_only_what_is_proven_leaves_the_count() -> None:
