@@ -150,7 +150,7 @@ def test_not_a_number_in_a_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), np.float64("-inf")])
 def test_json_has_no_such_number(tmp_path: Path, value: float) -> None:
     write_json(tmp_path / "t.json", {"a": 1})
-    with pytest.raises(FileFormatError, match=r"t\.json: b\[1\]\.c: (nan|-?inf) is no number"):
+    with pytest.raises(FileFormatError, match=r"t\.json: b\[1\]\.c: (nan|-?inf) is not a number"):
         write_json(tmp_path / "t.json", {"b": [0.0, {"c": value}]})
     assert json.loads((tmp_path / "t.json").read_text()) == {"a": 1}
 
@@ -158,7 +158,7 @@ def test_json_has_no_such_number(tmp_path: Path, value: float) -> None:
 def test_json_has_no_such_thing(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match="a: JSON cannot hold a ndarray"):
         write_json(tmp_path / "t.json", {"a": np.zeros(3)})
-    with pytest.raises(FileFormatError, match="a: the key 1 is no text"):
+    with pytest.raises(FileFormatError, match="a: the key 1 is not text"):
         write_json(tmp_path / "t.json", {"a": {1: 2}})
     assert not list(tmp_path.iterdir())
 

@@ -52,4 +52,4 @@ def test_what_is_no_bundle_is_refused(kept: Path, tmp_path: Path) -> None:
     (tmp_path / "half.trajopt").write_bytes(kept.read_bytes()[:500])
     for command in ("check", "view", "replay", "simulate"):
         done = trajopt(command, tmp_path / "half.trajopt")
-        assert done.returncode == 2 and "is no bundle" in done.stderr
+        assert done.returncode == 2 and "is not a bundle" in done.stderr

@@ -67,4 +67,4 @@ def test_what_cannot_be_done_is_one_line(folder: Path) -> None:
     last = done.stderr.splitlines()[-1]
     assert last.startswith("trajopt: s.py, line 12: rospy.Subscriber has no stand-in: ")
     assert "Traceback" not in done.stderr
-    assert "is no file" in run(folder, "other.py").stderr
+    assert "is not a file" in run(folder, "other.py").stderr

@@ -85,7 +85,7 @@ def test_dates_tags_and_words_find(filled: Path) -> None:
     )
     assert said("ls", filled, "--until", "2020-01-01").strip() == "nothing"
     assert "cell" in said("ls", filled, "--text", "DOOR ball")
-    assert "is no date" in refused(ModelError, "ls", filled, "--since", "monday")
+    assert "is not a date" in refused(ModelError, "ls", filled, "--since", "monday")
     assert "--kind must be one of" in refused(ModelError, "ls", filled, "--kind", "thing")
 
 

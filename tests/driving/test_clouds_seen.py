@@ -94,7 +94,7 @@ def test_the_robot_goes_on_when_the_camera_sees_that_the_way_is_free(problem: to
 def test_wrong_clouds_are_refused_and_leave_the_world_as_it_was(problem: to.Problem) -> None:
     _, supervisor = supervised(problem)
     name = next(iter(problem.scene.objects))
-    with pytest.raises(ModelError, match="is no cloud"):
+    with pytest.raises(ModelError, match="is not a cloud"):
         supervisor.see_cloud(name, to.Points(np.zeros((1, 3)), 0.01))
     with pytest.raises(ModelError, match="taken by a frame"):
         supervisor.see_cloud("panda_hand", None)

@@ -203,7 +203,7 @@ def test_values_are_written_as_in_bundles(
         ({"format": "other"}, "is not a recording"),
         ({"version": 2}, "is 2, must be 1"),
         ({"times": {"array": [0.0, 0.0], "type": "float64"}}, "times"),
-        ({"times": {"array": [[0.0], "x"], "type": "float64"}}, "times: is no array"),
+        ({"times": {"array": [[0.0], "x"], "type": "float64"}}, "times: is not an array"),
         ({"events": [{"kind": "Event", "time": 0.0}]}, r"events\[0\]: lacks kind"),
         ({"events": [{"kind": "Evnt"}]}, "'Evnt' is not among"),
         ({"events": [{"kind": "Event", "wordz": ""}]}, "did you mean 'words'"),

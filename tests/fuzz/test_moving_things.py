@@ -78,7 +78,7 @@ BAD: dict[str, Callable[[], object]] = {
     "times that decrease": lambda: to.Track.through([1.0, 0.0], [HERE, HERE]),
     "one time": lambda: to.Track.through([0.0], [HERE]),
     "no time": lambda: to.Track.through([], []),
-    "a time that is no number": lambda: to.Track.through([0.0, np.nan], [HERE, HERE]),
+    "a time that is not a number": lambda: to.Track.through([0.0, np.nan], [HERE, HERE]),
     "a time without end": lambda: to.Track.through([0.0, np.inf], [HERE, HERE]),
     "a time beyond all": lambda: to.Track.through([0.0, 1e12], [HERE, HERE]),
     "fewer placements": lambda: to.Track.through([0.0, 1.0, 2.0], [HERE, HERE]),
@@ -87,14 +87,14 @@ BAD: dict[str, Callable[[], object]] = {
     "a jump": lambda: track(coefficients=track().coefficients + np.array((0.0, 1.0))[None, :, None]),
     "a rotation that jumps": lambda: track(rotations=np.stack((np.eye(3), np.diag((1.0, -1.0, -1.0))))),
     "an axis of no length": lambda: track(axes=np.zeros((2, 3))),
-    "a rate that is no number": lambda: track(rates=np.array((np.nan, 0.0))),
+    "a rate that is not a number": lambda: track(rates=np.array((np.nan, 0.0))),
     "coefficients of another shape": lambda: track(coefficients=np.zeros((2, 3, 3))),
     "a velocity without end": lambda: to.Track.constant_velocity(HERE, (np.inf, 0.0, 0.0)),
     "a velocity in the plane": lambda: to.Track.constant_velocity(HERE, (1.0, 0.0)),
     "an end before the start": lambda: to.Track.constant_velocity(HERE, (1.0, 0.0, 0.0), start=2.0, end=1.0),
     "a negative error": lambda: to.Prediction(good(), (-0.01, 0.0, 0.0)),
     "an error of two numbers": lambda: to.Prediction(good(), (0.01, 0.0)),  # pyright: ignore[reportArgumentType]
-    "an error that is no number": lambda: to.Prediction(good(), (np.nan, 0.0, 0.0)),
+    "an error that is not a number": lambda: to.Prediction(good(), (np.nan, 0.0, 0.0)),
     "a prediction that is over": lambda: to.Prediction(good(), until=0.0),
     "a prediction of a word": lambda: to.Prediction("left"),  # pyright: ignore[reportArgumentType]
 }
@@ -116,10 +116,12 @@ EDITS: dict[str, Callable[[to.Scene], object]] = {
     "an end before it appears": lambda scene: scene.add(
         "box", to.Sphere(0.1), HERE, appears=2.0, expires=1.0
     ),
-    "an appearance that is no number": lambda scene: scene.add("box", to.Sphere(0.1), HERE, appears=np.nan),
+    "an appearance that is not a number": lambda scene: scene.add(
+        "box", to.Sphere(0.1), HERE, appears=np.nan
+    ),
     "a motion of nothing": lambda scene: scene.with_motion("ghost", good()),
     "a clock before the start": lambda scene: scene.at(-1.0),
-    "a clock that is no number": lambda scene: scene.at(np.nan),
+    "a clock that is not a number": lambda scene: scene.at(np.nan),
     "a clock after what is known": lambda scene: scene.add(
         "box", to.Sphere(0.1), motion=to.Prediction(good(), until=1.0)
     ).at(2.0),

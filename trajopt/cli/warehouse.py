@@ -280,7 +280,7 @@ def _day(text: str, *, end: bool = False) -> datetime | None:
         when = datetime.fromisoformat(text)
         alone = len(text) == len(date.min.isoformat())
     except ValueError as error:
-        raise ModelError(f"{shown(text)} is no date: write 2026-11-22, or 2026-11-22T14:30") from error
+        raise ModelError(f"{shown(text)} is not a date: write 2026-11-22, or 2026-11-22T14:30") from error
     return when + timedelta(days=1) if end and alone else when
 
 

@@ -185,7 +185,7 @@ def constraint(
 def _check_residual(role: str, residual: object) -> None:
     # As `isinstance` of the protocol says, in a tenth of its time.
     if not (hasattr(residual, "name") and callable(getattr(residual, "linearise", None))):
-        raise ProblemError(f"{role}: {shown(residual)} is no residual, which has a name and linearise()")
+        raise ProblemError(f"{role}: {shown(residual)} is not a residual, which has a name and linearise()")
 
 
 def check_path_constraint(required: object) -> None:

@@ -203,7 +203,9 @@ def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> No
     """
     for name, wanted in waypoints.items():
         if not wanted or not all(isinstance(item, Requirement) for item in wanted):
-            raise ProblemError(f"waypoint {shown(name)} is no requirement or several: {shown(wanted)}")
+            raise ProblemError(
+                f"waypoint {shown(name)} is neither a requirement nor several: {shown(wanted)}"
+            )
     least = len(waypoints) + 2
     if knots < least:
         raise ProblemError(f"{len(waypoints)} waypoints need at least {least} knots, not {knots}")

@@ -191,7 +191,9 @@ def replaced_cloud(
         ModelError: If the value or the object is not a cloud.
     """
     if not all(isinstance(shape, Points | Voxels) for shape, _ in old.parts):
-        raise ModelError(f"{shown(old.name)} is no cloud, and would be lost: remove it, or take another name")
+        raise ModelError(
+            f"{shown(old.name)} is not a cloud, and would be lost: remove it, or take another name"
+        )
     parts = cloud_parts(cloud)
     return replace(old, parts=parts, placement=IDENTITY, frame=WORLD, notes=(), timing=ALWAYS, given=given)
 

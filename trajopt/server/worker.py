@@ -134,7 +134,7 @@ class Worker:
         try:
             text = request.body.decode("utf-8-sig")
         except UnicodeDecodeError as error:
-            raise Refusal(Why.MALFORMED, f"{REQUEST}: is no UTF-8 text: {error}") from error
+            raise Refusal(Why.MALFORMED, f"{REQUEST}: is not UTF-8 text: {error}") from error
         document: object = parse_json(text, REQUEST) if text else {}
         arguments = Node(document, REQUEST)
         if not isinstance(document, dict):

@@ -337,7 +337,7 @@ def direction_of(name: str, value: ArrayLike) -> Floats:
     vector = floats(name, value, (3,))
     length = float(np.linalg.norm(vector))
     if length < 1e-9:
-        raise ShapeError(name, "has no length, so it is no direction")
+        raise ShapeError(name, "has no length, so it is not a direction")
     return readonly(vector / length)
 
 

@@ -155,7 +155,7 @@ def placement(
         parts = floats("quaternion", quaternion, (4,))
         length = float(np.linalg.norm(parts))
         if length < 1e-9:
-            raise ShapeError("quaternion", "has no length, so it is no orientation")
+            raise ShapeError("quaternion", "has no length, so it is not an orientation")
         matrix = from_quaternion(*(parts / length).tolist())
     elif rotation is not None:
         matrix = _rotation("rotation", rotation)

@@ -68,10 +68,10 @@ HOSTILE: dict[str, tuple[Change, str]] = {
     "a truth value as a place": (lambda d: d.update(value={"shared": True}), "not before it"),
     "what nobody knows": (lambda d: d.update(value={"known": "os"}), "known are robot"),
     "another kind": (lambda d: d.update(value={"kind": "Popen", "args": ["sh"]}), "known kinds"),
-    "no array": (lambda d: d.update(value={"array": "x"}, arrays={"x": "####"}), "is no array"),
+    "no array": (lambda d: d.update(value={"array": "x"}, arrays={"x": "####"}), "is not an array"),
     "an array of objects": (
         lambda d: d.update(value={"array": "x"}, arrays={"x": "gASVAAAA"}),
-        "is no array",
+        "is not an array",
     ),
     "an array that is not there": (lambda d: d.update(value={"array": "x"}), "must be text"),
     "another member": (lambda d: d.update(more=1), "unknown key"),

@@ -117,7 +117,7 @@ def test_code_of_the_callers_is_refused_by_name(solved: Result, tmp_path: Path) 
         goal={"joint1": 1.4, "joint2": 0.4},
         constraints=[Constraint(residual, np.array([-1.0]), np.array([3.0]))],
     )
-    with pytest.raises(ModelError, match=r"problem.constraints\[0\].residual is no data"):
+    with pytest.raises(ModelError, match=r"problem.constraints\[0\].residual is not data"):
         save(problem, tmp_path / "code.trajopt")
     assert not (tmp_path / "code.trajopt").exists()
 

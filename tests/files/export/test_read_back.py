@@ -100,7 +100,7 @@ TABLES = {
     "time,position_a\n0,1\n1,nan\n": "row 2, position_a: must be a finite number, is 'nan'",
     "time,position_a\n0.5,1\n1,2\n": "row 1, time: must be 0, is 0.5 s",
     "time,position_a\n0,1\n0,2\n": "row 2, time: 0 s does not come after 0 s",
-    'time,position_a\n0,"1\n1,2\n': "is no table",
+    'time,position_a\n0,"1\n1,2\n': "is not a table",
 }
 
 

@@ -96,7 +96,7 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
     "mesh without a point": (
         with_objects("{id: a, meshes: [{vertices: [[0, 0, 0], null], triangles: [[0, 0, 0]]}]}"),
         FileFormatError,
-        r"vertices\[1\]: is no point",
+        r"vertices\[1\]: is not a point",
     ),
     "subframes": (
         with_objects(f"{{id: a, {SPHERE}, subframe_names: [b]}}"),

@@ -94,7 +94,7 @@ def test_the_messages_form_of_both_generations(tmp_path: Path) -> None:
         ("plumb_bob", "equidistant", r"distortion_model: is 'equidistant', which is not undone"),
         ("plumb_bob", "double_sphere", "'double_sphere'"),
         ("plumb_bob", "rational_polynomial", "needs 8 numbers for rational_polynomial, has 5"),
-        ("525.1, 0, 318.5", "525.1, 0.3, 318.5", "is no matrix"),
+        ("525.1, 0, 318.5", "525.1, 0.3, 318.5", "is not a matrix"),
         ("525.1, 0, 318.5", "525.1, 0", r"data: needs the 9 numbers of a 3x3 matrix, has 8"),
         ("525.1", "-1", "fx must be positive"),
         ("image_width: 640", "image_width: 640.5", "whole number of pixels"),

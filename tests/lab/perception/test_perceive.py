@@ -222,7 +222,7 @@ def test_the_object_is_replaced_whole() -> None:
 
 def test_a_cloud_takes_the_place_of_no_other_object() -> None:
     scene = to.Scene(ROBOT).add("table", to.Box(1, 1, 0.1))
-    with pytest.raises(ModelError, match="'table' is no cloud"):
+    with pytest.raises(ModelError, match="'table' is not a cloud"):
         scene.with_cloud("table", to.Points(np.zeros((1, 3)), 0.01))
     with pytest.raises(ModelError, match="cloud must be"):
         scene.with_cloud("camera", np.zeros((1, 3)))

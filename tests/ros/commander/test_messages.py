@@ -91,7 +91,7 @@ def test_messages_of_ros_are_taken(lab_arm: to.Robot, make: type) -> None:
 
 
 def test_what_is_no_message() -> None:
-    with pytest.raises(to.TrajoptError, match="set_path_constraints: 3j is no message"):
+    with pytest.raises(to.TrajoptError, match="set_path_constraints: 3j is not a message"):
         document_of([3j], "set_path_constraints")
 
 

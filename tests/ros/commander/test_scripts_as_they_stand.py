@@ -105,7 +105,7 @@ def test_scripts_may_look_what_there_is(world: World, tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as ended:
         run_script(written(tmp_path, text), world=world)
     assert ended.value.code == 3
-    with pytest.raises(FileFormatError, match="is no file"):
+    with pytest.raises(FileFormatError, match="is not a file"):
         run_script(tmp_path / "other.py", world=world)
 
 

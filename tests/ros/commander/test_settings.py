@@ -214,7 +214,7 @@ def test_a_bad_start_is_named(arm: MoveGroupCommander, jumping: World) -> None:
         (lambda arm: arm.set_workspace([1, 2, 3]), "0, 4 or 6 numbers"),
         (lambda arm: arm.limit_max_cartesian_link_speed(0.0), "must be positive"),
         (lambda arm: arm.set_support_surface_name("table"), "there are: none"),
-        (lambda arm: arm.set_constraints_database("/nowhere", 0), "is no folder"),
+        (lambda arm: arm.set_constraints_database("/nowhere", 0), "is not a folder"),
         (lambda arm: arm.set_end_effector_link("hnad"), r"did you mean 'hand'\?"),
         (lambda arm: arm.set_pose_reference_frame("tabel"), "no frame named 'tabel'"),
         (

@@ -228,7 +228,7 @@ def test_no_end_effector(tmp_path: Path) -> None:
     with World(lab, executor=JumpingExecutor(lab.positions("bent"))) as world:
         apart = MoveGroupCommander("wrist_only", world=world)
         assert not apart.has_end_effector_link()
-        with pytest.raises(MoveItCommanderException, match="is no chain and has no end effector"):
+        with pytest.raises(MoveItCommanderException, match="is not a chain and has no end effector"):
             apart.get_current_pose()
         apart.set_end_effector_link("finger")
         assert apart.get_current_pose().pose.position.x > 0.0

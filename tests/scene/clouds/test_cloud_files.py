@@ -96,7 +96,7 @@ def test_points_that_are_not_finite_are_left_out_of_files(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("name", "data", "said"),
     (
-        ("a.xyz", b"", "is no cloud: .ply"),
+        ("a.xyz", b"", "is not a cloud: .ply"),
         ("a.ply", b"solid", "no PLY header"),
         ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "vertex"),
         ("a.ply", ply("ascii").replace(b"property float z\n", b""), "cannot be read"),
@@ -146,7 +146,7 @@ def test_octrees_are_read(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ("a.bt", "a.ot", "a.tree"))
 def test_what_is_no_octree_is_named(tmp_path: Path, name: str) -> None:
-    with pytest.raises(FileFormatError, match=r"no such file|is no octree"):
+    with pytest.raises(FileFormatError, match=r"no such file|is not an octree"):
         to.Voxels.from_file(tmp_path / name)
     (tmp_path / name).write_bytes(b"# Octomap OcTree binary file\nid OcTree\nsize 3\nres 0.1\ndata\nxx")
     with pytest.raises(FileFormatError, match=name):

@@ -36,7 +36,7 @@ def test_a_missing_file_is_made_only_where_that_is_meant(tmp_path: Path) -> None
 
 def test_what_is_no_database_is_refused(tmp_path: Path) -> None:
     (tmp_path / "text").write_text("no database at all, but long enough to be looked at" * 100)
-    with pytest.raises(FileFormatError, match="is no warehouse"):
+    with pytest.raises(FileFormatError, match="is not a warehouse"):
         Warehouse(tmp_path / "text")
     with pytest.raises(FileFormatError, match="cannot be used"):
         Warehouse(tmp_path)
@@ -137,7 +137,7 @@ def test_pages_that_were_overwritten_are_named(path: Path) -> None:
     data = bytearray(path.read_bytes())
     data[4096:] = bytes(len(data) - 4096)
     path.write_bytes(bytes(data))
-    with pytest.raises(FileFormatError, match=r"damaged|no warehouse|cannot be used"):
+    with pytest.raises(FileFormatError, match=r"damaged|not a warehouse|cannot be used"):
         Warehouse(path).find()
 
 

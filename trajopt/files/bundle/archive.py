@@ -42,7 +42,7 @@ class Archive(Members):
             with zipfile.ZipFile(self.path) as file:
                 self._members = {item.filename: item for item in self._checked(file.infolist())}
         except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError) as error:
-            raise self.error(f"is no bundle: {error}") from error
+            raise self.error(f"is not a bundle: {error}") from error
 
     @property
     def names(self) -> tuple[str, ...]:

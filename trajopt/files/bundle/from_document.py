@@ -54,7 +54,7 @@ class Reader(read_values.Reader):
         except ShapeError as error:
             raise node.error(str(error)) from error
         except (ValueError, RuntimeError) as error:
-            raise node.error(f"is no model of a robot: {error}") from error
+            raise node.error(f"is not a model of a robot: {error}") from error
 
     def _tree(self, node: Node) -> object:
         """Read the arrays of a plain document."""

@@ -171,7 +171,7 @@ def model_from(node: Node) -> pin.Model:
 def _add_frame(model: pin.Model, node: Node, place: int) -> None:
     joint, kind = _index(node["joint"], model.njoints), _FRAMES.get(node["kind"].text())
     if kind is None:
-        raise node["kind"].error("is no kind of frame")
+        raise node["kind"].error("is not a kind of frame")
     parent = _index(node["parent"], max(place, 1))
     at, inertia = _placement(node["placement"]), _inertia_of(node["inertia"])
     if place == 0:  # every model has it: the world
@@ -187,7 +187,7 @@ def _kind(joint: Node) -> Any:
     if kind in _JOINTS:
         return _JOINTS[kind]()
     if kind not in _UNALIGNED:
-        raise joint["kind"].error("is no kind of joint")
+        raise joint["kind"].error("is not a kind of joint")
     axis = _array(joint["axis"], (3,))
     if abs(float(np.linalg.norm(axis)) - 1.0) > 1e-6:
         raise joint["axis"].error("is not of length one")

@@ -71,7 +71,7 @@ class Members(ABC):
                 raise self.error(f"{name} is an array of format {version}, known: (1, 0)")
             header: tuple[tuple[int, ...], bool, np.dtype[Any]] = layout.read_array_header_1_0(stream)
         except (ValueError, TypeError, SyntaxError, TokenError, RecursionError, MemoryError) as error:
-            raise self.error(f"{name} is no array: {error}") from error
+            raise self.error(f"{name} is not an array: {error}") from error
         shape, fortran, kind = header
         rest = len(data) - stream.tell()
         if fortran or kind.str not in _TYPES:

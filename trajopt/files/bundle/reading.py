@@ -68,7 +68,7 @@ def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
     """
     about = document_in(archive, DESCRIPTION)
     if about["format"].value != FORMAT:
-        raise about.error("is no bundle of trajopt")
+        raise about.error("is not a bundle of trajopt")
     if about["version"].value != VERSION:
         raise about["version"].error(f"is {shown(about['version'].value)}; this trajopt reads {VERSION}")
     _check_digests(archive, about["members"])
@@ -81,7 +81,7 @@ def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
     try:
         datetime.fromisoformat(about["made"].text())
     except ValueError as error:
-        raise about["made"].error("is no date") from error
+        raise about["made"].error("is not a date") from error
     return Bundle(
         path=archive.path,
         holds=Holds[holds],
@@ -119,7 +119,7 @@ def document_in(archive: Members, name: str) -> Node:
 
 
 def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is no number of JSON's")
+    raise ValueError(f"{name} is not a number in JSON")
 
 
 def _plain(archive: Members, name: str) -> Mapping[str, object]:

@@ -153,7 +153,7 @@ def _plain(item: object) -> object:
     """Return the state of a random generator as JSON data: arrays become lists of integers."""
     tolist = getattr(item, "tolist", None)
     if tolist is None:
-        raise ModelError(f"the state of the random generator is no data: {type(item).__name__}")
+        raise ModelError(f"the state of the random generator is not data: {type(item).__name__}")
     return tolist()
 
 

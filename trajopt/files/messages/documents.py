@@ -37,7 +37,7 @@ def _plain(value: Any, name: str) -> object:
         return {key: _plain(getattr(value, key), name) for key in members}
     if isinstance(value, Iterable):
         return [_plain(inner, name) for inner in value]  # pyright: ignore[reportUnknownVariableType]
-    raise ProblemError(f"{name}: {shown(value)} is no message")
+    raise ProblemError(f"{name}: {shown(value)} is not a message")
 
 
 def field_names(message: Any) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
         notes.append(f"{node.place}: a quaternion of zeros, taken for no rotation")
         return none
     if not 1e-9 < length < inf:
-        raise node.error(f"a quaternion of length {length:g} is no orientation")
+        raise node.error(f"a quaternion of length {length:g} is not an orientation")
     if abs(length - 1.0) > 1e-3:
         notes.append(f"{node.place}: a quaternion of length {length:.6g}, normalised")
     return tuple(part / length for part in parts)

@@ -96,7 +96,7 @@ def read_mesh(node: Node) -> Mesh:
     for vertex in node["vertices"].elements():
         point = read_vector(vertex)
         if point is None:
-            raise vertex.error("is no point")
+            raise vertex.error("is not a point")
         vertices.append(point)
     triangles: list[list[int]] = []
     for triangle in node["triangles"].elements():

@@ -32,7 +32,7 @@ def read_table(path: Path | str) -> Trajectory:
     try:
         lines = [line for line in csv.reader(io.StringIO(read_text(path)), strict=True) if line]
     except csv.Error as error:
-        raise FileFormatError(str(path), f"is no table: {error}") from error
+        raise FileFormatError(str(path), f"is not a table: {error}") from error
     if len(lines) < 3:
         raise FileFormatError(str(path), "a table has a line of column names and two rows at least")
     columns = [name.strip() for name in lines[0]]

@@ -46,7 +46,7 @@ def read_camera_info(path: Path | str) -> Intrinsics:
     if len(k) != 9:
         raise matrix.error(f"needs the 9 numbers of a 3x3 matrix, has {len(k)}")
     if k[1] or k[3] or k[6] or k[7] or k[8] != 1.0:
-        raise matrix.error(f"is no matrix (fx, 0, cx; 0, fy, cy; 0, 0, 1): {list(k)}")
+        raise matrix.error(f"is not a matrix (fx, 0, cx; 0, fy, cy; 0, 0, 1): {list(k)}")
     try:
         return Intrinsics(_whole(size[0]), _whole(size[1]), k[0], k[4], k[2], k[5], _lens(document, numbers))
     except ShapeError as error:

@@ -192,7 +192,7 @@ def _mimics(robot: Robot) -> Iterator[Finding]:
     for name, mimic in robot.mimics.items():
         if mimic.source not in ranges:
             yield Finding(
-                Severity.ERROR, name, f"follows {shown(mimic.source)}, which is no joint that moves"
+                Severity.ERROR, name, f"follows {shown(mimic.source)}, which is not a joint that moves"
             )
             continue
         ends = [mimic.multiplier * end + mimic.offset for end in ranges[mimic.source]]

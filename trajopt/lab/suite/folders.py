@@ -36,7 +36,7 @@ def find_instances(
         NameNotFound: If a set does not exist.
     """
     if not folder.is_dir():
-        raise FileFormatError(str(folder), "is no folder")
+        raise FileFormatError(str(folder), "is not a folder")
     present = sorted(path.name for path in folder.iterdir() if any(path.glob("scene*.yaml")))
     for name in sets:
         if name not in present:

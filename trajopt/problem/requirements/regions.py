@@ -94,7 +94,7 @@ def position_in_region(
         shape = member[0] if isinstance(member, tuple) else member  # pyright: ignore
         if not isinstance(shape, Region):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise ProblemError(
-                f"position_in_region({shown(frame)}): {shown(shape)} is no Box, Sphere, Cylinder or Plane"
+                f"position_in_region({shown(frame)}): {shown(shape)} is not a Box, Sphere, Cylinder or Plane"
             )
     base = IDENTITY if placement is None else as_placement("placement", placement)
     members = tuple((shape, base * as_placement("placement in the region", where)) for shape, where in given)

@@ -49,7 +49,7 @@ class MeshNames:
             MeshFileError: If it does not exist, or is outside; the message lists the searched folders.
         """
         if len(filename) > _LONGEST_NAME or "\0" in filename:
-            raise MeshFileError(shown(filename), f"is no name of a file ({self.file.name})")
+            raise MeshFileError(shown(filename), f"is not a name of a file ({self.file.name})")
         name = filename.removeprefix("file://")
         scheme = next((scheme for scheme in _SCHEMES if name.startswith(scheme)), "")
         # Some write three slashes, no package: the name is meant below a folder all the same.

@@ -55,9 +55,9 @@ def parse_xml(data: bytes, path: Path, kind: str, *, root: str = "robot") -> Ele
             parser.feed(data[start : start + _BLOCK])
         found: ElementTree.Element = parser.close()
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise FileFormatError(str(path), f"is no readable {kind}: {error}") from error
+        raise FileFormatError(str(path), f"is not a readable {kind}: {error}") from error
     if found.tag != root:
-        reason = f"is no readable {kind}: its root is <{found.tag[:80]}>, not <{root}>"
+        reason = f"is not a readable {kind}: its root is <{found.tag[:80]}>, not <{root}>"
         raise FileFormatError(str(path), reason)
     return found
 
@@ -82,7 +82,7 @@ def numbers(
     try:
         found = [float(word) for word in text.split()]
     except ValueError as error:
-        raise FileFormatError(str(path), f"{where} is no list of numbers") from error
+        raise FileFormatError(str(path), f"{where} is not a list of numbers") from error
     if not all(isfinite(value) for value in found):
         raise FileFormatError(str(path), f"{where} holds a number that is not finite")
     if count is not None and len(found) != count:

@@ -76,7 +76,7 @@ class GroupBase:
         link = name or self._tip
         if not link:
             raise MoveItCommanderException(
-                f"group {shown(self._group.name)} is no chain and has no end effector; "
+                f"group {shown(self._group.name)} is not a chain and has no end effector; "
                 "set_end_effector_link says which"
             )
         known = (*scene.frame_names, *(key for key in scene.objects if scene.holder(key).link != WORLD))

@@ -82,7 +82,7 @@ class GroupConstraints(GroupBase):
             MoveItCommanderException: If there is no such folder, or a file in it is malformed.
         """
         if not Path(host).is_dir():
-            raise ProblemError(f"set_constraints_database: {shown(host)} is no folder")
+            raise ProblemError(f"set_constraints_database: {shown(host)} is not a folder")
         stored: dict[str, Constraints] = {}
         for path in sorted(Path(host).glob("*.yaml")):
             document = read_document(path)

@@ -176,7 +176,7 @@ def run_script(
             the script's line.
     """
     if not path.is_file():
-        raise FileFormatError(str(path), "is no file")
+        raise FileFormatError(str(path), "is not a file")
     whole = path.resolve()
     with _stood_in(whole.parent), _called([str(path), *arguments], stdin), world:
         try:

@@ -106,7 +106,7 @@ def plain(raw: msgspec.Raw) -> object:
     except RecursionError as error:
         raise Unusable("it is nested too deeply") from error
     except msgspec.MsgspecError as error:
-        raise Unusable(f"is no JSON: {error}") from error
+        raise Unusable(f"is not JSON: {error}") from error
 
 
 def status(level: str, reason: str, name: str | int | None) -> bytes:
@@ -124,7 +124,7 @@ def named(name: str | None, what: str) -> str:
     if not name:
         raise Unusable(f"it names no {what}")
     if not all(each.isalnum() or each in "_/~{}-.:" for each in name):
-        raise Unusable(f"{shown(name)} is no name of a {what}")
+        raise Unusable(f"{shown(name)} is not a name of a {what}")
     return name if name.startswith("/") else f"/{name}"
 
 

@@ -75,7 +75,7 @@ async def body_of(request: Request, most: int, seconds: float) -> bytes:
     too_large = Refusal(Why.TOO_LARGE, f"a request has {most} bytes at most")
     stated = request.headers.get("content-length", "0")
     if not stated.isdigit():
-        raise Refusal(Why.MALFORMED, "content-length is no number")
+        raise Refusal(Why.MALFORMED, "content-length is not a number")
     if int(stated) > most:
         raise too_large
     parts, length = list[bytes](), 0

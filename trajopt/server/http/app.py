@@ -173,7 +173,7 @@ class Face:
         try:
             document: object = parse_json(body.decode(), "request") if body else {}
         except UnicodeDecodeError as error:
-            raise Refusal(Why.MALFORMED, "the request is no UTF-8 text") from error
+            raise Refusal(Why.MALFORMED, "the request is not UTF-8 text") from error
         if not isinstance(document, dict):
             raise Refusal(Why.MALFORMED, "the request must be a mapping")
         return cast(Body, document)

@@ -186,7 +186,7 @@ class Database(Forked):
         except (sqlite3.Error, OSError) as error:
             code = getattr(error, "sqlite_errorname", "")
             if code == "SQLITE_NOTADB":
-                raise self.error("is no warehouse") from error
+                raise self.error("is not a warehouse") from error
             if code.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
                 raise self.error(f"another process has been writing for {PATIENCE:g} s") from error
             if code.startswith("SQLITE_CORRUPT"):
@@ -256,7 +256,7 @@ class Database(Forked):
         if not found and application == 0 and version == 0:
             return False
         if application != APPLICATION:
-            raise self.error("is no warehouse, but a database of something else")
+            raise self.error("is not a warehouse, but a database of something else")
         if version != VERSION:
             raise self.error(
                 f"is of format {version}, and this trajopt reads {VERSION}: it was written by a newer one"
@@ -265,7 +265,7 @@ class Database(Forked):
         wanted.executescript(_TABLES)
         for name, stated in _tables(wanted).items():
             if found.get(name) != stated:
-                raise self.error(f"is no warehouse: its table {shown(name)} is missing or another")
+                raise self.error(f"is not a warehouse: its table {shown(name)} is missing or another")
         wanted.close()
         strange = [name for name, (kind, _) in found.items() if kind in ("trigger", "view")]
         if strange:

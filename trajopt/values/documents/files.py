@@ -55,7 +55,7 @@ def read_text(path: Path | str) -> str:
     try:
         return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise FileFormatError(str(path), f"cannot be read: it is no UTF-8 text: {error}") from error
+        raise FileFormatError(str(path), f"cannot be read: it is not UTF-8 text: {error}") from error
 
 
 def read_json(path: Path | str) -> object:

@@ -30,13 +30,13 @@ def _check(value: object, path: str, place: str) -> None:
         case dict():
             for key, inner in cast("dict[object, object]", value).items():
                 if not isinstance(key, str):
-                    raise FileFormatError(path, f"{place}: the key {shown(key)} is no text")
+                    raise FileFormatError(path, f"{place}: the key {shown(key)} is not text")
                 _check(inner, path, f"{place}.{key}" if place else key)
         case list() | tuple():
             for i, inner in enumerate(cast("Sequence[object]", value)):
                 _check(inner, path, f"{place}[{i}]")
         case float() if not isfinite(value):
-            raise FileFormatError(path, f"{place}: {value} is no number that JSON can hold")
+            raise FileFormatError(path, f"{place}: {value} is not a number that JSON can hold")
         case None | bool() | int() | float() | str():
             pass
         case _:

@@ -140,7 +140,7 @@ class Reader:
         try:
             array = np.array(node["array"].value, dtype=kind)
         except (TypeError, ValueError, OverflowError) as error:
-            raise node.error(f"is no array: {error}") from error
+            raise node.error(f"is not an array: {error}") from error
         array.flags.writeable = False
         return array
 

@@ -58,7 +58,7 @@ class Writer:
             place: What it is called in messages.
 
         Raises:
-            ModelError: If it holds something that is no data: code of the caller's.
+            ModelError: If it holds something that is not data: code of the caller's.
         """
         match value:
             case Enum():
@@ -109,7 +109,7 @@ class Writer:
         kind = type(value)
         if self._kinds.get(kind.__name__) is not kind:
             what = f"{kind.__module__}.{kind.__qualname__}"
-            raise ModelError(f"{place} is no data that a file can hold, but code: {shown(what)}")
+            raise ModelError(f"{place} is not data that a file can hold, but code: {shown(what)}")
         return kind.__name__
 
     def _mapping(self, value: Mapping[object, object], place: str) -> object:

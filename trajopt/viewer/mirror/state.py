@@ -68,7 +68,7 @@ def state_of(node: Node, joints: int) -> State:
 def _event(node: Node) -> Event:
     name = node["kind"].text()
     if name not in {each.value for each in EventKind}:
-        raise node["kind"].error(f"{name!r} is no kind of event")
+        raise node["kind"].error(f"{name!r} is not a kind of event")
     return Event(node["time"].number(), EventKind(name), node["words"].text(""))
 
 

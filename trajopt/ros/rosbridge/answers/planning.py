@@ -93,7 +93,7 @@ def _different(state: SessionState, document: Node) -> SessionState:
     if message == PlanningScene():
         return state
     if not message.is_diff:
-        raise document.error("planning_scene_diff: is no difference (is_diff)")
+        raise document.error("planning_scene_diff: is not a difference (is_diff)")
     positions = positions_in(message.robot_state, state, "planning_scene_diff.robot_state")
     node = document_of(message, "planning_scene_diff")
     return replace(

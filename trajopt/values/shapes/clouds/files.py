@@ -212,7 +212,7 @@ def read_points(path: Path | str) -> Floats:
     path = path_of("path", path)
     read = _READERS.get(path.suffix.lower())
     if read is None:
-        raise FileFormatError(str(path), f"is no cloud: {', '.join(_READERS)} files are read")
+        raise FileFormatError(str(path), f"is not a cloud: {', '.join(_READERS)} files are read")
     if not is_file(path):
         raise FileFormatError(str(path), "no such file")
     try:
@@ -280,7 +280,7 @@ def read_octree(path: Path | str) -> tuple[Ints, float]:
     """
     path = path_of("path", path)
     if path.suffix not in (".bt", ".ot"):
-        raise FileFormatError(str(path), "is no octree: .bt and .ot files are read")
+        raise FileFormatError(str(path), "is not an octree: .bt and .ot files are read")
     if not is_file(path):
         raise FileFormatError(str(path), "no such file")
     tree = _tree(path, read_bytes(path))
