@@ -154,7 +154,7 @@ class _Arrays(Members):
         try:
             return b64decode(node.text(), validate=True)
         except ValueError as error:
-            raise node.error(f"is no array: {error}") from error
+            raise node.error(f"is not an array: {error}") from error
 
 
 class _Reader(Reader):
