@@ -1,4 +1,4 @@
-"""Which problems of MotionBenchMaker can be asked at all, by code that shares nothing with the planner.
+"""Find MotionBenchMaker problems with a valid start and goal, by code that shares nothing with the planner.
 
 python -m benchmarks.askable DATA/fetch [--urdf FILE --srdf FILE --packages FOLDER] [--limit K] [--json FILE]
 

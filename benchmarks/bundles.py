@@ -1,4 +1,4 @@
-"""Bundles: whether replay gives the same answer, hostile files refused and at what cost, and reports.
+"""Replay of bundles, refusal of hostile files with its cost, and reports.
 
 python -m benchmarks.bundles [--replays 50] [--page FILE]
 

@@ -1,4 +1,4 @@
-"""A process from its beginning: CPU time of importing, loading, the first plan, the second, and a command.
+"""CPU time of a new process: import, load, first plan, second plan, and a command.
 
 python -m benchmarks.cold_start DATA [--old PYTHON] [--rounds 7] [--page FILE]
 

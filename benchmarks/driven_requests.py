@@ -1,4 +1,4 @@
-"""`trajopt run` on MotionBenchMaker's requests: which are reached, and which touch anything.
+"""`trajopt run` on MotionBenchMaker's requests: reached goals and contacts.
 
 python -m benchmarks.driven_requests DATA/panda [--robot panda] [--sets box,cage,bookshelf_tall,table_pick]
   [--page FILE]

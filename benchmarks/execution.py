@@ -1,4 +1,4 @@
-"""Robots driven in the simulated world while boxes appear in their way, by the rule of `random_surprise`.
+"""Robots driven in simulation while boxes appear in their way, by the rule of `random_surprise`.
 
 python -m benchmarks.execution [--runs 100] [--seed 0] [--json FILE] [--page FILE]
 python -m benchmarks.execution --scenarios [--page FILE]

@@ -1,4 +1,4 @@
-"""What can happen to a robot on its way, and what it does then: a short run each, with what is expected.
+"""Scenarios of execution: a short run each, with the expected reaction.
 
 python -m benchmarks.execution --scenarios [--page FILE]
 

@@ -1,4 +1,4 @@
-"""Experience on MotionBenchMaker: all problems planned, then planned again with every object moved a little.
+"""Experience on MotionBenchMaker: problems planned, then planned again with displaced objects.
 
 python -m benchmarks.experience DATA [--robots panda,ur5] [--limit K] [--apart M] [--page FILE]
 

@@ -1,4 +1,4 @@
-"""Measure the size and the structure of a checkout, beside the targets that the project has set itself.
+"""Measure size and structure of a checkout against the targets of the project.
 
 python -m benchmarks.house_targets [--names] [--closure] [--checkout FOLDER]
 

@@ -1,4 +1,4 @@
-"""How long robots take to load, first and from the cache: the URDFs of the package example-robot-data.
+"""Loading times of the URDFs of example-robot-data, first and from the cache.
 
 Each is loaded twice, in a process of its own: with an empty folder for the cache, then with what that left.
 

@@ -1,4 +1,4 @@
-"""What single pieces cost: a linearisation, a QP, a retiming, a verification.
+"""Cost of single pieces: a linearisation, a QP, a retiming, a verification.
 
 python -m benchmarks.micro [--json FILE] [--page FILE]
 """

@@ -1,4 +1,4 @@
-"""MotionBenchMaker on four robots: success over what can be asked, CPU time by stage, exact counts.
+"""MotionBenchMaker on four robots: success on answerable problems, CPU time by stage, exact counts.
 
 python -m benchmarks.motion_bench_maker DATA [--robots fetch,baxter] [--limit K] [--page FILE]
 

@@ -1,4 +1,4 @@
-"""Depth images to scenes: what they cost, how exact MuJoCo's are, and shelves that nobody knows.
+"""Depth images to scenes: cost, accuracy of MuJoCo's depths, and unknown shelves.
 
 python -m benchmarks.perception DATA [--shelves N] [--images N] [--json FILE] [--page FILE]
 

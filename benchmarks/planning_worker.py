@@ -1,4 +1,4 @@
-"""Plans the problems that it is told, one a line, with whatever trajopt its interpreter finds.
+"""Plan the requested problems, one a line, with the trajopt of this interpreter.
 
 python planning_worker.py DATA, with "robot/set/number" on standard input; answers in JSON on standard output.
 It is a script and imports only what every version has, so that versions can be compared.

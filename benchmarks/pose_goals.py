@@ -1,4 +1,4 @@
-"""What a goal costs that is a pose of the hand in place of joint positions: the same problems, both ways.
+"""Cost of pose goals against joint goals on the same problems.
 
 python -m benchmarks.pose_goals DATA [--each 50] [--json FILE] [--page FILE]
 

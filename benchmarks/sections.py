@@ -1,4 +1,4 @@
-"""What comes of planning MotionBenchMaker's problems: a table of the robots, and a section of each."""
+"""Results on MotionBenchMaker: a table of the robots, and a section for each."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The server under load: many requests from many connections, beside the bare `plan()` of the same problems.
+"""The server under load: many requests on many connections, compared with the bare `plan()`.
 
 python -m benchmarks.server [--requests 10000] [--connections 50] [--kill 1000] [--page FILE]
 

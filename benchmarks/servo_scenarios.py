@@ -1,4 +1,4 @@
-"""What can happen to a robot that follows no plan to a goal, led by hand or in contact: a short run each."""
+"""Scenarios of servo control and contact: a short run each."""
 
 from dataclasses import dataclass, replace
 from math import inf

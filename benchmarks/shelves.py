@@ -1,4 +1,4 @@
-"""Random shelves with things on them, and the cameras that look at them, for the benchmark of perception."""
+"""Random shelves with objects, and cameras that see them, for the benchmark of perception."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Every method on the whole suite and on the first problems of each set of MotionBenchMaker's Panda.
+"""Every method on the suite and on the first Panda problems of each MotionBenchMaker set.
 
 Runs of a method are kept in a file of its own below --runs, so that what was interrupted goes on where it
 was; delete the files to measure anew.

@@ -1,4 +1,4 @@
-"""Whole plans in threads beside whole plans in processes: plans a second, in turn, in one run.
+"""Plans in threads and in processes: plans a second, in turn, in one run.
 
 python -m benchmarks.threads DATA [--workers 2] [--rounds 6] [--limit K] [--json FILE] [--page FILE]
 

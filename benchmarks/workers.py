@@ -1,4 +1,4 @@
-"""Processes that ask problems, each watched by a clock: one that hangs or dies costs its problem only."""
+"""Processes that plan problems under a clock: a hang or crash costs one problem only."""
 
 import time
 from collections.abc import Callable, Sequence

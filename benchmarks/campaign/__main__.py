@@ -1,4 +1,4 @@
-"""The tables of campaigns, of what was measured and of what was broken.
+"""The tables of campaigns: measurements and faults.
 
 python -m benchmarks.campaign [--page FILE] [--counts 1000,10000,100000] [--tables]
 

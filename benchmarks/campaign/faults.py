@@ -1,4 +1,4 @@
-"""Faults in the midst of a campaign, on this machine and on a cluster of Ray with a head and two nodes.
+"""Faults during a campaign, on one machine and on a Ray cluster with a head and two nodes.
 
 python -m benchmarks.campaign.faults [--count 600] [--results FILE]
 

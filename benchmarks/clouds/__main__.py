@@ -1,4 +1,4 @@
-"""Beside clouds: MotionBenchMaker's Panda problems as points, beside the same with primitives, and OMPL.
+"""Point clouds: MotionBenchMaker's Panda problems as points, with primitives, and with OMPL.
 
 python -m benchmarks.clouds DATA [--every N] [--ompl N] [--parity N] [--page FILE]
 

@@ -1,4 +1,4 @@
-"""One motion judged twice: beside a cloud, and beside the same balls as shapes of their own."""
+"""Judge one motion with a cloud, and with its balls as separate shapes."""
 
 from math import exp, log
 from time import process_time

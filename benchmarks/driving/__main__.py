@@ -1,4 +1,4 @@
-"""Thousands of runs in the simulated world, with surprises; and what drives the robot by other rules.
+"""Thousands of simulated runs with surprises, by the supervisor and by other rules.
 
 python -m benchmarks.driving [--runs 10000] [--beside 500] [--beyond 500] [--page FILE] [--json FILE]
 

@@ -1,4 +1,4 @@
-"""What happens to a robot in a run, drawn from a seed.
+"""The events of a run, drawn from a seed.
 
 Within the errors that were stated, by the seed's last digit:
 

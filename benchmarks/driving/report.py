@@ -1,4 +1,4 @@
-"""The table of runs, and what counts as a failure."""
+"""The table of runs, and the definition of a failure."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

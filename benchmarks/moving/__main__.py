@@ -1,4 +1,4 @@
-"""Among what moves: boxes that cross, cubes that bounce, and baselines; all motions judged by one judge.
+"""Dynamic obstacles: crossing boxes, bouncing cubes, and baselines, with one judge.
 
 python -m benchmarks.moving DATA [--parts crossing,known,cubes,best] [--every N] [--tests N] [--page FILE]
 

@@ -1,4 +1,4 @@
-"""Asks one problem among what moves, of any part of the benchmark, and returns its row."""
+"""Plan one problem with dynamic obstacles, of any part of the benchmark, and return its row."""
 
 import os
 import time

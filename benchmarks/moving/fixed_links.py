@@ -1,4 +1,4 @@
-"""Boxes that pass through a link that no joint moves: such a problem has no answer, whoever plans it.
+"""Boxes that pass through a fixed link: problems without an answer.
 
 python -m benchmarks.moving.fixed_links DATA --out benchmarks/moving/not_askable.json
 

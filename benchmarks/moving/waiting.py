@@ -1,4 +1,4 @@
-"""A baseline: stand at the start until the box has passed, then move as if nothing had been there.
+"""A baseline: wait at the start until the box has passed, then move as in the static scene.
 
 The box has passed when it is never again within 5 mm of what the still motion sweeps, at 61 evenly spaced
 times of it. While the arm stands, the box must keep 1 mm off. Distances are Coal's; a time in which

@@ -1,4 +1,4 @@
-"""Compare trajopt with other planners, side by side, in one run on one core.
+"""Compare trajopt with other planners in one run on one core.
 
     python -m benchmarks.peers.compare --data path/to/motionbenchmaker/panda
 

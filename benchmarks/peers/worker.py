@@ -1,4 +1,4 @@
-"""What every worker does: read the problems, plan each one, write one line of JSON a problem.
+"""Common part of the workers: read the problems, plan each, write one line of JSON a problem.
 
 It needs numpy only, so that it runs in every planner's own environment. A worker calls `work` with
 its planner; the driver starts it as

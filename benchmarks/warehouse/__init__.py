@@ -1,1 +1,1 @@
-"""What a warehouse takes: kills in the middle of writing, and how long it takes to keep and to find."""
+"""The warehouse: kills during writes, and the cost of keeping and finding."""

@@ -1,4 +1,4 @@
-"""Kills among a thousand writes of two processes, and what keeping and finding cost.
+"""Kills among a thousand writes of two processes, and the cost of keeping and finding.
 
 python -m benchmarks.warehouse [--writes N] [--kills N] [--entries N] [--page FILE]
 """

@@ -1,4 +1,4 @@
-"""Two processes write at once and are killed by signal 9 on the way: what they said they kept is counted."""
+"""Kill two writing processes by signal 9, and count acknowledged and stored entries."""
 
 import os
 import random

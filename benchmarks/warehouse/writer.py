@@ -1,4 +1,4 @@
-"""A process that keeps one state after the other, and says of each that it was kept.
+"""A process that keeps one state after the other and acknowledges each.
 
 python -m benchmarks.warehouse.writer FILE WHO COUNT
 """
