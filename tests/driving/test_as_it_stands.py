@@ -45,7 +45,7 @@ def across(robot: to.Robot, other: float) -> to.Problem:
     )
 
 
-def test_joints_of_other_groups_are_where_the_robot_has_them(robot: to.Robot) -> None:
+def test_joints_outside_the_group_stay_where_the_executor_has_them(robot: to.Robot) -> None:
     said, there = across(robot, 1.0), across(robot, 0.0)
     motion = to.plan(said).require().trajectory
     arm = IdealExecutor(robot.joint_names, there.start_positions)
@@ -59,7 +59,7 @@ def test_joints_of_other_groups_are_where_the_robot_has_them(robot: to.Robot) ->
     assert EventKind.STARTED not in [event.kind for event in supervisor.events]
 
 
-def test_a_robot_that_is_stopped_twice_stays_where_it_stopped(robot: to.Robot) -> None:
+def test_second_stop_does_not_move_the_robot(robot: to.Robot) -> None:
     problem = across(robot, 1.0)
     arm = SimulatedExecutor(problem.scene, problem.start_positions)
     assert not arm.splice(to.plan(problem).require().trajectory, 0.01)
@@ -73,7 +73,7 @@ def test_a_robot_that_is_stopped_twice_stays_where_it_stopped(robot: to.Robot) -
     assert arm.fault()
 
 
-def test_a_supervisor_that_cannot_recover_leaves_the_fault_as_it_is(robot: to.Robot) -> None:
+def test_refused_recovery_does_not_clear_the_fault(robot: to.Robot) -> None:
     problem = across(robot, 1.0)
     arm = SimulatedExecutor(problem.scene, problem.start_positions)
     supervisor = Supervisor(arm, problem)
@@ -103,7 +103,7 @@ class Broken(IdealExecutor):
         raise OSError("the bus is off")
 
 
-def test_what_a_driver_refuses_is_told_to_who_plans_and_the_driver_goes_on() -> None:
+def test_remote_executor_reports_errors_and_its_process_goes_on() -> None:
     ours, theirs = Pipe()
     arm, attended = Broken(("joint",), np.zeros(1)), list[bool]()
 
@@ -124,7 +124,7 @@ def test_what_a_driver_refuses_is_told_to_who_plans_and_the_driver_goes_on() -> 
     assert not driving.is_alive() and attended
 
 
-def test_an_answer_that_nobody_waited_for_is_not_taken_for_another() -> None:
+def test_answer_to_an_interrupted_request_is_dropped() -> None:
     ours, theirs = Pipe()
     arm = IdealExecutor(("joint",), np.zeros(1))
 
@@ -154,7 +154,7 @@ def test_an_answer_that_nobody_waited_for_is_not_taken_for_another() -> None:
 
 
 @pytest.mark.parametrize("kind", [Supervisor, Servo])
-def test_a_scene_of_another_robot_is_refused_by_both_names(
+def test_refused_scene_of_another_robot_names_both_robots(
     kind: type[Supervisor] | type[Servo], robot: to.Robot, tmp_path: Path
 ) -> None:
     (tmp_path / "other.urdf").write_text(URDF.replace('name="crossing"', 'name="other"'))
@@ -168,7 +168,7 @@ def test_a_scene_of_another_robot_is_refused_by_both_names(
     assert driver.world is told and list(driver.events) == events
 
 
-def test_a_scene_from_another_process_is_of_the_same_robot(robot: to.Robot) -> None:
+def test_scene_from_another_process_is_accepted(robot: to.Robot) -> None:
     problem = across(robot, 1.0)
     driver = Supervisor(IdealExecutor(robot.joint_names, problem.start_positions), problem)
     copy = pickle.loads(pickle.dumps(problem.scene.add("far", to.Box(1, 1, 1), to.placement((9, 0, 0)))))

@@ -45,7 +45,7 @@ def test_scene_stamped_a_little_ahead_counts_as_now(problem: to.Problem) -> None
     assert supervisor.world.stamp == arm.now()
 
 
-def test_cloud_stamped_ahead_does_not_keep_out_those_that_come_after_it(problem: to.Problem) -> None:
+def test_refused_cloud_does_not_block_later_clouds(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)
     with pytest.raises(ClockError, match=r"60\.000 s ahead"):

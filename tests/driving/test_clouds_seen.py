@@ -27,7 +27,7 @@ def seen(scene: to.Scene, name: str) -> to.Points:
     return to.Points((item.placement * where) * points, SPACING * np.sqrt(0.5))
 
 
-def test_a_cloud_in_the_way_is_stopped_for_or_planned_around(problem: to.Problem) -> None:
+def test_stops_or_replans_for_a_cloud_in_the_way(problem: to.Problem) -> None:
     world = in_the_way(problem)
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)
@@ -46,7 +46,7 @@ def test_a_cloud_in_the_way_is_stopped_for_or_planned_around(problem: to.Problem
         assert all(examine(clear, positions[columns]).clear for positions in driven)
 
 
-def test_a_cloud_elsewhere_slows_nothing_and_is_replaced_whole(problem: to.Problem) -> None:
+def test_cloud_elsewhere_does_not_slow_the_robot_and_is_replaced(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)
     away = to.Points(np.array(((0.0, -0.8, 0.3), (0.0, -0.8, 0.31))), 0.01)
@@ -60,7 +60,7 @@ def test_a_cloud_elsewhere_slows_nothing_and_is_replaced_whole(problem: to.Probl
     assert kinds(supervisor) == [EventKind.STARTED, *seen, *seen, EventKind.REACHED]
 
 
-def test_an_older_cloud_does_not_take_the_place_of_a_newer_one(problem: to.Problem) -> None:
+def test_older_cloud_does_not_replace_a_newer_one(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)
     newest = seen(in_the_way(problem), "surprise")
@@ -74,7 +74,7 @@ def test_an_older_cloud_does_not_take_the_place_of_a_newer_one(problem: to.Probl
     assert kinds(supervisor)[-1] is EventKind.REACHED
 
 
-def test_the_robot_goes_on_when_the_camera_sees_that_the_way_is_free(problem: to.Problem) -> None:
+def test_goes_on_when_the_cloud_in_the_way_disappears(problem: to.Problem) -> None:
     columns = problem.scene.robot.index(problem.reduced.joint_names)
     end = np.array(problem.start_positions)
     end[columns] = to.plan(problem).require().trajectory.positions[-1]
@@ -91,7 +91,7 @@ def test_the_robot_goes_on_when_the_camera_sees_that_the_way_is_free(problem: to
     assert kinds(supervisor)[-1] is EventKind.REACHED
 
 
-def test_wrong_clouds_are_refused_and_leave_the_world_as_it_was(problem: to.Problem) -> None:
+def test_refused_clouds_do_not_change_the_world(problem: to.Problem) -> None:
     _, supervisor = supervised(problem)
     name = next(iter(problem.scene.objects))
     with pytest.raises(ModelError, match="is not a cloud"):

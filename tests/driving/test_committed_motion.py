@@ -18,7 +18,7 @@ def move(begin: list[float], end: list[float], duration: float = 1.0) -> to.Traj
     return to.Trajectory(NAMES[: len(begin)], np.array((0.0, duration)), np.array((begin, end)), still, still)
 
 
-def test_stands_where_it_begins() -> None:
+def test_rests_at_its_start() -> None:
     committed = CommittedMotion(NAMES, np.array((1.0, 2.0)))
     assert committed(5.0).tolist() == [[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]]
     assert committed.ahead(0.0, NAMES) is None
@@ -26,7 +26,7 @@ def test_stands_where_it_begins() -> None:
 
 @settings(deadline=None)
 @given(at=st.floats(0.05, 1.5), later=st.floats(0.0, 3.0))
-def test_what_is_ahead_is_what_will_be(at: float, later: float) -> None:
+def test_rest_of_the_motion_equals_later_states(at: float, later: float) -> None:
     """Whatever is spliced together, the one motion ahead is what is committed, by another clock."""
     committed = CommittedMotion(NAMES, np.zeros(2))
     first = move([0.0, 0.0], [1.0, -1.0])
@@ -53,7 +53,7 @@ def test_what_is_ahead_is_what_will_be(at: float, later: float) -> None:
             assert np.abs(ahead(times, order) - wanted).max() < near
 
 
-def test_what_is_spliced_in_is_kept_as_it_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_spliced_motion_is_kept_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:
     """In each cycle one is: no motion of all joints is made of it, and polynomials are found once for all."""
     committed = CommittedMotion((*NAMES, "c"), np.array((0.0, 0.0, 3.0)))
     made: list[to.Trajectory] = []
@@ -78,7 +78,7 @@ def test_what_is_spliced_in_is_kept_as_it_is_given(monkeypatch: pytest.MonkeyPat
             assert whole(time).tolist() == pytest.approx(committed(begin + time)[0].tolist())
 
 
-def test_what_is_late_or_jumps_or_does_not_end_at_rest_is_refused() -> None:
+def test_refuses_motions_that_are_late_or_jump_or_do_not_end_at_rest() -> None:
     committed = CommittedMotion(NAMES, np.zeros(2))
     assert "5.0 ms late" in committed.refusal(move([0.0, 0.0], [1.0, 1.0]), 1.0, earliest=1.005)
     assert "position of b would jump by 0.5" in committed.refusal(
@@ -93,7 +93,7 @@ def test_what_is_late_or_jumps_or_does_not_end_at_rest_is_refused() -> None:
     )
 
 
-def test_some_joints_move_and_the_others_stand() -> None:
+def test_joints_outside_a_motion_rest() -> None:
     committed = CommittedMotion(NAMES, np.array((0.0, 2.0)))
     only = move([0.0], [1.0])
     assert committed.refusal(only, 1.0, earliest=0.0) == ""
@@ -106,7 +106,7 @@ def test_some_joints_move_and_the_others_stand() -> None:
     )
 
 
-def test_what_is_over_is_forgotten() -> None:
+def test_ended_motions_are_dropped() -> None:
     committed, now = CommittedMotion(NAMES, np.zeros(2)), 0.0
     for number in range(50):
         end = float(number % 2)

@@ -40,7 +40,7 @@ class Careless(IdealExecutor):
         pass
 
 
-def test_who_takes_everything_is_found_out(panda: to.Robot) -> None:
+def test_executor_that_accepts_everything_does_not_conform(panda: to.Robot) -> None:
     arm = Careless(panda.joint_names, panda.positions("ready"))
     broken = {rule.name for rule in conformance(arm, arm.advance) if not rule.holds}
     assert {
@@ -62,13 +62,13 @@ class Sluggish(IdealExecutor):
         return RobotState(now, *here, self.committed(now)[0])
 
 
-def test_who_lags_is_found_out(panda: to.Robot) -> None:
+def test_executor_with_a_lag_does_not_conform(panda: to.Robot) -> None:
     arm = Sluggish(panda.joint_names, panda.positions("ready"))
     broken = [rule for rule in conformance(arm, arm.advance) if not rule.holds]
     assert any("follows within its tolerance" in rule.name for rule in broken)
 
 
-def test_sensors_are_late_and_noisy_as_asked(panda: to.Robot) -> None:
+def test_sensors_have_the_requested_delay_and_noise(panda: to.Robot) -> None:
     scene, ready = to.Scene(panda), panda.positions("ready")
     arm = SimulatedExecutor(scene, ready, sensors=Sensors(delay=0.02, noise=1e-3, seed=3))
     arm.advance(0.5)
@@ -123,7 +123,7 @@ def test_states_stamped_by_now_need_a_tolerance_of_speed_times_period(panda: to.
     assert at_speed(panda, StampedByNow, 6e-3) == ""
 
 
-def test_noise_within_the_tolerance_is_not_taken_for_delay(panda: to.Robot) -> None:
+def test_noise_within_the_tolerance_does_not_count_as_delay(panda: to.Robot) -> None:
     for seed in range(3):
         sensors = Sensors(noise=1e-3, seed=seed)
         arm = SimulatedExecutor(to.Scene(panda), panda.positions("ready"), sensors=sensors)

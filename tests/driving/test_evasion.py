@@ -54,7 +54,7 @@ def test_robot_turns_away_if_no_other_stop_is_clear(
     assert words[EventKind.UNPROVEN_STOP].startswith("no clear stop was found: "), "another stop is clear"
 
 
-def test_robot_that_is_too_near_already_is_not_turned_away(problem: to.Problem) -> None:
+def test_robot_that_is_already_too_near_does_not_turn_away(problem: to.Problem) -> None:
     robot = problem.scene.robot
     arm, supervisor = surprised(problem, (5.0, 5.0, 5.0))
     here = np.array(problem.start_positions)

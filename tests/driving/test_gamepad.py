@@ -77,7 +77,7 @@ def twist(order: Order | None) -> tuple[list[float], list[float]]:
     return tuple(np.round(each, 3).tolist() for each in (order.command.linear, order.command.angular))
 
 
-def test_sticks_say_where_to(pad: Pad) -> None:
+def test_sticks_give_the_twist(pad: Pad) -> None:
     gamepad = Gamepad(frame="panda_hand")
     silent = gamepad.read(0.0)
     assert silent is not None and silent.command is None and silent.released == "the button was let go"
@@ -110,7 +110,7 @@ def test_the_cross_sets_the_speed(pad: Pad) -> None:
     gamepad.close()
 
 
-def test_a_robot_is_led_recorded_and_led_again(pad: Pad, tmp_path: Path) -> None:
+def test_recorded_gamepad_gives_the_same_motion(pad: Pad, tmp_path: Path) -> None:
     problem = asked("panda")
     options = ServoOptions(period=PERIOD, scaling=0.2, dead_zone=0.05)
     arm, servo = led(problem, options)
@@ -145,7 +145,7 @@ def test_a_robot_is_led_recorded_and_led_again(pad: Pad, tmp_path: Path) -> None
     assert np.array_equal(np.array(again), np.array(rows))
 
 
-def test_no_gamepad_is_said_so() -> None:
+def test_missing_gamepad_is_reported() -> None:
     pytest.importorskip("pygame", reason="the extra `gamepad` is not installed")
     with pytest.raises(ProblemError, match="gamepad number 7 does not exist"):
         Gamepad(7)
@@ -156,7 +156,7 @@ def test_pygame_is_imported_only_with_a_gamepad() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_what_to_install_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
     with pytest.raises(ImportError, match=r"trajopt-planner\[gamepad\]"):
         Gamepad()

@@ -77,7 +77,7 @@ def holds(problem: to.Problem, positions: Floats, goal: to.Requirement) -> bool:
     return all(check.holds for check in Judge(problem.reduced).check(positions[columns], [goal]))
 
 
-def test_the_next_goal_is_planned_while_this_one_is_driven_and_begun_without_a_pause(
+def test_next_goal_is_planned_during_the_motion_and_begun_without_a_pause(
     problem: to.Problem,
 ) -> None:
     arm, supervisor = supervised(problem)
@@ -112,7 +112,7 @@ def test_a_goal_with_a_blend_radius_is_passed_within_it_without_a_stop(problem: 
     assert arm.now() < stopping.now()
 
 
-def test_many_goals_are_passed_one_after_the_other(problem: to.Problem) -> None:
+def test_many_goals_are_passed_in_order(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     places = [NEAR, (0.55, 0.0, 0.5), FAR, (0.4, 0.0, 0.6)]
     for number, place in enumerate(places):
@@ -136,7 +136,7 @@ def test_a_next_goal_that_cannot_be_reached_leaves_the_robot_at_the_first(proble
     assert EventKind.STOPPING not in kinds(supervisor) and supervisor.blocked
 
 
-def test_what_appears_on_the_way_to_the_next_goal_is_planned_around(problem: to.Problem) -> None:
+def test_obstacle_on_the_way_to_the_next_goal_is_avoided(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     supervisor.go(problem, blend_radius=0.05)
     supervisor.then(replace(problem, goal=above(FAR)))
@@ -166,7 +166,7 @@ def with_cup(problem: to.Problem, y: float) -> to.Scene:
 ABOVE_CUP = to.placement((0.0, 0.0, 0.3), rpy=DOWN)
 
 
-def test_a_frame_that_moves_is_followed_and_reached_where_it_comes_to_rest(problem: to.Problem) -> None:
+def test_moving_frame_is_followed_and_reached_at_its_rest(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     scene = with_cup(problem, -0.2)
     supervisor.see(scene)
@@ -182,7 +182,7 @@ def test_a_frame_that_moves_is_followed_and_reached_where_it_comes_to_rest(probl
     assert tool_at(problem, arm.state().positions) == pytest.approx((0.5, 0.1, 0.35), abs=3e-3)
 
 
-def test_a_function_says_where_the_goal_is_and_may_not_know(problem: to.Problem) -> None:
+def test_function_returns_the_goal_or_none(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
 
     def seen() -> to.Requirement | None:
@@ -210,7 +210,7 @@ def test_a_goal_is_held_for_a_time_before_it_is_reached(problem: to.Problem) -> 
     assert not supervisor.busy
 
 
-def test_what_is_followed_without_end_is_followed_again_after_a_rest(problem: to.Problem) -> None:
+def test_goal_with_infinite_hold_is_followed_again_after_a_rest(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     supervisor.follow_goal(lambda: above(NEAR if arm.now() < 3.0 else FAR), hold=inf)
     drive(arm, supervisor, 6.0)
@@ -220,7 +220,7 @@ def test_what_is_followed_without_end_is_followed_again_after_a_rest(problem: to
     assert not supervisor.busy
 
 
-def test_a_frame_on_a_known_track_is_met_where_it_comes_to_rest(problem: to.Problem) -> None:
+def test_frame_on_a_track_is_met_at_the_end_of_the_motion(problem: to.Problem) -> None:
     """The cup is said once to be on its way: the motion leads to where it will be."""
     arm, supervisor = supervised(problem)
     track = to.Track.constant_velocity(to.placement((0.5, -0.2, 0.05)), (0.0, 0.3, 0.0), end=1.0)
@@ -247,7 +247,7 @@ def test_a_goal_out_of_reach_leaves_the_robot_at_the_last_one_and_is_tried_again
     assert holds(problem, arm.state().positions, above(FAR))
 
 
-def test_goals_are_checked_where_they_are_asked_for(problem: to.Problem) -> None:
+def test_goals_are_checked_when_they_are_requested(problem: to.Problem) -> None:
     _, supervisor = supervised(problem)
     with pytest.raises(FrameNotFound, match="cup"):
         supervisor.follow_goal("cup")

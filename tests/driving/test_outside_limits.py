@@ -58,7 +58,7 @@ def test_joints_within_their_limits_are_not_reported(problem: to.Problem) -> Non
     assert Supervisor(arm, inside).events == []
 
 
-def test_servo_reports_them_as_well(problem: to.Problem) -> None:
+def test_servo_reports_joints_outside_their_limits(problem: to.Problem) -> None:
     arm = IdealExecutor(problem.scene.robot.joint_names, problem.start_positions)
     servo = Servo(arm, problem)
     servo.command(Twist(linear=np.array((0.0, 0.0, 0.1))))
@@ -87,7 +87,7 @@ def test_each_joint_is_watched_with_its_own_tolerance(problem: to.Problem) -> No
     assert "is at 59 mm, has to be at 65 mm within 5 mm" in supervisor.events[-1].words
 
 
-def test_tolerance_of_joints_outside_the_group_widens_clearances(problem: to.Problem) -> None:
+def test_tolerance_of_joints_outside_the_group_increases_clearances(problem: to.Problem) -> None:
     names = problem.scene.robot.joint_names
     arm = IdealExecutor(names, problem.start_positions)
     arm.tolerance[:] = 1e-3

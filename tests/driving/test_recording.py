@@ -74,7 +74,7 @@ def same(one: RecordedMoment, other: RecordedMoment) -> None:
     assert list(one.sighting.world.scene.objects) == list(other.sighting.world.scene.objects)
 
 
-def test_each_moment_is_what_it_was(
+def test_recorded_states_equal_the_original_ones(
     watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]],
 ) -> None:
     recording, seen = watched
@@ -94,7 +94,7 @@ def test_each_moment_is_what_it_was(
     assert last.plan is None and last.stop is None and last.events[-1].kind is EventKind.REACHED
 
 
-def test_the_plan_is_replaced_where_it_was(
+def test_recorded_plan_is_replaced_at_the_right_time(
     watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]],
 ) -> None:
     recording, _ = watched
@@ -106,7 +106,7 @@ def test_the_plan_is_replaced_where_it_was(
     np.testing.assert_allclose(halfway.positions, between, atol=1e-12)
 
 
-def test_what_is_written_is_read(
+def test_recording_survives_a_file(
     watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]], tmp_path: Path
 ) -> None:
     recording, _ = watched
@@ -214,9 +214,7 @@ def test_values_are_written_as_in_bundles(
         ({"more": 1}, "unknown key 'more'"),
     ],
 )
-def test_a_file_that_is_wrong_is_refused_by_its_place(
-    tmp_path: Path, change: dict[str, object], said: str
-) -> None:
+def test_errors_in_a_file_name_their_place(tmp_path: Path, change: dict[str, object], said: str) -> None:
     arm, servo = led(asked("panda"))
     logbook = Logbook()
     for _ in range(2):
@@ -230,7 +228,7 @@ def test_a_file_that_is_wrong_is_refused_by_its_place(
         read_recording(path, servo.scene.robot)
 
 
-def test_a_logbook_is_of_one_robot() -> None:
+def test_logbook_records_one_driver() -> None:
     logbook = Logbook()
     with pytest.raises(ProblemError, match="the logbook has no sample"):
         logbook.recording  # noqa: B018
@@ -239,7 +237,7 @@ def test_a_logbook_is_of_one_robot() -> None:
         logbook.look(led(asked("panda"))[1])
 
 
-def test_a_recording_fits_together(
+def test_recording_checks_its_fields(
     watched: tuple[Recording, list[tuple[RecordedMoment, np.ndarray, list[str]]]],
 ) -> None:
     recording, _ = watched

@@ -31,7 +31,7 @@ def touching(problem: to.Problem, depth: float) -> to.Problem:
     return replace(problem, start=start)
 
 
-def test_light_contact_is_left_all_the_time_and_home_is_reached(problem: to.Problem) -> None:
+def test_recovers_from_light_contact_with_growing_distances(problem: to.Problem) -> None:
     stuck = touching(problem, 0.002)
     reduced = stuck.reduced
     before = examine(reduced, reduced.start_positions).collisions
@@ -55,7 +55,7 @@ def test_light_contact_is_left_all_the_time_and_home_is_reached(problem: to.Prob
     assert [event.kind for event in supervisor.events] == [EventKind.RECOVERING]
 
 
-def test_deep_contact_is_left_to_somebody_who_looks(problem: to.Problem) -> None:
+def test_deep_contact_is_not_recovered_automatically(problem: to.Problem) -> None:
     stuck = touching(problem, 0.03)
     supervisor = Supervisor(IdealExecutor(problem.scene.robot.joint_names, stuck.start_positions), stuck)
     assert not supervisor.recover("ready")
@@ -63,7 +63,7 @@ def test_deep_contact_is_left_to_somebody_who_looks(problem: to.Problem) -> None
     assert "not light contact" in supervisor.events[-1].words
 
 
-def test_after_a_stop_at_once_the_simulated_robot_goes_home(problem: to.Problem) -> None:
+def test_recovers_after_a_stop_of_the_driver(problem: to.Problem) -> None:
     asked = to.named_problem("cup_past_pillar")
     arm = SimulatedExecutor(asked.scene, asked.start_positions)
     supervisor = Supervisor(arm, asked)

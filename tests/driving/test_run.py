@@ -83,7 +83,7 @@ def test_a_run_without_surprises_is_the_plan() -> None:
     assert told["latencies"]["prove"].keys() == {"p50", "p99", "p99.9", "max"}  # pyright: ignore
 
 
-def test_the_same_run_every_time() -> None:
+def test_runs_are_deterministic() -> None:
     problem = named("cup_past_pillar")
     surprises = random_surprise(problem, undisturbed(problem), 3)
     first, second = (run(problem, surprises=surprises) for _ in range(2))
@@ -91,7 +91,7 @@ def test_the_same_run_every_time() -> None:
     assert np.array_equal(first.measured.positions, second.measured.positions)
 
 
-def test_an_object_that_is_moved_away_lets_the_robot_pass() -> None:
+def test_goes_on_when_an_object_is_moved_away() -> None:
     """The gap is closed by a slab; it is moved away while the robot waits."""
     problem = named("cup_past_pillar")
     closed = problem.scene.add("slab", to.Box(0.5, 0.04, 1.2), to.placement((0.5, 0.12, 0.6)))
@@ -115,7 +115,7 @@ def test_a_stuck_joint_ends_a_run() -> None:
 
 
 @pytest.mark.parametrize("at", [0.02, 0.06, 0.3])
-def test_what_late_sensors_see_is_seen(at: float) -> None:
+def test_changes_are_seen_with_the_delay_of_the_sensors(at: float) -> None:
     """A time and a delay do not add up exactly: (0.06 + 0.01) - 0.01 is less than 0.06."""
     problem = named("past_pillar_xarm7")
     far = Surprise(
@@ -131,7 +131,7 @@ def test_what_late_sensors_see_is_seen(at: float) -> None:
     assert any(told) and not told[-1]
 
 
-def test_noise_that_was_stated_is_no_fault() -> None:
+def test_stated_noise_is_not_a_fault() -> None:
     """The robot tracks to within 0.8 mrad and is measured to within 0.6: it may be seen 1.4 mrad off."""
     problem = named("past_pillar_xarm7")
     noisy = run(problem, surprises=Surprises(sensors=Sensors(delay=0.01, noise=1e-4, seed=16)))
@@ -141,7 +141,7 @@ def test_noise_that_was_stated_is_no_fault() -> None:
 
 
 @pytest.mark.parametrize("seed", [14, 24])
-def test_a_random_box_leaves_room_to_what_is_carried(seed: int) -> None:
+def test_random_box_keeps_clear_of_attached_objects(seed: int) -> None:
     problem = named("level_tray_ur5")
     motion = undisturbed(problem)
     (box,) = random_surprise(problem, motion, seed).objects
@@ -168,7 +168,7 @@ def test_every_part_of_the_driving_benchmark_is_drawn(part: Part) -> None:
         assert asked.pop() == pytest.approx(TOLERANCE + run.surprises.sensors.error, abs=1e-12)
 
 
-def test_a_try_from_a_motion_that_is_blocked_is_bent_around_as_others_are() -> None:
+def test_seed_from_a_blocked_motion_is_bent_around_the_obstacle() -> None:
     """What the try decided on is the duration too, which is no joint."""
     problem = named("level_tray_ur5")
     late = drawn(problem, lambda tolerance: undisturbed(problem, tolerance=tolerance), Part.LATE, 186)
@@ -176,7 +176,7 @@ def test_a_try_from_a_motion_that_is_blocked_is_bent_around_as_others_are() -> N
     assert done.reached and not done.contacts
 
 
-def test_a_random_box_does_not_appear_in_a_robot_that_began_to_move_a_little_later() -> None:
+def test_random_box_keeps_clear_of_a_robot_that_began_late() -> None:
     """A supervisor plans a tenth of a second ahead: so far behind the motion's clock the robot is."""
     problem = named("cage_ur5")
     motion = undisturbed(problem)
@@ -188,7 +188,7 @@ def test_a_random_box_does_not_appear_in_a_robot_that_began_to_move_a_little_lat
         assert not any("surprise" in (pair.first, pair.second) for pair in near), f"{behind:.2f} s behind"
 
 
-def test_shares_of_the_driving_benchmark_are_all_of_it_once() -> None:
+def test_shares_of_the_driving_benchmark_partition_it() -> None:
     whole = list(keys(("one", "two"), 90, 30, 20))
     shares = [list(keys(("one", "two"), 90, 30, 20, share=(own, 3))) for own in (1, 2, 3)]
     assert sorted(map(str, whole)) == sorted(str(key) for share in shares for key in share)
@@ -210,7 +210,7 @@ def test_an_exception_in_a_run_is_a_row_that_names_it_and_counts_as_an_error(
     assert "1 runs ended with an exception" in text and f"`{key}`: ValueError" in text
 
 
-def test_a_random_box_leaves_the_robot_room_until_it_could_have_come_to_rest() -> None:
+def test_random_box_keeps_clear_of_the_way_to_rest() -> None:
     problem = named("past_pillar_xarm7")
     motion = undisturbed(problem)
     for seed in range(8):
@@ -223,7 +223,7 @@ def test_a_random_box_leaves_the_robot_room_until_it_could_have_come_to_rest() -
             assert not any("surprise" in (pair.first, pair.second) for pair in near), f"{seed} {time}"
 
 
-def test_what_passes_a_robot_that_has_come_to_rest_is_no_matter_of_its_motion() -> None:
+def test_obstacle_that_passes_a_robot_at_rest_does_not_count() -> None:
     problem = named("past_pillar_xarm7")
     motion = undisturbed(problem)
     tip = problem.scene.placement_of(
@@ -238,7 +238,7 @@ def test_what_passes_a_robot_that_has_come_to_rest_is_no_matter_of_its_motion() 
     assert done.clearance_measured >= done.clearance_proven - 1e-4
 
 
-def test_a_cube_that_crosses_does_not_begin_where_the_robot_stands() -> None:
+def test_crossing_cube_does_not_begin_in_the_robot() -> None:
     problem = named("turn_over_ur5")
     motion = undisturbed(problem)
     found = drawn(problem, lambda tolerance: motion, Part.MOVES, 39).problem
@@ -290,14 +290,14 @@ def test_surprises_are_read_from_a_file(tmp_path: Path) -> None:
         ("sensors: {lag: 1}", "unknown key 'lag'"),
     ],
 )
-def test_what_a_file_does_not_say_right_is_named(tmp_path: Path, wrong: str, said: str) -> None:
+def test_errors_of_a_surprise_file_are_named(tmp_path: Path, wrong: str, said: str) -> None:
     path = tmp_path / "surprises.yaml"
     path.write_text(wrong)
     with pytest.raises(FileFormatError, match=said):
         read_surprises(path)
 
 
-def test_what_moves_must_be_there() -> None:
+def test_moved_object_must_exist() -> None:
     moved = Surprises(objects=(Surprise(name="pilar", at=1.0, placement=to.placement((1.0, 0.0, 0.0))),))
     with pytest.raises(ObjectNotFound, match="did you mean 'pillar'"):
         run(named("cup_past_pillar"), surprises=moved)

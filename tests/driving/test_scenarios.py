@@ -16,7 +16,7 @@ SLOW = {10}
 @pytest.mark.parametrize(
     "number", [pytest.param(each, marks=pytest.mark.slow if each in SLOW else ()) for each in SCENARIOS]
 )
-def test_a_scenario_ends_as_it_should(number: int) -> None:
+def test_scenario_ends_as_expected(number: int) -> None:
     try:
         outcome = SCENARIOS[number].play()
     except to.MissingExtra as error:
@@ -42,7 +42,7 @@ def with_cart(problem: to.Problem, spreads: float) -> to.Scene:
     return problem.scene.add("cart", to.Box(0.3, 0.3, 0.6), motion=cart)
 
 
-def test_what_is_seen_again_lets_the_robot_go_on_along_the_same_path() -> None:
+def test_resumes_the_path_when_an_obstacle_is_seen_again() -> None:
     """It slows, stops and goes on, and no new plan is needed: the path is as clear as it was."""
     problem = problem_or_skip()
     arm, supervisor = supervised(problem)
@@ -72,7 +72,7 @@ def passing(problem: to.Problem, begin: float, there: float) -> to.Scene:
 BALL = ((0.95, 0.19, 0.27), (0.5, 0.19, 0.27), (0.95, 0.19, 0.27))
 
 
-def test_what_breaks_the_motion_only_in_time_is_waited_for_on_the_same_path() -> None:
+def test_retimes_the_path_for_a_passing_obstacle() -> None:
     problem = problem_or_skip()
     arm, supervisor = supervised(problem)
     cycle(arm, supervisor, 0.1)
@@ -92,7 +92,7 @@ def test_what_breaks_the_motion_only_in_time_is_waited_for_on_the_same_path() ->
     assert to.judge(on_the_way(among, driven, 0.0), driven).verified
 
 
-def test_without_patience_it_is_planned_anew() -> None:
+def test_replans_without_patience() -> None:
     problem = problem_or_skip()
     arm = IdealExecutor(problem.scene.robot.joint_names, problem.start_positions)
     supervisor = Supervisor(arm, problem, SupervisorOptions(patience=0.0))
@@ -103,7 +103,7 @@ def test_without_patience_it_is_planned_anew() -> None:
     assert len(supervisor.seconds["plan"]) == 2 and "retime" not in supervisor.seconds
 
 
-def test_a_dead_planner_that_comes_back_goes_on_along_the_path() -> None:
+def test_resumes_the_path_after_missing_cycles() -> None:
     problem = problem_or_skip()
     arm, supervisor = supervised(problem)
     cycle(arm, supervisor, 0.2)

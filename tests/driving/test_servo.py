@@ -100,7 +100,7 @@ def test_clearance_rows_are_the_slopes_of_distances() -> None:
 
 
 @pytest.mark.parametrize("time", [0.0, 0.4])
-def test_clearance_rows_know_how_fast_things_come_nearer(time: float) -> None:
+def test_clearance_rows_include_the_speed_of_obstacles(time: float) -> None:
     problem = asked("panda")
     begin, velocity = np.array((0.45, 0.1, 0.5)), np.array((-0.3, 0.0, 0.1))
     moving = to.Prediction(to.Track.constant_velocity(to.placement(begin), velocity), (0.0, 0.02, 0.0))
@@ -135,7 +135,7 @@ def test_clearance_rows_know_how_fast_things_come_nearer(time: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5"])
-def test_the_rows_of_singularities_are_the_slopes_of_singular_values(name: str) -> None:
+def test_singularity_rows_are_slopes_of_singular_values(name: str) -> None:
     problem = asked(name)
     query, start = Query(problem.reduced), problem.reduced.start_positions + 0.05
     frame, joints = tool_frame(problem.reduced), len(start)
@@ -166,7 +166,7 @@ def test_a_twist_is_followed(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5"])
-def test_it_stops_clear_of_a_table_and_leaves_it_at_full_speed(name: str) -> None:
+def test_stops_clear_of_a_table_and_leaves_at_full_speed(name: str) -> None:
     arm, servo = led(asked(name, TABLE))
     down = lead(arm, servo, Twist((0.0, 0.0, -SPEED)), 3.5)
     assert np.abs(down[80]).max() < 1.1 * SPEED
@@ -177,7 +177,7 @@ def test_it_stops_clear_of_a_table_and_leaves_it_at_full_speed(name: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5"])
-def test_a_singularity_bounds_speeds_on_the_way_to_it_only(name: str) -> None:
+def test_singularity_limits_only_the_approach(name: str) -> None:
     problem = asked(name)
     arm, servo = led(problem)
     most = problem.limits.velocity
@@ -192,7 +192,7 @@ def test_a_singularity_bounds_speeds_on_the_way_to_it_only(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5"])
-def test_silence_stops_it_within_the_limits(name: str) -> None:
+def test_stops_within_limits_without_commands(name: str) -> None:
     problem = asked(name)
     arm, servo = led(problem)
     lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.6)
@@ -209,7 +209,7 @@ def test_silence_stops_it_within_the_limits(name: str) -> None:
     assert "no command" in servo.events[0].words
 
 
-def test_no_tick_any_more_stops_it_at_once() -> None:
+def test_stops_without_ticks() -> None:
     arm, servo = led(asked("panda"))
     lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.6)
     assert servo.moving
@@ -234,7 +234,7 @@ def crowded(name: str, rng: np.random.Generator) -> to.Problem:
 @pytest.mark.parametrize("name", ["panda", "ur5"])
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.timeout(280)
-def test_random_twists_among_obstacles_break_no_limit(name: str, seed: int) -> None:
+def test_random_twists_among_obstacles_keep_all_limits(name: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     problem = crowded(name, rng)
     arm, servo = led(problem)
@@ -273,14 +273,14 @@ def test_commands_are_shaped_before_they_are_followed() -> None:
     assert lead(*smooth, Twist((0.0, 0.2, 0.0)), 0.2)[-1, 1] == pytest.approx(0.126, abs=0.02)
 
 
-def test_a_twist_in_the_frame_of_the_tool_goes_along_its_axes() -> None:
+def test_twist_in_the_tool_frame_follows_its_axes() -> None:
     arm, servo = led(asked("panda"))
     along = tool(arm, servo).rotation[:, 2]
     velocities = lead(arm, servo, Twist((0.0, 0.0, 0.1), frame=servo.frame), 0.5)
     assert velocities[-1] == pytest.approx(0.1 * along, abs=2e-3)
 
 
-def test_what_appears_in_the_way_is_stopped_for() -> None:
+def test_stops_for_an_appearing_obstacle() -> None:
     problem = asked("panda")
     arm, servo = led(problem)
     lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.5)
@@ -325,7 +325,7 @@ def test_stop_after_a_refused_one_is_the_one_that_is_driven() -> None:
     assert not arm.state().velocities.any() and not arm.fault()
 
 
-def test_it_gives_way_to_what_comes_on_a_known_track() -> None:
+def test_gives_way_to_an_obstacle_on_a_track() -> None:
     problem = asked("panda")
     ball = to.Track.constant_velocity(to.placement((0.9, 0.0, 0.45)), (-0.1, 0.0, 0.0), end=5.5)
     scene = problem.scene.add("ball", to.Sphere(0.05), motion=ball)
@@ -340,7 +340,7 @@ def test_it_gives_way_to_what_comes_on_a_known_track() -> None:
     assert apart > 0.0
 
 
-def test_misuse_is_refused_by_name() -> None:
+def test_misuse_is_named() -> None:
     problem = asked("panda")
     arm, servo = led(problem)
     with pytest.raises(JointNotFound, match="panda_joint1"):

@@ -20,7 +20,7 @@ def shaped(command: Twist | JointVelocities, **options: object) -> list[float]:
     return np.round(values, 6).tolist()
 
 
-def test_a_dead_zone_is_taken_off_each_number() -> None:
+def test_dead_zone_is_subtracted_from_each_number() -> None:
     assert shaped(PUSHED, dead_zone=0.1) == [0.0, -0.2, 0.9, 0.0, 0.5, 0.0]
     assert shaped(JOINTS, dead_zone=0.1) == [0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     edge = Twist((0.1 + 1e-6, 0.0, 0.0))
@@ -34,21 +34,21 @@ def test_commands_are_scaled_after_the_dead_zone() -> None:
 
 
 @pytest.mark.parametrize("axis", Axis)
-def test_a_locked_axis_does_not_count(axis: Axis) -> None:
+def test_locked_axis_has_no_effect(axis: Axis) -> None:
     values = shaped(PUSHED, locked=(axis,))
     assert values[axis.value] == 0.0
     assert np.delete(values, axis.value).tolist() == np.delete(shaped(PUSHED), axis.value).tolist()
     assert shaped(JOINTS, locked=tuple(Axis)) == shaped(JOINTS), "it is the tool's, not the joints'"
 
 
-def test_a_locked_axis_is_of_the_frame_of_the_command() -> None:
+def test_locked_axis_refers_to_the_frame_of_the_command() -> None:
     arm, servo = led(asked("panda"), ServoOptions(period=PERIOD, locked=(Axis.Z,)))
     turned = tool(arm, servo).rotation
     velocities = lead(arm, servo, Twist((0.1, 0.0, 0.2), frame=servo.frame), 0.5)
     assert velocities[-1] == pytest.approx(0.1 * turned[:, 0], abs=3e-3)
 
 
-def test_a_tool_that_is_drawn_to_a_pose_stays_on_what_is_not_locked() -> None:
+def test_pose_command_respects_locked_axes() -> None:
     arm, servo = led(asked("panda"), ServoOptions(period=PERIOD, locked=(Axis.Z, *tuple(Axis)[3:])))
     begin = tool(arm, servo)
     goal = to.placement(begin.translation + np.array((0.0, 0.08, 0.08)), rpy=(3.0, 0.3, 0.0))
@@ -59,14 +59,14 @@ def test_a_tool_that_is_drawn_to_a_pose_stays_on_what_is_not_locked() -> None:
 
 
 @pytest.mark.parametrize("command", [Twist((0.0, 0.2, 0.0)), JointVelocities({"panda_joint1": 0.4})])
-def test_a_low_pass_filter_goes_a_share_of_the_way_in_each_tick(command: Twist | JointVelocities) -> None:
+def test_low_pass_filter_is_of_first_order(command: Twist | JointVelocities) -> None:
     arm, servo = led(asked("panda"), ServoOptions(period=PERIOD, smoothing=0.1))
     lead(arm, servo, command, 0.2)
     asked_for = values_of(command, servo.problem.reduced, servo.options)
     assert servo._filtered == pytest.approx((1.0 - exp(-0.2 / 0.1)) * asked_for, rel=1e-9)
 
 
-def test_the_filter_begins_anew_where_the_axes_are_others_or_nobody_leads() -> None:
+def test_filter_is_reset_for_other_axes_and_after_a_pause() -> None:
     arm, servo = led(asked("panda"), ServoOptions(period=PERIOD, smoothing=0.1))
     lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.3)
     servo.command(Twist((0.0, 0.1, 0.0), frame=servo.frame))
@@ -78,7 +78,7 @@ def test_the_filter_begins_anew_where_the_axes_are_others_or_nobody_leads() -> N
 
 
 @pytest.mark.parametrize("timeout", [0.03, 0.2])
-def test_a_command_counts_until_the_time_is_out(timeout: float) -> None:
+def test_command_is_followed_until_its_timeout(timeout: float) -> None:
     arm, servo = led(asked("panda"), ServoOptions(period=PERIOD, timeout=timeout))
     lead(arm, servo, Twist((0.0, 0.2, 0.0)), 0.4)
     said = arm.now() - PERIOD
@@ -88,7 +88,7 @@ def test_a_command_counts_until_the_time_is_out(timeout: float) -> None:
     assert timeout < servo.events[0].time - said < timeout + 1.5 * PERIOD
 
 
-def test_a_command_that_comes_late_is_as_old_as_its_stamp() -> None:
+def test_late_command_times_out_by_its_stamp() -> None:
     arm, servo = led(asked("panda"), ServoOptions(period=PERIOD, timeout=0.1))
     arm.advance(1.0)
     servo.command(Twist((0.0, 0.2, 0.0)), stamp=arm.now() - 0.2)
@@ -104,7 +104,7 @@ def test_a_command_that_comes_late_is_as_old_as_its_stamp() -> None:
         Pose(to.placement((0.5, 0.6, 0.5), rpy=(np.pi, 0, -0.4))),
     ],
 )
-def test_the_slider_holds_every_kind_of_command(command: Twist | JointVelocities | Pose) -> None:
+def test_speed_factor_applies_to_all_commands(command: Twist | JointVelocities | Pose) -> None:
     reached: list[float] = []
     for speed in (1.0, 0.4, 0.0):
         arm, servo = led(asked("panda"))
@@ -117,6 +117,6 @@ def test_the_slider_holds_every_kind_of_command(command: Twist | JointVelocities
 
 
 @pytest.mark.parametrize("name", ["dead_zone", "smoothing", "turning", "scaling", "timeout"])
-def test_numbers_that_make_no_sense_are_refused(name: str) -> None:
+def test_invalid_options_are_refused(name: str) -> None:
     with pytest.raises(ProblemError, match=name):
         ServoOptions(**{name: -1.0})

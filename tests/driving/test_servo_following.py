@@ -13,7 +13,7 @@ from trajopt.verify import Judge
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5"])
-def test_a_joint_has_its_velocity_as_soon_as_its_limits_allow(name: str) -> None:
+def test_joint_reaches_its_velocity_as_fast_as_limits_allow(name: str) -> None:
     problem = asked(name)
     arm, servo = led(problem)
     limits, joint = with_jerk(problem.limits), problem.reduced.joint_names[0]
@@ -40,7 +40,7 @@ def test_a_twist_that_changes_slowly_is_followed_closely(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5"])
-def test_along_a_table_it_goes_at_full_speed(name: str) -> None:
+def test_moves_along_a_table_at_full_speed(name: str) -> None:
     arm, servo = led(asked(name, TABLE))
     lead(arm, servo, Twist((0.0, 0.0, -SPEED)), 2.5)
     for pressed in (0.0, -0.1 * SPEED):
@@ -80,7 +80,7 @@ def test_a_pose_is_reached_without_overshoot(name: str) -> None:
     assert highest < 1e-3
 
 
-def test_what_is_rehearsed_moves_nothing_and_proves_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rehearsal_proves_a_motion_without_moving(monkeypatch: pytest.MonkeyPatch) -> None:
     proven: list[bool] = []
     whole = MotionGuard.proven
 

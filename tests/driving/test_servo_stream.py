@@ -79,7 +79,7 @@ def driven(source: ServoInput, arm: IdealExecutor | SimulatedExecutor, servo: Se
 
 
 @pytest.mark.parametrize("physics", [False, True])
-def test_what_was_recorded_is_played_with_the_same_result(tmp_path: Path, physics: bool) -> None:
+def test_played_recording_gives_the_same_motion(tmp_path: Path, physics: bool) -> None:
     problem, options = asked("panda"), ServoOptions(period=PERIOD, scaling=0.2, smoothing=0.05)
 
     def fresh() -> tuple[IdealExecutor | SimulatedExecutor, Servo]:
@@ -103,7 +103,7 @@ def test_what_was_recorded_is_played_with_the_same_result(tmp_path: Path, physic
         assert [(event.time, event.kind, event.words) for event in again.events] == said
 
 
-def test_a_file_says_what_to_do(tmp_path: Path) -> None:
+def test_stream_is_read_from_a_file(tmp_path: Path) -> None:
     path = tmp_path / "said.yaml"
     path.write_text(FILE)
     stream = read_stream(path)
@@ -135,7 +135,7 @@ def test_a_file_says_what_to_do(tmp_path: Path) -> None:
         ("{format: trajopt servo stream, version: 1, order: []}", "did you mean 'orders'"),
     ],
 )
-def test_a_file_that_is_none_is_refused(tmp_path: Path, wrong: str, said: str) -> None:
+def test_refuses_files_without_a_stream(tmp_path: Path, wrong: str, said: str) -> None:
     path = tmp_path / "said.yaml"
     path.write_text(wrong)
     with pytest.raises(FileFormatError, match=said):
@@ -159,7 +159,7 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path, wrong: str, said: str) -
         ("{at: 0.1, speed: 1}", "sorted by time"),
     ],
 )
-def test_what_an_entry_says_wrong_is_named(tmp_path: Path, entry: str, said: str) -> None:
+def test_errors_of_entries_are_named(tmp_path: Path, entry: str, said: str) -> None:
     path = tmp_path / "said.yaml"
     first = "{at: 0.2, speed: 1}"
     path.write_text(f"format: trajopt servo stream\nversion: 1\norders:\n  - {first}\n  - {entry}\n")
@@ -168,14 +168,14 @@ def test_what_an_entry_says_wrong_is_named(tmp_path: Path, entry: str, said: str
     assert str(caught.value).count("said.yaml") == 1
 
 
-def test_an_order_goes_or_stops() -> None:
+def test_order_has_a_command_or_a_release() -> None:
     with pytest.raises(ProblemError, match="both a command and a release"):
         Order(command=Twist(), released="let go")
     with pytest.raises(ProblemError, match="speed"):
         Order(speed=-0.1)
 
 
-def test_letting_go_stops_without_waiting_for_the_time_out() -> None:
+def test_release_stops_before_the_timeout() -> None:
     rest: list[float] = []
     for order in (Order(released="let go"), None):
         arm, servo = led(asked("panda"))
@@ -191,7 +191,7 @@ def test_letting_go_stops_without_waiting_for_the_time_out() -> None:
     assert rest[0] < rest[1] - 0.05
 
 
-def test_ticks_that_come_late_do_not_say_the_same_twice() -> None:
+def test_missed_ticks_are_skipped() -> None:
     """The input is read at the time that it is, however long a tick took."""
     arm, servo = led(asked("panda"))
     seen: list[float] = []
@@ -205,7 +205,7 @@ def test_ticks_that_come_late_do_not_say_the_same_twice() -> None:
     assert (np.diff(seen) > 0.014).all() and seen[-1] < 0.4
 
 
-def test_a_fault_ends_the_guiding() -> None:
+def test_fault_ends_guide() -> None:
     arm, servo = led(asked("panda"))
 
     def off(_: Servo) -> None:

@@ -47,7 +47,7 @@ def test_reaches_the_goal_without_touching_anything(problem: to.Problem) -> None
     assert arm.contacts == ()
 
 
-def test_follows_a_fast_motion_to_a_millionth(problem: to.Problem) -> None:
+def test_follows_a_fast_motion_to_within_a_millionth(problem: to.Problem) -> None:
     arm, supervisor = driven(problem)
     worst = 0.0
     while supervisor.busy:
@@ -68,7 +68,7 @@ def test_follows_a_fast_motion_to_a_millionth(problem: to.Problem) -> None:
     ],
     ids=lambda fault: fault.kind.value,
 )
-def test_what_is_not_followed_ends_at_rest_and_is_told(problem: to.Problem, fault: Fault) -> None:
+def test_robot_off_its_track_comes_to_rest_and_is_reported(problem: to.Problem, fault: Fault) -> None:
     arm, supervisor = driven(problem, fault)
     run(arm, supervisor, 3.0)
     assert EventKind.OFF_TRACK in kinds(supervisor)
@@ -78,7 +78,7 @@ def test_what_is_not_followed_ends_at_rest_and_is_told(problem: to.Problem, faul
     assert not supervisor.busy
 
 
-def test_what_appears_unannounced_is_not_touched_by_a_moving_robot(problem: to.Problem) -> None:
+def test_moving_robot_does_not_touch_an_appearing_object(problem: to.Problem) -> None:
     """It is there in the world when the supervisor is told: 0.25 s before the robot would be there."""
     place, when = to.placement((0.44, 0.15, 0.25)), 0.22
     world = problem.scene.add("surprise", to.Box(0.1, 0.1, 0.1), place, appears=when)
@@ -90,7 +90,7 @@ def test_what_appears_unannounced_is_not_touched_by_a_moving_robot(problem: to.P
     assert arm.contacts_at_fault == ()
 
 
-def test_a_world_that_moves_is_passed(problem: to.Problem) -> None:
+def test_passes_a_moving_obstacle(problem: to.Problem) -> None:
     """A wall moves through the way; the planner knows its track, and how far it is off."""
     track = to.Track.constant_velocity(to.placement((0.44, 0.9, 0.25)), (0.0, -0.5, 0.0), end=2.5)
     moving = to.Prediction(track, error=(0.005, 0.0, 0.0))
@@ -104,7 +104,7 @@ def test_a_world_that_moves_is_passed(problem: to.Problem) -> None:
     assert arm.contacts_at_fault == ()
 
 
-def test_worlds_that_were_seen_and_left_behind_are_let_go(problem: to.Problem) -> None:
+def test_former_worlds_are_released(problem: to.Problem) -> None:
     """Else hours among things that move would take more and more memory."""
     track = to.Track.constant_velocity(to.placement((0.44, 1.5, 0.25)), (0.0, -0.1, 0.0))
     world = problem.scene.add("ball", to.Sphere(0.06), motion=track)
@@ -130,7 +130,7 @@ def run_into(problem: to.Problem) -> SimulatedExecutor:
     return SimulatedExecutor(world, problem.start_positions)
 
 
-def test_a_robot_at_rest_that_is_run_into_is_not_at_fault_while_it_is_pushed(problem: to.Problem) -> None:
+def test_robot_pushed_at_rest_is_not_at_fault(problem: to.Problem) -> None:
     arm = run_into(problem)
     rested = arm.truth().positions
     arm.advance(1.0)
@@ -139,7 +139,7 @@ def test_a_robot_at_rest_that_is_run_into_is_not_at_fault_while_it_is_pushed(pro
     assert arm.contacts_at_fault == ()
 
 
-def test_a_robot_that_is_run_into_is_at_fault_once_it_moves_of_its_own(problem: to.Problem) -> None:
+def test_robot_in_contact_is_at_fault_once_it_moves_by_itself(problem: to.Problem) -> None:
     arm = run_into(problem)
     while not arm.contacts:
         arm.advance(0.01)
@@ -149,7 +149,7 @@ def test_a_robot_that_is_run_into_is_at_fault_once_it_moves_of_its_own(problem: 
     assert [contact.start >= begun for contact in arm.contacts_at_fault][:1] == [True]
 
 
-def test_a_robot_that_is_driven_into_something_is_at_fault_from_the_first_touch(problem: to.Problem) -> None:
+def test_robot_driven_into_an_object_is_at_fault_from_the_first_touch(problem: to.Problem) -> None:
     motion = to.plan(problem).require().trajectory
     there = problem.scene.placement_of(
         "panda_hand", problem.reduced.all_positions(motion(0.5 * motion.duration))
@@ -167,7 +167,7 @@ def test_a_fault_names_its_joint(problem: to.Problem) -> None:
         driven(problem, Fault(kind=FaultKind.STUCK, begin=0.0, end=1.0, joint="panda_joint9"))
 
 
-def test_states_that_are_known_late_are_compared_with_the_motion_of_their_time(problem: to.Problem) -> None:
+def test_delayed_states_are_compared_with_the_motion_at_their_stamp(problem: to.Problem) -> None:
     late = Sensors(delay=0.1)
     arm = SimulatedExecutor(problem.scene, problem.start_positions, sensors=late)
     supervisor = Supervisor(arm, problem)

@@ -45,13 +45,13 @@ def slowly_planned(
     return arm, supervisor, run
 
 
-def test_plan_that_takes_long_is_driven_from_rest(problem: to.Problem) -> None:
+def test_slow_plan_is_driven_from_rest(problem: to.Problem) -> None:
     _, supervisor, run = slowly_planned(problem, 0.3)
     run(10.0)
     assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
 
 
-def test_reason_is_reported_first_with_the_share_of_the_tolerance(problem: to.Problem) -> None:
+def test_reason_includes_the_tracking_margin(problem: to.Problem) -> None:
     _, supervisor, run = slowly_planned(problem, 0.3, tolerance=0.02)
     run(3.0)
     assert kinds(supervisor) == [EventKind.NO_PLAN]
@@ -61,7 +61,7 @@ def test_reason_is_reported_first_with_the_share_of_the_tolerance(problem: to.Pr
     assert supervisor.blocked
 
 
-def test_tolerance_is_not_named_where_distances_do_not_matter(problem: to.Problem) -> None:
+def test_reason_omits_the_tracking_margin_if_distances_do_not_matter(problem: to.Problem) -> None:
     beyond = to.Problem(
         scene=problem.scene, group=problem.group, start=problem.start_positions, goal={"panda_joint1": 3.5}
     )

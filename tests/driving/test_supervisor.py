@@ -60,7 +60,7 @@ def slowly_supervised(problem: to.Problem) -> tuple[Slow, Supervisor]:
 
 
 @pytest.mark.parametrize("late", [(0.006,), (0.006, 0.02)])
-def test_a_stop_that_comes_late_is_looked_for_again(problem: to.Problem, late: tuple[float, ...]) -> None:
+def test_refused_stop_is_searched_again(problem: to.Problem, late: tuple[float, ...]) -> None:
     arm, supervisor = slowly_supervised(problem)
     arm.late = late
     taken = supervisor.stop()
@@ -71,7 +71,7 @@ def test_a_stop_that_comes_late_is_looked_for_again(problem: to.Problem, late: t
     assert not arm.state().velocities.any() and not arm.fault()
 
 
-def test_motors_brake_where_no_stop_comes_in_time(problem: to.Problem) -> None:
+def test_motors_brake_if_no_stop_is_accepted(problem: to.Problem) -> None:
     arm, supervisor = slowly_supervised(problem)
     arm.late = (0.006, 0.02, 0.05)
     taken = supervisor.stop()
@@ -105,7 +105,7 @@ def standing(problem: to.Problem, arm: IdealExecutor) -> to.Trajectory:
 
 
 @pytest.mark.parametrize("last", [0.1, 0.2, 0.35, 0.5])
-def test_a_dead_planner_stops_the_arm_on_its_path(problem: to.Problem, last: float) -> None:
+def test_stops_on_the_path_without_cycles(problem: to.Problem, last: float) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, last)
     arm.advance(5.0)
@@ -116,7 +116,7 @@ def test_a_dead_planner_stops_the_arm_on_its_path(problem: to.Problem, last: flo
     assert np.abs(path - here).max(axis=1).min() < 2e-3
 
 
-def test_what_is_committed_is_proven_and_ends_at_rest_in_each_cycle(problem: to.Problem) -> None:
+def test_committed_motion_is_proven_and_ends_at_rest_in_each_cycle(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     names = problem.reduced.joint_names
     while supervisor.busy:
@@ -134,7 +134,7 @@ def end(motion: to.Trajectory) -> dict[str, float]:
     return dict(zip(motion.joint_names, motion(motion.duration).tolist(), strict=True))
 
 
-def test_a_world_that_changes_elsewhere_slows_nothing(problem: to.Problem) -> None:
+def test_change_elsewhere_does_not_slow_the_robot(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)
     supervisor.see(problem.scene.add("far", to.Box(0.1, 0.1, 0.1), to.placement((0.0, -0.8, 0.3))))
@@ -162,7 +162,7 @@ def test_line_of_sight_is_proven_past_objects_that_begin_to_move(problem: to.Pro
     ]
 
 
-def test_what_appears_in_the_way_is_stopped_for_or_planned_around(problem: to.Problem) -> None:
+def test_stops_or_replans_for_an_appearing_obstacle(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)
     world = in_the_way(problem)
@@ -181,7 +181,7 @@ def test_what_appears_in_the_way_is_stopped_for_or_planned_around(problem: to.Pr
         assert examine(clear, positions[columns]).clear
 
 
-def test_a_stop_that_is_asked_for_is_the_soonest_that_is_proven(problem: to.Problem) -> None:
+def test_requested_stop_is_the_soonest_proven_one(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.24)
     taken = supervisor.stop()
@@ -216,7 +216,7 @@ def test_a_goal_that_cannot_be_reached_leaves_the_robot_stopped(problem: to.Prob
     assert EventKind.UNPROVEN_STOP not in kinds(supervisor)
 
 
-def test_a_robot_off_its_track_is_stopped_and_says_by_how_much(problem: to.Problem) -> None:
+def test_robot_off_its_track_is_stopped_and_the_error_reported(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
     run(arm, supervisor, 0.2)
     arm.displace(np.full(len(arm.joint_names), 0.01))
@@ -226,7 +226,7 @@ def test_a_robot_off_its_track_is_stopped_and_says_by_how_much(problem: to.Probl
     assert arm.fault()
 
 
-def test_what_is_known_for_a_short_time_only_brings_the_robot_to_rest_and_is_named(
+def test_ended_prediction_brings_the_robot_to_rest_and_is_named(
     problem: to.Problem,
 ) -> None:
     far = to.Track.constant_velocity(to.placement((0.0, -2.0, 0.3)), (0.0, -0.1, 0.0), end=9.0)
@@ -247,7 +247,7 @@ def test_what_is_known_for_a_short_time_only_brings_the_robot_to_rest_and_is_nam
     assert kinds(supervisor)[-1] is EventKind.REACHED
 
 
-def test_what_is_planned_is_proven_of_a_robot_that_is_a_little_off() -> None:
+def test_plans_are_proven_within_the_tracking_tolerance() -> None:
     """Between plates there is just room: what keeps nearer than the robot may be off cannot be driven."""
     narrow = named("between_plates_xarm7")
     arm = IdealExecutor(narrow.scene.robot.joint_names, narrow.start_positions)
@@ -258,7 +258,7 @@ def test_what_is_planned_is_proven_of_a_robot_that_is_a_little_off() -> None:
     assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
 
 
-def test_what_can_never_be_proven_is_not_planned_again_and_again() -> None:
+def test_hopeless_goal_is_not_replanned_repeatedly() -> None:
     """Standing in contact is proven of no robot that may be off: that is said once."""
     touching = named("pick_and_place_panda")
     arm = IdealExecutor(touching.scene.robot.joint_names, touching.start_positions)
@@ -271,7 +271,7 @@ def test_what_can_never_be_proven_is_not_planned_again_and_again() -> None:
     assert supervisor.blocked and not supervisor.moving
 
 
-def test_a_heavy_load_is_braked_as_gently_as_the_torque_allows() -> None:
+def test_heavy_load_is_braked_within_torque_limits() -> None:
     heavy = named("heavy_payload_panda")
     arm = IdealExecutor(heavy.scene.robot.joint_names, heavy.start_positions)
     supervisor = Supervisor(arm, heavy)
@@ -319,7 +319,7 @@ def walled(problem: to.Problem, arm: IdealExecutor, supervisor: Supervisor) -> t
     return None
 
 
-def test_from_a_stop_off_the_path_the_robot_comes_back_to_where_all_holds_and_goes_on(
+def test_returns_to_the_path_after_a_stop_off_it(
     problem: to.Problem,
 ) -> None:
     """The cup tilts too much in the only stop that is clear: no motion that keeps it upright begins there."""
@@ -341,7 +341,7 @@ def test_from_a_stop_off_the_path_the_robot_comes_back_to_where_all_holds_and_go
     assert EventKind.STARTED in kinds(supervisor)[back:] and "cup" in supervisor.events[back].words
 
 
-def test_stop_before_a_new_motion_begins_may_be_along_the_one_that_is_driven(
+def test_stop_before_a_new_motion_follows_the_present_one(
     problem: to.Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arm, supervisor = supervised(problem)
@@ -368,7 +368,7 @@ def test_stop_before_a_new_motion_begins_may_be_along_the_one_that_is_driven(
 
 
 @pytest.mark.parametrize("wrong", [[float("nan"), 0.0], [float("inf"), 0.0], [-1.0, 0.0], [0.0]])
-def test_a_tolerance_that_is_not_one_is_refused(problem: to.Problem, wrong: list[float]) -> None:
+def test_invalid_tolerance_is_refused(problem: to.Problem, wrong: list[float]) -> None:
     joints = problem.scene.robot.joint_names
     arm = IdealExecutor(joints, problem.start_positions)
     arm.tolerance = np.resize(wrong, len(joints)) if len(wrong) > 1 else np.array(wrong)

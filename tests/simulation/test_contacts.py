@@ -8,7 +8,7 @@ from trajopt.simulation.rollout import ContactLog
 PAIR = ("cup", "table")
 
 
-def test_instants_merge_until_a_gap() -> None:
+def test_contacts_merge_until_a_gap() -> None:
     log = ContactLog((), 1.0)
     for time, depth in ((0.1, 1e-3), (0.102, 3e-3), (0.115, 2e-3), (0.3, 1e-4)):
         log.record(time, {PAIR: depth})

@@ -39,7 +39,7 @@ def boxes_scene() -> to.Scene:
 
 
 @pytest.mark.parametrize("lens", [SMALL, OFF_CENTRE])
-def test_depths_are_those_of_rays(lens: Intrinsics) -> None:
+def test_depths_equal_those_of_ray_casting(lens: Intrinsics) -> None:
     scene = boxes_scene()
     # Low and from the side the robot is not in view.
     where = looking_at(np.array((1.3, 0.3, 0.25)), np.array((0.55, -0.1, 0.05)))
@@ -56,7 +56,7 @@ def test_depths_are_those_of_rays(lens: Intrinsics) -> None:
     assert np.percentile(off, 99) < 1e-4 and (off > 1e-3).mean() < 0.01  # of pixels on edges
 
 
-def test_a_camera_on_the_hand_sees_the_table_from_where_the_hand_is() -> None:
+def test_camera_on_the_hand_moves_with_it() -> None:
     scene = boxes_scene()
     camera = Camera(
         SMALL, frame="panda_hand", placement=to.placement((0.08, 0.0, 0.0)), nearest=0.05, farthest=3.0
@@ -72,7 +72,7 @@ def test_a_camera_on_the_hand_sees_the_table_from_where_the_hand_is() -> None:
             assert on.sum() > 300
 
 
-def test_noise_is_as_said_and_within_what_was_asked() -> None:
+def test_noise_has_the_stated_size_and_bound() -> None:
     noise = DepthNoise(0.002, 0.0, 0.001)
     scene, camera = boxes_scene(), camera_over(noise=noise)
     with DepthCamera(scene, "panda_arm", camera) as eye:
@@ -88,7 +88,7 @@ def test_noise_is_as_said_and_within_what_was_asked() -> None:
     assert np.abs((wild[seen] - exact[seen]) / noise.sigmas(exact)[seen]).max() > 3.0
 
 
-def test_holes_are_where_real_cameras_have_them() -> None:
+def test_holes_are_at_edges_and_grazing_surfaces() -> None:
     scene, camera = boxes_scene(), camera_over()
     with DepthCamera(scene, "panda_arm", camera) as eye:
         exact = eye.exact(AT)
@@ -103,7 +103,7 @@ def test_holes_are_where_real_cameras_have_them() -> None:
     assert grazing.mean() > at_edges.mean()
 
 
-def test_what_was_measured_is_within_the_balls_of_what_is_there() -> None:
+def test_measured_points_are_within_the_cloud_of_the_surface() -> None:
     """With noise within the model, every point of the true surface in view is in a ball of the cloud."""
     noise = DepthNoise(0.001, 0.0, 0.002)
     scene, camera = boxes_scene(), camera_over(noise=noise)
@@ -118,7 +118,7 @@ def test_what_was_measured_is_within_the_balls_of_what_is_there() -> None:
     assert farthest <= seen.radius.whole + truth.radius.cell
 
 
-def test_what_cannot_be_drawn_is_refused() -> None:
+def test_lens_distortion_is_refused() -> None:
     scene = boxes_scene()
     with pytest.raises(ProblemError, match="lens distortion"):
         DepthCamera(scene, "panda_arm", Camera(Intrinsics(64, 48, 50, 50, 31.5, 23.5, Lens(k1=0.1))))

@@ -36,7 +36,7 @@ def touch(rollout: Rollout) -> ContactInterval:
     return contact
 
 
-def test_a_ball_that_passes_touches_when_geometry_says(pendulum: Pendulum) -> None:
+def test_passing_ball_touches_at_the_geometric_time(pendulum: Pendulum) -> None:
     scene = to.Scene(pendulum())
     assert not held(scene.add("ball", BALL, motion=past(0.11))).contacts
     contact = touch(held(scene.add("ball", BALL, motion=past(0.06))))
@@ -46,7 +46,7 @@ def test_a_ball_that_passes_touches_when_geometry_says(pendulum: Pendulum) -> No
     assert 0.03 < contact.depth < 0.041, "what moves yields to nothing"
 
 
-def test_a_robot_is_pushed_by_what_moves_into_it(pendulum: Pendulum) -> None:
+def test_robot_is_pushed_by_a_moving_obstacle(pendulum: Pendulum) -> None:
     up = to.Track.through((0.0, 1.0), [to.placement((0.5, 0.0, z)) for z in (0.6, 0.95)])
     rollout = held(to.Scene(pendulum(effort=10.0)).add("ball", BALL, motion=up))
     assert rollout.positions[-1, 0] > 0.02
@@ -54,7 +54,7 @@ def test_a_robot_is_pushed_by_what_moves_into_it(pendulum: Pendulum) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
-def test_what_is_not_there_touches_nothing(pendulum: Pendulum, shape: Shape) -> None:
+def test_absent_object_touches_nothing(pendulum: Pendulum, shape: Shape) -> None:
     scene, there = to.Scene(pendulum()), to.placement((0.5, 0.02, 1.02))
     gone = held(scene.add("thing", shape, there, appears=2.0))
     assert not gone.contacts and gone.tracking_error.maximum[0] < 1e-9
@@ -62,7 +62,7 @@ def test_what_is_not_there_touches_nothing(pendulum: Pendulum, shape: Shape) -> 
     assert short.start == pytest.approx(0.3, abs=0.0021) and short.end == pytest.approx(0.5, abs=0.0021)
 
 
-def test_what_comes_and_goes_on_a_link_touches_while_it_is_there(pendulum: Pendulum) -> None:
+def test_object_on_a_link_touches_while_it_is_present(pendulum: Pendulum) -> None:
     scene = to.Scene(pendulum()).add("wall", to.Box(0.1, 0.1, 0.1), to.placement((0.65, 0.0, 1.0)))
     part = scene.add("part", BALL, to.placement((0.09, 0.0, 0.0)), frame="tip", appears=0.2, expires=0.4)
     contact = touch(held(part))
@@ -70,13 +70,13 @@ def test_what_comes_and_goes_on_a_link_touches_while_it_is_there(pendulum: Pendu
     assert contact.start == pytest.approx(0.2, abs=0.0021) and contact.end == pytest.approx(0.4, abs=0.0021)
 
 
-def test_what_stands_on_a_thing_moves_along(pendulum: Pendulum) -> None:
+def test_object_on_a_moving_object_moves_along(pendulum: Pendulum) -> None:
     scene = to.Scene(pendulum()).add("tray", to.Box(0.2, 0.2, 0.02), motion=past(0.2))
     contact = touch(held(scene.add("cup", BALL, to.placement((-0.14, 0.0, 0.0)), frame="tray")))
     assert set(contact.pair) == {"tip", "cup"} and contact.start == pytest.approx(0.42, abs=0.004)
 
 
-def test_a_turning_thing_turns(pendulum: Pendulum) -> None:
+def test_turning_object_turns(pendulum: Pendulum) -> None:
     quarter = [to.placement((1.0, 0.0, 1.0), rpy=(0.0, 0.0, turn)) for turn in (np.pi / 2, np.pi)]
     bar = to.Scene(pendulum()).add(
         "bar", to.Box(0.98, 0.02, 0.02), motion=to.Track.through((0.0, 1.0), quarter)
@@ -85,7 +85,7 @@ def test_a_turning_thing_turns(pendulum: Pendulum) -> None:
     assert set(contact.pair) == {"tip", "bar"} and 0.85 < contact.start < 1.0
 
 
-def test_a_moving_half_space_is_felt(pendulum: Pendulum) -> None:
+def test_moving_half_space_pushes(pendulum: Pendulum) -> None:
     rising = to.Track.through((0.0, 1.0), [to.placement((0.0, 0.0, z)) for z in (0.0, 1.0)])
     rollout = held(to.Scene(pendulum()).add("water", to.Plane(), motion=rising))
     assert rollout.contacts[0].start == pytest.approx(0.95, abs=0.004)
@@ -102,14 +102,14 @@ def test_an_error_of_a_track_is_noted(pendulum: Pendulum) -> None:
     )
 
 
-def test_a_still_scene_has_nothing_of_it(pendulum: Pendulum) -> None:
+def test_static_scene_has_no_mocap_bodies(pendulum: Pendulum) -> None:
     model = build_spec(
         reduced_all(to.Scene(pendulum()).add("post", BALL, to.placement((1.0, 0, 1))))
     ).compile()
     assert model.nmocap == 0 and model.ngeom == 3
 
 
-def test_what_is_carried_is_held_up(pendulum: Pendulum) -> None:
+def test_attached_object_is_held(pendulum: Pendulum) -> None:
     scene = to.Scene(pendulum()).add(
         "load", to.Box(0.02, 0.02, 0.02), frame="tip", touch_links=["tip"], mass=1.5
     )

@@ -68,7 +68,7 @@ def groups(picture: PosedModel, owner: str, time: float) -> set[int]:
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
-def test_a_halo_is_as_far_from_the_shape_as_it_has_grown(shape: Shape) -> None:
+def test_halo_is_at_its_distance_from_the_shape(shape: Shape) -> None:
     around, dot = halo(shape, HERE), coal.Sphere(1e-9)
     there = coal.Transform3s(HERE.rotation, HERE.translation)
     request, result = coal.DistanceRequest(), coal.DistanceResult()
@@ -82,7 +82,7 @@ def test_a_halo_is_as_far_from_the_shape_as_it_has_grown(shape: Shape) -> None:
     assert volume == pytest.approx(ConvexHull(around.grown(0.05)).volume, rel=0.01), "its faces are outward"
 
 
-def test_what_moves_is_drawn_where_its_track_has_it(pendulum: Pendulum) -> None:
+def test_dynamic_obstacle_is_drawn_on_its_track(pendulum: Pendulum) -> None:
     scene = to.Scene(pendulum()).add("crate", to.Box(0.1, 0.1, 0.1), motion=PASSES)
     picture = posed(scene.add("cup", to.Sphere(0.03), to.placement((0.0, 0.0, 0.08)), frame="crate"))
     for time in (0.0, 0.17, 0.5):
@@ -93,7 +93,7 @@ def test_what_moves_is_drawn_where_its_track_has_it(pendulum: Pendulum) -> None:
         np.testing.assert_allclose(cup, place * np.array((0.0, 0.0, 0.08)), atol=1e-12)
 
 
-def test_what_is_not_there_is_not_drawn_and_hides_nothing(pendulum: Pendulum) -> None:
+def test_absent_object_is_not_drawn_and_hides_nothing(pendulum: Pendulum) -> None:
     scene = to.Scene(pendulum()).add(
         "post", to.Sphere(0.1), to.placement((0.3, 0.3, 1.0)), appears=0.2, expires=0.4
     )
@@ -106,7 +106,7 @@ def test_what_is_not_there_is_not_drawn_and_hides_nothing(pendulum: Pendulum) ->
     assert [groups(picture, "part", time) for time in (0.1, 0.5)] == [{ROBOT_GROUP}, {UNSEEN_GROUP}]
 
 
-def test_a_halo_grows_with_time_and_comes_and_goes_with_its_thing(pendulum: Pendulum) -> None:
+def test_halo_grows_with_time_and_appears_with_its_object(pendulum: Pendulum) -> None:
     known = to.Prediction(PASSES, (0.0, 0.1, 0.0))
     scene = to.Scene(pendulum()).add("crate", to.Box(0.1, 0.1, 0.1), motion=known, expires=0.4)
     picture = posed(scene.add("ball", to.Sphere(0.1), motion=PASSES))
@@ -124,7 +124,7 @@ def test_a_halo_grows_with_time_and_comes_and_goes_with_its_thing(pendulum: Pend
         assert reach == pytest.approx(np.sqrt(3) * 0.05 + 0.1 * time, abs=1e-5)
 
 
-def test_the_camera_has_what_passes_by_in_view_but_not_what_is_far(pendulum: Pendulum) -> None:
+def test_camera_has_passing_objects_in_view_but_not_far_ones(pendulum: Pendulum) -> None:
     scene, times = to.Scene(pendulum()), np.linspace(0.0, 0.4, 5)
     still, ball = np.zeros((5, 1)), to.Sphere(0.02)
     far = to.Track.through((0.0, 0.4), [to.placement((9.0, y, 1.2)) for y in (-5.0, 5.0)])
@@ -143,7 +143,7 @@ def test_the_camera_has_what_passes_by_in_view_but_not_what_is_far(pendulum: Pen
 
 
 @pytest.mark.usefixtures("opengl")
-def test_films_and_pictures_show_it(pendulum: Pendulum, tmp_path: Path) -> None:
+def test_films_and_pictures_show_dynamic_obstacles(pendulum: Pendulum, tmp_path: Path) -> None:
     known = to.Prediction(PASSES, (0.02, 0.3, 0.0))
     scene = to.Scene(pendulum()).add("crate", to.Box(0.2, 0.2, 0.2), motion=known, appears=0.1)
     reduced, planned = held(scene)

@@ -93,7 +93,7 @@ def test_depth_of_penetration(depth: float) -> None:
     assert mujoco_distance(SHAPES["box"], at, SHAPES["sphere"], bt) == pytest.approx(-depth, abs=1e-6)
 
 
-def test_moving_half_space_is_a_large_box_and_says_so() -> None:
+def test_moving_half_space_is_a_large_box_with_a_note() -> None:
     (piece,), note = mujoco_geoms(Plane(), moving=True)
     assert piece.kind == mujoco.mjtGeom.mjGEOM_BOX
     assert "box" in note
@@ -102,7 +102,7 @@ def test_moving_half_space_is_a_large_box_and_says_so() -> None:
 
 
 @pytest.mark.parametrize("radius", [0.002, 0.05, 0.13])
-def test_pyramid_contains_its_cone_tightly_and_says_so(radius: float) -> None:
+def test_pyramid_contains_its_cone_tightly_with_a_note(radius: float) -> None:
     (piece,), note = mujoco_geoms(Cone(radius, 0.2), moving=True)
     base = piece.vertices[piece.vertices[:, 2] < 0.0]
     outer = np.linalg.norm(base[:, :2], axis=1).max()
@@ -112,7 +112,7 @@ def test_pyramid_contains_its_cone_tightly_and_says_so(radius: float) -> None:
     assert "pyramid" in note
 
 
-def test_exact_mesh_becomes_convex_pieces_and_says_so() -> None:
+def test_exact_mesh_becomes_convex_geoms_with_a_note() -> None:
     box = convex([(x, y, z) for x in (0.0, 0.2) for y in (0.0, 0.1) for z in (0.0, 0.3)])
     mesh = Mesh(readonly(np.array(box.vertices)), np.array(box.faces))
     parts, note = mujoco_geoms(mesh, moving=True)

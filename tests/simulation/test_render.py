@@ -113,7 +113,7 @@ def test_film_in_mp4(motion: tuple[ReducedModel, Trajectory], tmp_path: Path) ->
     assert np.abs(pictures[0] - first).mean() < 6.0 < np.abs(pictures[-1] - pictures[0].astype(float)).max()
 
 
-def test_a_film_without_its_encoder_is_refused_before_anything_is_drawn(
+def test_film_without_its_encoder_is_refused_before_drawing(
     motion: tuple[ReducedModel, Trajectory], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("trajopt.simulation.picture_files.find_spec", lambda _: None)
@@ -131,7 +131,7 @@ def test_panda_is_drawn_from_its_visual_meshes(tmp_path: Path) -> None:
     assert np.ptp(picture, axis=(0, 1)).min() > 100
 
 
-def test_no_opengl_says_what_to_install(
+def test_missing_opengl_names_the_packages(
     motion: tuple[ReducedModel, Trajectory], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", "disable")
@@ -140,7 +140,7 @@ def test_no_opengl_says_what_to_install(
     assert not list(tmp_path.glob("*.png"))
 
 
-def test_ways_to_draw_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_backends_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
@@ -216,7 +216,7 @@ def test_camera_has_all_points_in_view(azimuth: float) -> None:
     assert 0.85 < max(up.max(), across.max()) <= 1.0
 
 
-def test_view_is_cut_around_large_and_far_things(odd: Robot) -> None:
+def test_view_is_clipped_around_large_and_far_objects(odd: Robot) -> None:
     bare = visible_points(reduced_all(Scene(odd)), np.zeros((1, 4)))
     scene = Scene(odd).add("floor", Plane()).add("slab", Box(20, 20, 0.1), placement((0, 0, -0.1)))
     scene = scene.add("moon", Sphere(1.0), placement((30.0, 0.0, 10.0)))
@@ -224,7 +224,7 @@ def test_view_is_cut_around_large_and_far_things(odd: Robot) -> None:
     assert np.linalg.norm(np.ptp(points, axis=0)) < 2.5 * np.linalg.norm(np.ptp(bare, axis=0))
 
 
-def test_colours_tell_things_apart(motion: tuple[ReducedModel, Trajectory]) -> None:
+def test_objects_have_different_colours(motion: tuple[ReducedModel, Trajectory]) -> None:
     colours = object_colours(motion[0])
     assert colours["part"] == ATTACHED
     assert colours["table"] == WOOD

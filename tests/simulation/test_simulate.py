@@ -49,7 +49,7 @@ def test_moving_pendulum_needs_the_torque_of_its_equation(pendulum: Pendulum) ->
     assert np.allclose(np.diff(t)[:-1], 0.01)
 
 
-def test_smaller_steps_follow_better(pendulum: Pendulum) -> None:
+def test_smaller_steps_reduce_the_error(pendulum: Pendulum) -> None:
     reduced = reduced_all(Scene(pendulum()))
     planned = smooth(reduced, np.array([-0.5]), np.array([1.0]), 0.8)
     errors = [
@@ -100,7 +100,7 @@ def test_running_into_a_box_is_reported_with_time_and_pair(pendulum: Pendulum) -
     assert "block touches tip" in rollout.summary()
 
 
-def test_excused_pair_passes_through(pendulum: Pendulum) -> None:
+def test_allowed_pair_passes_through(pendulum: Pendulum) -> None:
     scene = Scene(pendulum()).add("block", Box(0.4, 0.4, 0.2), placement((0.5, 0.0, 0.6)))
     reduced = reduced_all(scene.allow("block"))
     rollout = simulate(reduced, smooth(reduced, np.array([0.0]), np.array([-0.8]), 1.0))
@@ -108,7 +108,7 @@ def test_excused_pair_passes_through(pendulum: Pendulum) -> None:
     assert rollout.tracking_error.maximum[0] < 1e-3
 
 
-def test_meant_contact_is_told_from_a_collision(pendulum: Pendulum) -> None:
+def test_allowed_contact_is_not_a_collision(pendulum: Pendulum) -> None:
     # The tip rests on the box, 1 mm deep, and is lifted off.
     scene = Scene(pendulum()).add("block", Box(0.4, 0.4, 0.2), placement((0.5, 0.0, 0.851)))
     meant = scene.allow_contact("lift-off", "tip", "block", depth=2e-3, first=0.5)
@@ -195,7 +195,7 @@ def test_attached_object_collides(pendulum: Pendulum) -> None:
     assert ("ball", "block") in {contact.pair for contact in rollout.contacts}
 
 
-def test_exact_mesh_collides_as_its_pieces_and_is_noted(pendulum: Pendulum) -> None:
+def test_exact_mesh_collides_as_its_cover_with_a_note(pendulum: Pendulum) -> None:
     corners = np.array([(x, y, z) for x in (0.3, 0.7) for y in (-0.2, 0.2) for z in (0.5, 0.7)])
     block = convex(corners)
     mesh = Mesh(block.vertices, block.faces.astype(np.int32))
@@ -207,7 +207,7 @@ def test_exact_mesh_collides_as_its_pieces_and_is_noted(pendulum: Pendulum) -> N
     assert note.startswith("block/0: the exact mesh is simulated by a cover that contains it")
 
 
-def test_everything_measured_fits_into_json(pendulum: Pendulum) -> None:
+def test_rollout_fits_into_json(pendulum: Pendulum) -> None:
     scene = Scene(pendulum(effort=5.0)).add("block", Box(0.4, 0.4, 0.2), placement((0.5, 0.0, 0.6)))
     reduced = reduced_all(scene)
     rollout = simulate(reduced, smooth(reduced, np.array([0.0]), np.array([-0.8]), 0.4))
@@ -218,7 +218,7 @@ def test_everything_measured_fits_into_json(pendulum: Pendulum) -> None:
     assert document["final_pose_error"]["frame"] == "tip"
 
 
-def test_a_simulation_that_blows_up_says_when(pendulum: Pendulum) -> None:
+def test_diverged_simulation_reports_its_time(pendulum: Pendulum) -> None:
     reduced = reduced_all(Scene(pendulum(effort=0.0)))
     jump = Trajectory(reduced.joint_names, np.array([0.0, 0.1]), np.array([[0.0], [3e4]]))
     rollout = simulate(reduced, jump)

@@ -47,7 +47,7 @@ def test_continuous_prismatic_odd_axes_and_mimic(odd: Robot) -> None:
     assert_same_dynamics(reduced_all(Scene(odd)))
 
 
-def test_fixed_joints_are_where_the_start_has_them(odd: Robot) -> None:
+def test_fixed_joints_stay_at_the_start(odd: Robot) -> None:
     start = odd.positions({"reach": 0.2, "elbow": 1.1})
     full = reduce_model(Scene(odd), "all", start)
     assert full.model.nv == 5
@@ -60,7 +60,7 @@ def test_panda(group: str) -> None:
     assert_same_dynamics(reduce_model(Scene(robot), group, robot.positions("ready")), count=10)
 
 
-def test_geometries_stand_where_the_bodies_are(odd: Robot) -> None:
+def test_geometries_are_placed_at_the_bodies(odd: Robot) -> None:
     scene = Scene(odd).add("ball", Sphere(0.1), placement((0.3, 0.2, 0.9), rpy=(0.3, -0.8, 2.0)))
     scene = scene.add("part", Box(0.1, 0.02, 0.03), placement((0.02, 0.0, 0.1)), frame="tip")
     reduced = reduced_all(scene)
@@ -79,7 +79,7 @@ def test_geometries_stand_where_the_bodies_are(odd: Robot) -> None:
         assert np.allclose(found.xmat.reshape(3, 3), expected.rotation, atol=1e-9), body.name
 
 
-def test_exactly_the_unexcused_pairs_can_collide(odd: Robot) -> None:
+def test_exactly_the_pairs_that_are_not_allowed_can_collide(odd: Robot) -> None:
     scene = Scene(odd).add("wall", Box(0.1, 1.0, 1.0), placement((0.9, 0.0, 0.5))).allow("wall", "tip")
     reduced = reduced_all(scene)
     model = build_spec(reduced).compile()
@@ -125,7 +125,7 @@ def test_possible_inertias_are_kept_to_the_last_digits() -> None:
         assert np.allclose(axes @ np.diag(found.moments) @ axes.T, matrix, atol=1e-13)
 
 
-def test_impossible_inertia_is_moved_to_the_nearest_possible_and_told(tmp_path: Path, odd: Robot) -> None:
+def test_impossible_inertia_is_corrected_to_the_nearest_with_a_note(tmp_path: Path, odd: Robot) -> None:
     path = tmp_path / "impossible.urdf"
     wrong = odd.urdf_path.read_text().replace(
         'ixx="0.02" iyy="0.02" izz="0.01"', 'ixx="0.02" iyy="0.01" izz="0.09"'

@@ -45,7 +45,7 @@ def wall(side: float, *, height: float = 1.2) -> tuple[Box, Floats]:
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_camera_stands_where_no_wall_is(arm: Robot, side: float) -> None:
+def test_camera_is_not_behind_a_wall(arm: Robot, side: float) -> None:
     shape, at = wall(side)
     reduced, motion = swing(Scene(arm).add("wall", shape, placement(at)))
     found = look_at(reduced, motion, ASPECT)
@@ -59,7 +59,7 @@ def posed(reduced: ReducedModel, motion: SampledMotion) -> viewpoint.PosedModel:
     return viewpoint.PosedModel(reduced, motion, viewpoint.in_view(reduced, motion))
 
 
-def test_the_same_motion_is_always_seen_from_the_same_place(arm: Robot) -> None:
+def test_viewpoint_is_deterministic(arm: Robot) -> None:
     views = [look_at(*swing(Scene(arm)), ASPECT).camera for _ in range(2)]
     np.testing.assert_array_equal(views[0].position, views[1].position)
     np.testing.assert_array_equal(views[0].target, views[1].target)
@@ -112,7 +112,7 @@ def plain_score(model: viewpoint.PosedModel, camera: CameraView) -> float:
     return float(seen.prod())
 
 
-def test_what_hides_the_motion_from_everywhere_is_translucent(arm: Robot) -> None:
+def test_object_that_hides_the_motion_is_translucent(arm: Robot) -> None:
     scene = Scene(arm).add("table", Box(3.0, 3.0, 0.02), placement((0.0, 0.0, -0.3)))
     for name, x, y in (("front", 0.9, 0.0), ("back", -0.2, 0.0)):
         scene = scene.add(name, Box(0.02, 1.4, 3.0), placement((x, y, 0.7)))
@@ -153,7 +153,7 @@ def test_each_arm_draws_its_own_path() -> None:
     assert len(paths) == 2 and np.linalg.norm(paths[0] - paths[1], axis=1).min() > 0.1
 
 
-def test_a_robot_that_stands_still_is_shown_too(arm: Robot) -> None:
+def test_robot_at_rest_has_a_viewpoint(arm: Robot) -> None:
     reduced = reduced_all(Scene(arm))
     still = SampledMotion(np.array((0.0, 1e-3)), np.repeat(reduced.start_positions[None], 2, axis=0))
     assert look_at(reduced, still, ASPECT).camera.distance > 0.1
