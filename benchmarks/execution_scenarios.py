@@ -83,7 +83,7 @@ def cycle(arm: IdealExecutor, supervisor: Supervisor, until: float) -> None:
         arm.advance(CYCLE)
 
 
-def said(supervisor: Supervisor | RunReport, *kinds: EventKind) -> list[str]:
+def words_of(supervisor: Supervisor | RunReport, *kinds: EventKind) -> list[str]:
     """Return the words of the events of some kinds."""
     return [event.words for event in supervisor.events if event.kind in kinds]
 
@@ -123,7 +123,10 @@ def too_late() -> Outcome:
     cycle(arm, supervisor, at)
     supervisor.see(world)
     supervisor.cycle()
-    stopping, unproven = said(supervisor, EventKind.STOPPING), said(supervisor, EventKind.UNPROVEN_STOP)
+    stopping, unproven = (
+        words_of(supervisor, EventKind.STOPPING),
+        words_of(supervisor, EventKind.UNPROVEN_STOP),
+    )
     named = bool(unproven) and "box" in unproven[0] and "mm" in unproven[0]
     return Outcome("; ".join((*stopping, *unproven)), named and len(stopping) == 1)
 
@@ -175,7 +178,7 @@ def off_track() -> Outcome:
         arm.advance(CYCLE)
     arm.advance(1.0)
     rests = float(np.abs(arm.truth().velocities).max()) < 1e-3
-    off = said(supervisor, EventKind.OFF_TRACK)
+    off = words_of(supervisor, EventKind.OFF_TRACK)
     again = supervisor.recover(problem.goals[0], scaling=0.5)
     while supervisor.moving:
         supervisor.cycle()
@@ -240,7 +243,7 @@ def deadlines_missed() -> Outcome:
         clock.due = True
         supervisor.cycle()
         arm.advance(CYCLE)
-    missed = len(said(supervisor, EventKind.MISSED_DEADLINE))
+    missed = len(words_of(supervisor, EventKind.MISSED_DEADLINE))
     assert arm.given is not None
     driven = arm.given.ahead(0.0, problem.reduced.joint_names)
     assert driven is not None
@@ -248,7 +251,7 @@ def deadlines_missed() -> Outcome:
     words = (
         f"missed {missed} time on the way; all that was driven is one motion, proven: {proven}; then reached"
     )
-    kept = missed == 1 and proven and not said(supervisor, EventKind.REJECTED)
+    kept = missed == 1 and proven and not words_of(supervisor, EventKind.REJECTED)
     return Outcome(words, kept and supervisor.events[-1].kind is EventKind.REACHED)
 
 
@@ -283,7 +286,7 @@ def at_full_speed() -> Outcome:
         returns = replace(problem, goal=to.joint_positions(back))
         supervisor.go(returns)
         cycle(arm, supervisor, 10.0)
-        replanned += len(said(supervisor, EventKind.REPLANNED))
+        replanned += len(words_of(supervisor, EventKind.REPLANNED))
         assert arm.given is not None
         driven = arm.given.ahead(0.0, problem.reduced.joint_names)
         assert driven is not None
@@ -301,7 +304,7 @@ def grows_uncertain() -> Outcome:
     cycle(arm, supervisor, 0.1)
     supervisor.see(problem.scene.add("cart", to.Box(0.3, 0.3, 0.6), motion=cart))
     cycle(arm, supervisor, 3.0)
-    stale = said(supervisor, EventKind.STALE)
+    stale = words_of(supervisor, EventKind.STALE)
     rests = not arm.state().velocities.any()
     kinds = [event.kind for event in supervisor.events]
     named = bool(stale) and "cart" in stale[0]

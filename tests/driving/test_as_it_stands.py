@@ -1,4 +1,4 @@
-"""What is proven and driven is of the robot as it stands, whatever a problem says of it."""
+"""Proofs and motions use the state of the robot, not the start of a problem."""
 
 import pickle
 from multiprocessing import Pipe

@@ -1,4 +1,4 @@
-"""Body speeds: no pair comes nearer faster than is bounded, whatever velocities the joints have."""
+"""Body speeds: no pair approaches faster than its bound, for any joint velocities."""
 
 import numpy as np
 import pytest

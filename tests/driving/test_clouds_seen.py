@@ -1,4 +1,4 @@
-"""Clouds with a time enter execution: what is left of the motion is judged against the newest."""
+"""Reported clouds: the rest of the motion is judged against the newest."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A committed motion: what is spliced in goes on from what there is, and what does not is refused."""
+"""Committed motion: a spliced motion continues the present one, and others are refused."""
 
 import numpy as np
 import pytest

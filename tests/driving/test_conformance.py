@@ -1,4 +1,4 @@
-"""The executors that come with trajopt do what they must, and one that does not is found out."""
+"""The executors of trajopt conform, and violations are found."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Stops that turn away: proven where neither a stop on the path nor one of all joints at once is."""
+"""Stops that turn away: proven where neither a stop on the path nor one of all joints is."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A gamepad leads a robot: SDL's virtual one, whose sticks and buttons the test moves."""
+"""A gamepad drives a robot: SDL's virtual one, whose sticks and buttons the test moves."""
 
 import ctypes
 import os

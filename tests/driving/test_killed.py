@@ -1,4 +1,4 @@
-"""The process that plans is killed while the robot moves: the robot comes to rest as was proven."""
+"""The planning process is killed while the robot moves: the robot comes to rest as proven."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""What a robot did, meant and knew: looked at after each cycle, recorded, written and read."""
+"""Logbook and recordings: sampled after each cycle, written and read."""
 
 import json
 from dataclasses import replace
@@ -198,7 +198,7 @@ def test_values_are_written_as_in_bundles(
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"format": "other"}, "is not a recording"),
         ({"version": 2}, "is 2, must be 1"),
@@ -214,7 +214,7 @@ def test_values_are_written_as_in_bundles(
         ({"more": 1}, "unknown key 'more'"),
     ],
 )
-def test_errors_in_a_file_name_their_place(tmp_path: Path, change: dict[str, object], said: str) -> None:
+def test_errors_in_a_file_name_their_place(tmp_path: Path, change: dict[str, object], message: str) -> None:
     arm, servo = led(asked("panda"))
     logbook = Logbook()
     for _ in range(2):
@@ -224,7 +224,7 @@ def test_errors_in_a_file_name_their_place(tmp_path: Path, change: dict[str, obj
     path = tmp_path / "servo.json"
     write_recording(path, logbook.recording)
     path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
-    with pytest.raises(FileFormatError, match=said):
+    with pytest.raises(FileFormatError, match=message):
         read_recording(path, servo.scene.robot)
 
 

@@ -1,4 +1,4 @@
-"""After a fault a robot leaves what it touches, and goes home slowly."""
+"""After a fault a robot leaves contacts, and goes home slowly."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Runs in the simulated world: among surprises the robot touches nothing while it moves, as was proven."""
+"""Runs in simulation: the moving robot touches nothing among surprises, as proven."""
 
 from pathlib import Path
 
@@ -280,7 +280,7 @@ def test_surprises_are_read_from_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ("objects: [{object: a, at: x, position: [0, 0, 0]}]", "at: must be a number"),
         ("objects: [{object: a, at: 1, position: [0, 0]}]", "objects\\[0\\]"),
@@ -290,10 +290,10 @@ def test_surprises_are_read_from_a_file(tmp_path: Path) -> None:
         ("sensors: {lag: 1}", "unknown key 'lag'"),
     ],
 )
-def test_errors_of_a_surprise_file_are_named(tmp_path: Path, wrong: str, said: str) -> None:
+def test_errors_of_a_surprise_file_are_named(tmp_path: Path, wrong: str, message: str) -> None:
     path = tmp_path / "surprises.yaml"
     path.write_text(wrong)
-    with pytest.raises(FileFormatError, match=said):
+    with pytest.raises(FileFormatError, match=message):
         read_surprises(path)
 
 

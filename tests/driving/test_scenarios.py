@@ -1,10 +1,10 @@
-"""What can happen on the way ends as it should: the scenarios of the benchmark, and what they found."""
+"""The execution scenarios of the benchmark end as expected, and regressions that they found."""
 
 import numpy as np
 import pytest
 
 import trajopt as to
-from benchmarks.execution_scenarios import SCENARIOS, cup, cycle, said, supervised
+from benchmarks.execution_scenarios import SCENARIOS, cup, cycle, supervised, words_of
 from trajopt.driving import EventKind, IdealExecutor, Supervisor, SupervisorOptions
 from trajopt.planning import on_the_way
 
@@ -53,7 +53,7 @@ def test_resumes_the_path_when_an_obstacle_is_seen_again() -> None:
     assert [kind for kind in kinds(supervisor)[:6] if kind is not EventKind.WORLD_CHANGED][:4] == [
         EventKind.STARTED, EventKind.SLOWING, EventKind.STALE, EventKind.STOPPING,
     ]  # fmt: skip
-    assert "cart to within" in said(supervisor, EventKind.STALE)[0]
+    assert "cart to within" in words_of(supervisor, EventKind.STALE)[0]
     supervisor.see(with_cart(problem, 0.02))
     cycle(arm, supervisor, 4.0)
     assert EventKind.RESUMED in kinds(supervisor) and kinds(supervisor)[-1] is EventKind.REACHED
@@ -80,7 +80,7 @@ def test_retimes_the_path_for_a_passing_obstacle() -> None:
     cycle(arm, supervisor, 6.0)
     assert kinds(supervisor)[-1] is EventKind.REACHED
     assert EventKind.SLOWING in kinds(supervisor) and EventKind.STOPPING not in kinds(supervisor)
-    assert "for ball" in said(supervisor, EventKind.SLOWING)[0]
+    assert "for ball" in words_of(supervisor, EventKind.SLOWING)[0]
     assert len(supervisor.seconds["plan"]) == 1
     assert arm.given is not None
     driven = arm.given.ahead(0.0, problem.reduced.joint_names)

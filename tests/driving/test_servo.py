@@ -1,4 +1,4 @@
-"""A robot led by hand: it follows as far as limits, obstacles and singularities let it, and can stop."""
+"""A servo follows commands as far as limits, obstacles and singularities allow, and can stop."""
 
 from collections.abc import Callable
 from dataclasses import replace

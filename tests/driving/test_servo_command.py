@@ -1,4 +1,4 @@
-"""How what a hand gives is shaped before a robot follows it: each option, for each kind of command."""
+"""Shaping of commands: each option, for each kind of command."""
 
 from math import exp
 

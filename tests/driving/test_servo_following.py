@@ -1,4 +1,4 @@
-"""How closely a servo follows: as soon as limits allow, at full speed along things, to a pose, to a limit."""
+"""Tracking of a servo: as fast as limits allow, at full speed along obstacles, to a pose, to a limit."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is said to a servo: passed on tick by tick, recorded, written, and played with the same result."""
+"""Orders of a servo: passed on in ticks, recorded, written, and played with the same motion."""
 
 from pathlib import Path
 
@@ -92,19 +92,19 @@ def test_played_recording_gives_the_same_motion(tmp_path: Path, physics: bool) -
     first, servo = fresh()
     before = driven(recorder, first, servo)
     assert not servo.moving and np.abs(before[:, 1]).max() > 0.05
-    said = [(event.time, event.kind, event.words) for event in servo.events]
-    assert [kind for _, kind, _ in said] == [EventKind.STOPPING, EventKind.STOPPING]
-    recorder.stream.write(tmp_path / "said.json")
+    events = [(event.time, event.kind, event.words) for event in servo.events]
+    assert [kind for _, kind, _ in events] == [EventKind.STOPPING, EventKind.STOPPING]
+    recorder.stream.write(tmp_path / "orders.json")
     assert len(recorder.stream.orders) < 40
-    for stream in (recorder.stream, read_stream(tmp_path / "said.json")):
+    for stream in (recorder.stream, read_stream(tmp_path / "orders.json")):
         arm, again = fresh()
         after = driven(Player(stream), arm, again)
         assert np.array_equal(after, before)
-        assert [(event.time, event.kind, event.words) for event in again.events] == said
+        assert [(event.time, event.kind, event.words) for event in again.events] == events
 
 
 def test_stream_is_read_from_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "said.yaml"
+    path = tmp_path / "orders.yaml"
     path.write_text(FILE)
     stream = read_stream(path)
     assert stream.duration == 0.71
@@ -127,7 +127,7 @@ def test_stream_is_read_from_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ("", "must hold one mapping"),
         ("{format: other, version: 1, orders: []}", "format: is 'other'"),
@@ -135,15 +135,15 @@ def test_stream_is_read_from_a_file(tmp_path: Path) -> None:
         ("{format: trajopt servo stream, version: 1, order: []}", "did you mean 'orders'"),
     ],
 )
-def test_refuses_files_without_a_stream(tmp_path: Path, wrong: str, said: str) -> None:
-    path = tmp_path / "said.yaml"
+def test_refuses_files_without_a_stream(tmp_path: Path, wrong: str, message: str) -> None:
+    path = tmp_path / "orders.yaml"
     path.write_text(wrong)
-    with pytest.raises(FileFormatError, match=said):
+    with pytest.raises(FileFormatError, match=message):
         read_stream(path)
 
 
 @pytest.mark.parametrize(
-    ("entry", "said"),
+    ("entry", "message"),
     [
         ("{at: 0, twist: {}, joints: {a: 1}}", "has twist and joints"),
         ("{at: 0, twist: {linear: [0, 0]}}", r"orders\[1\].*linear"),
@@ -159,13 +159,13 @@ def test_refuses_files_without_a_stream(tmp_path: Path, wrong: str, said: str) -
         ("{at: 0.1, speed: 1}", "sorted by time"),
     ],
 )
-def test_errors_of_entries_are_named(tmp_path: Path, entry: str, said: str) -> None:
-    path = tmp_path / "said.yaml"
+def test_errors_of_entries_are_named(tmp_path: Path, entry: str, message: str) -> None:
+    path = tmp_path / "orders.yaml"
     first = "{at: 0.2, speed: 1}"
     path.write_text(f"format: trajopt servo stream\nversion: 1\norders:\n  - {first}\n  - {entry}\n")
-    with pytest.raises(FileFormatError, match=said) as caught:
+    with pytest.raises(FileFormatError, match=message) as caught:
         read_stream(path)
-    assert str(caught.value).count("said.yaml") == 1
+    assert str(caught.value).count("orders.yaml") == 1
 
 
 def test_order_has_a_command_or_a_release() -> None:
@@ -217,6 +217,6 @@ def test_fault_ends_guide() -> None:
 
 
 def test_a_stream_out_of_order_is_refused() -> None:
-    said = [TimedOrder(Order(speed=1.0), at, at) for at in (0.2, 0.1)]
+    orders = [TimedOrder(Order(speed=1.0), at, at) for at in (0.2, 0.1)]
     with pytest.raises(ProblemError, match="sorted by time"):
-        Stream(said)
+        Stream(orders)

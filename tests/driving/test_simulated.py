@@ -1,4 +1,4 @@
-"""A supervised robot under physics: faults on request, and a world that is not as the planner was told."""
+"""A supervised robot under physics: with faults, and in a world that differs from the reported one."""
 
 import gc
 from weakref import ref

@@ -1,4 +1,4 @@
-"""A robot at rest misses no deadline: a plan that takes long is driven, and a reason is reported first."""
+"""A robot at rest has no deadline: a slow plan is driven, and a reason is reported first."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

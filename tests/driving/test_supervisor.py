@@ -1,4 +1,4 @@
-"""A supervised robot: always committed to a proven stop, whatever happens to the world and to the planner."""
+"""A supervised robot is always committed to a proven stop, for any change of the world or planner."""
 
 from dataclasses import replace
 

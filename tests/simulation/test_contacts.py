@@ -1,4 +1,4 @@
-"""Single instants of contact become intervals."""
+"""Contacts at single times become intervals."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The camera in MuJoCo measures what is there, to a hundredth of a millimetre, and errs as it is told to."""
+"""The depth camera measures to a hundredth of a millimetre, and errs as requested."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Rollouts among what moves, appears and expires: who touches whom, and when."""
+"""Rollouts among dynamic obstacles: contacts, and their times."""
 
 from collections.abc import Callable
 

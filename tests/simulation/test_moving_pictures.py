@@ -1,4 +1,4 @@
-"""Pictures of what moves, appears and expires: where and when it is drawn, and the halos."""
+"""Pictures of dynamic obstacles: placements, presence, and halos."""
 
 from collections.abc import Callable
 from itertools import pairwise

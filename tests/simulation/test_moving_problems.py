@@ -1,4 +1,4 @@
-"""The problems among what moves: what the judge proves clear touches nothing under physics either."""
+"""Problems with dynamic obstacles: proven motions touch nothing under physics either."""
 
 import pytest
 from trajopt_problems import moving_world

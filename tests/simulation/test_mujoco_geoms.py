@@ -1,4 +1,4 @@
-"""Every shape in MuJoCo is as far from every other as Coal says."""
+"""Distances between shapes in MuJoCo equal those of Coal."""
 
 import coal
 import mujoco

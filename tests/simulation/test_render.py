@@ -1,4 +1,4 @@
-"""Pictures: something is on them, the camera has everything in view, and errors say what to do."""
+"""Pictures: they show the motion, the camera has everything in view, and errors name the remedy."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Rollouts against closed forms: holding, following, touching, and motors that are too weak."""
+"""Rollouts against closed forms: holding, following, contacts, and weak motors."""
 
 import json
 from collections.abc import Callable

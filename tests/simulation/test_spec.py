@@ -1,4 +1,4 @@
-"""The MuJoCo model is pinocchio's model: kinematics, masses, limits, and which pairs collide."""
+"""The MuJoCo model equals the Pinocchio model: kinematics, masses, limits, and colliding pairs."""
 
 from pathlib import Path
 

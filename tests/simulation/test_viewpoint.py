@@ -1,4 +1,4 @@
-"""From where a motion is seen: all of it in the picture, least of it hidden, what hides it translucent."""
+"""Viewpoints: the whole motion is in view, hardly hidden, and hiding objects are translucent."""
 
 from dataclasses import replace
 from pathlib import Path
