@@ -44,13 +44,12 @@ class PathStop(Value):
 class StopsAlong(Value):
     """The earliest stops of a motion along its own path, each tabulated when it is first asked for.
 
-    A braking motion goes on along the path while its clock runs slower and slower. At the rate r of the clock
-    a joint of the velocity q', the acceleration q'' and the jerk q''' has the acceleration r^2 q'' + w q' and
-    the jerk r^3 q''' + 3 r w q'' + w' q', where w = r' is how fast the rate falls. In each step w is the
-    least that the limits allow. To go on with w = 0 is always within those of acceleration, as the motion
-    itself is and r is at most 1; so within them no other way to brake is ahead anywhere (Bobrow, Dubowsky and
-    Gibson, 1985). Towards the end w rises so that the jerk stays limited: w >= -sqrt(2 r w'), with the
-    largest w' there.
+    A braking motion follows the path while the rate r of its clock falls (`trajopt.timing.time_scaling`). In
+    each step the slope w = r. is the least that the limits allow. With w = 0 the limits of acceleration
+    always hold, as they hold for the motion and r is at most 1; so within them every other way to brake takes
+    longer (Bobrow, Dubowsky and Gibson, "Time-optimal control of robotic manipulators along specified paths",
+    International Journal of Robotics Research 4, 1985). At the end w rises so that the jerk stays limited: w
+    >= -sqrt(2 r w.), with the largest w. there.
 
     Attributes:
         trajectory: The motion; it ends at rest.

@@ -1,20 +1,9 @@
-"""Speed changes: how the clock of a motion may speed up and slow down, so that all limits hold.
+"""Speed changes: how the clock of a motion may speed up and slow down within all limits.
 
-A motion q(c) that holds all limits is run on a clock c(t) whose rate r = dc/dt is between 0 and 1. With a
-rate that stays the same all limits hold. From one rate to another it goes by a polynomial that is flat at its
-ends, so that the acceleration is continuous,
-
-    r(z) = a + (b - a) (3 z^2 - 2 z^3) + 30 g z^2 (1 - z)^2,    z = t / T,
-
-over m whole cells of the clock and in a time T that is a whole number of ticks: g makes up the difference.
-Then, with primes for derivatives by the clock and dots for those of r by time,
-
-    acceleration  q' r. + q'' r^2,
-    jerk          q' r.. + 3 q'' r r. + q''' r^3,
-    torque        A r. + B r^2 + C,
-
-so a change is possible where these hold, at samples. Rates are such that a cell takes a whole number of
-ticks with each: a search over cells and ticks is exact in time.
+A motion that holds all limits is run on a clock with rates between 0 and 1 (`trajopt.timing.time_scaling`).
+At a constant rate all limits hold. A `RateChange` takes whole cells of the clock and a whole number of ticks:
+its `bulge` makes up the difference. It is possible if accelerations, jerks and torques hold at samples. At
+each rate a cell takes a whole number of ticks, so a search over cells and ticks is exact in time.
 """
 
 from collections.abc import Mapping
@@ -26,6 +15,7 @@ import numpy as np
 
 from trajopt.robot.limits import JointLimits
 from trajopt.timing import InverseDynamics
+from trajopt.timing.time_scaling import RateChange
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.trajectory import Trajectory
 
@@ -74,14 +64,8 @@ class SpeedChange:
             cell: Time of a cell on the clock [s].
         """
         a, b = RATES[self.before], RATES[self.after]
-        time, ends = self.ticks * cell / TICKS, (a + b) / 2.0
-        bump = self.span * cell / time - ends
-        y = 1.0 - z
-        clock = time * (a * z + (b - a) * (z**3 - z**4 / 2.0) + bump * z**3 * (10.0 - 15.0 * z + 6.0 * z**2))
-        rate = a + (b - a) * z**2 * (3.0 - 2.0 * z) + 30.0 * bump * (z * y) ** 2
-        first = ((b - a) * 6.0 * z * y + 60.0 * bump * z * y * (y - z)) / time
-        second = ((b - a) * 6.0 * (y - z) + 60.0 * bump * (1.0 - 6.0 * z * y)) / time**2
-        return clock, rate, first, second
+        time = self.ticks * cell / TICKS
+        return RateChange(a, b, time, bulge=self.span * cell / time - (a + b) / 2.0).at(z)
 
 
 @cache

@@ -19,6 +19,7 @@ from trajopt.planning.moving.timing_words import remarks_of
 from trajopt.robot.limits import JointLimits
 from trajopt.timing import InverseDynamics
 from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import TimeScaling
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Interpolation, Trajectory
 
@@ -149,10 +150,9 @@ def followed(clock: Trajectory, steps: Sequence[TimingStep], cell: float) -> Tra
     rest = np.array([(end.tick + end.ticks - begins) * cell / TICKS]), np.array([clock.duration]), *_ends(end)
     t, c, rate, first = (np.concatenate(each) for each in zip(*rows, rest, strict=True))
     kept = np.append(np.diff(t) > APART, True)
-    t, c, rate, first = t[kept], c[kept], rate[kept, None], first[kept, None]
+    t, c, rate, first = t[kept], c[kept], rate[kept], first[kept]
     t[0] = 0.0
-    q, v, a = (clock(c, order) for order in range(3))
-    found = Trajectory(clock.joint_names, t, q, v * rate, a * rate**2 + v * first)
+    found = TimeScaling(t, c, rate, first).applied_to(clock)
     return begun_later(found, begins * cell / TICKS) if begins else found
 
 
