@@ -252,6 +252,8 @@ def test_notes_a_mesh_in_millimetres(planar_arm: to.Robot) -> None:
     faces = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
     with pytest.warns(UnitWarning, match=r"'part' is 500 m wide.*scale=0\.001"):
         to.Scene(planar_arm).add("part", to.Mesh(500.0 * corners, faces))
+    with pytest.warns(UnitWarning, match="'part' is 500 m wide"):
+        to.Scene(planar_arm).add("part", [(to.Mesh(500.0 * corners, faces), to.placement((0, 0, 1)))])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         to.Scene(planar_arm).add("hall", to.Mesh(19.0 * corners, faces))

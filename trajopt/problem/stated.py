@@ -129,6 +129,8 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
     try:
         where = as_placement(name, item)
     except ModelError as error:
+        if np.shape(cast("ArrayLike", item)) == (4, 4):
+            raise
         forms = f"a requirement or several, {FORMS}, or a placement"
         raise ProblemError(f"{name} must be {forms}, is {shown(item)}{_hint(item)}") from error
     return frame_placement(tool_of(scene, group), where)

@@ -34,7 +34,7 @@ class ToolSpeed(Value):
             wiping or welding at constant speed; inf if any lower speed will do.
     """
 
-    GIVEN_AS: ClassVar[str] = "Problem(tool_speed=...)"
+    GIVEN_AS: ClassVar[str] = "Problem(tool_speed=...), or GraspingOptions(tool_speed=...)"
 
     frame: str
     linear: float

@@ -47,13 +47,13 @@ from trajopt.values.errors import (
     ModelError,
     ObjectNotFound,
     ShapeError,
+    listed,
     shown,
 )
 from trajopt.values.errors.shown import unknown_attribute
-from trajopt.values.likely_units import warn_of_far_apart, warn_of_wide_mesh
+from trajopt.values.likely_units import warn_of_far_apart
 from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.printed import in_short
-from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Points, Shape, Voxels, bounding_box
 from trajopt.values.trajectory import Trajectory
 
@@ -306,8 +306,7 @@ class SceneParts(Value):
         around = f"{', '.join(self.objects) or 'nothing'}; {self.distances}"
         lines = [*(("tool", words) for words in tools), ("around it", around)]
         if self.added_elsewhere:
-            lost = ", ".join(sorted(self.added_elsewhere))
-            lines.append(("not there", f"{lost}: {COPY}"))
+            lines.append(("not there", f"{listed(sorted(self.added_elsewhere))}: {COPY}"))
         return tuple(lines)
 
     @property
@@ -588,8 +587,6 @@ class Scene(SceneMotions):
         self._check_free(name)
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, unless_none("meshes", meshes, MeshPolicy) or MeshPolicy())
-        if isinstance(shape, Mesh):
-            warn_of_wide_mesh(shown(name), shape.vertices)
         links = self._owners(touch_links)
         where = object_placement(name, placement)
         if motion is not None and (placement is not None or frame != WORLD):

@@ -13,7 +13,7 @@ from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.scene.timing import ALWAYS, Timing
 from trajopt.values.arrays import Value, number
 from trajopt.values.errors import ModelError, ShapeError, shown
-from trajopt.values.likely_units import warn_of_far_object
+from trajopt.values.likely_units import warn_of_far_object, warn_of_wide_mesh
 from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.printed import in_number, seen_from
 from trajopt.values.shapes.mesh_file import Mesh
@@ -146,6 +146,9 @@ def covered_parts(
 
     Raises:
         ModelError: If it is neither.
+
+    Warns:
+        UnitWarning: If a mesh is wider than a robot cell.
     """
     parts: list[Part] = []
     notes: list[str] = []
@@ -157,6 +160,7 @@ def covered_parts(
             raise ModelError(f"{shown(name)}: give a shape, or pairs (shape, placement), not {shown(item)}")
         part, where = item[0], as_placement(f"placement in {shown(name)}", item[1])
         if isinstance(part, Mesh):
+            warn_of_wide_mesh(shown(name), part.vertices)
             cover = cover_mesh(part, policy)
             parts.extend((piece, where) for piece in cover.shapes)
             notes.append(f"{name}: {cover.note}")

@@ -72,17 +72,18 @@ OTHER_ARGUMENTS: Mapping[str, tuple[str, ...]] = {
 class UnknownArgument(ProblemError, TypeError):
     """A function has no argument of that name; the message suggests one, or lists all."""
 
-    def __init__(self, called: str, name: str, known: Sequence[str]) -> None:
+    def __init__(self, called: str, name: str, known: Sequence[str], option: str = "") -> None:
         """Find the most likely argument.
 
         Args:
             called: The function.
             name: The unknown name.
             known: Its arguments.
+            option: The expression that gives an option of this name, as in "budget=Budget(attempts=...)".
         """
         self.name, self.known = name, tuple(known)
         usual = [other for other in OTHER_ARGUMENTS.get(name, ()) if other in known]
-        near = usual or get_close_matches(name, known, n=1)
+        near = usual or ([option] if option else get_close_matches(name, known, n=1))
         meant = f"did you mean {near[0]}?" if near else f"it has {', '.join(known)}"
         super().__init__(f"{called} has no argument {name}: {meant}")
 

@@ -4,7 +4,7 @@ import inspect
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import InitVar
+from dataclasses import InitVar, fields, is_dataclass
 from functools import cache, wraps
 from math import isnan
 from pathlib import Path
@@ -95,7 +95,16 @@ def _unknown(target: Callable[..., Any], given: Mapping[str, Any], known: frozen
     ]
     name = next(each for each in given if each not in known)
     called = target.__qualname__.removesuffix(".__init__")
-    return UnknownArgument(called, name, ordered)
+    return UnknownArgument(called, name, ordered, _option(Kinds(target), ordered, name))
+
+
+def _option(kinds: "Kinds", arguments: Iterable[str], name: str) -> str:
+    """Return how to give an option that a function takes within another argument; empty if it has none."""
+    for argument in arguments:
+        for kind in _parts(kinds[argument][1]):
+            if is_dataclass(kind) and name in {each.name for each in fields(kind)}:
+                return f"{argument}={cast('type', kind).__name__}({name}=...)"
+    return ""
 
 
 def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
