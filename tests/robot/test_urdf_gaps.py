@@ -185,7 +185,15 @@ def test_notes_soft_limits_that_are_narrower(tmp_path: Path) -> None:
     assert not any("safety_controller" in note for note in equal.notes)
 
 
-def test_rejects_a_collision_of_two_geometries(tmp_path: Path) -> None:
-    two = '<geometry><box size="0.1 0.1 0.1"/></geometry><geometry><sphere radius="0.3"/></geometry>'
-    with pytest.raises(FileFormatError, match="base: a <collision> has 2 <geometry> elements"):
+def test_notes_elements_that_are_repeated(tmp_path: Path) -> None:
+    limit = '<limit lower="-2.5" upper="2.5" effort="60" velocity="2.5"/>'
+    robot = changed_arm(tmp_path, limit, limit + limit.replace("2.5", "0.5"))
+    assert "of elements that URDF has once, the first counts: <limit> of elbow" in robot.notes
+    assert robot.limits.upper[robot.joint_names.index("elbow")] == 2.5
+
+
+@pytest.mark.parametrize("between", ["</geometry><geometry>", ""])
+def test_rejects_a_collision_of_two_shapes(between: str, tmp_path: Path) -> None:
+    two = f'<geometry><box size="0.1 0.1 0.1"/>{between}<sphere radius="0.3"/></geometry>'
+    with pytest.raises(FileFormatError, match="base: a <collision> has 2 shapes"):
         changed_arm(tmp_path, '<geometry><box size="0.1 0.1 0.1"/></geometry>', two)

@@ -137,8 +137,8 @@ def _link_geometries(
             geometry = element.find("geometry")
             if geometry is None:
                 raise FileFormatError(str(path), f"link {link.get('name')}: <{tag}> has no <geometry>")
-            if tag == "collision" and (count := len(element.findall("geometry"))) > 1:
-                reason = f"a <collision> has {count} <geometry> elements: write one <collision> for each"
+            if tag == "collision" and (count := sum(map(len, element.findall("geometry")))) > 1:
+                reason = f"a <collision> has {count} shapes: write one <collision> for each"
                 raise FileFormatError(str(path), f"link {link.get('name')}: {reason}")
             origin = element.find("origin")
             where = placement()
@@ -268,6 +268,7 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
 MOST_LINKS = 1000
 """Largest number of links: all pairs of them are listed, half a million for a thousand."""
 _UNUSED = ("safety_controller", "calibration")
+_ONCE = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "mimic")}
 _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 
 
@@ -366,7 +367,20 @@ def complete(path: Path, root: ElementTree.Element) -> list[str]:
         said.append(f"{narrower}; give them as limits= to keep them: {listed(softer)}")
     if dropped:
         said.append(f"inertias without a mass or moments are left out of torques: {listed(dropped)}")
+    if repeated := _repeated(root):
+        said.append(f"of elements that URDF has once, the first counts: {listed(repeated)}")
     return said
+
+
+def _repeated(root: ElementTree.Element) -> list[str]:
+    """Return the elements that a link or joint may have once and has several times, as "<limit> of elbow"."""
+    owners = [element for kind in _ONCE for element in root.findall(kind)]
+    return [
+        f"<{tag}> of {owner.get('name', '')}"
+        for owner in owners
+        for tag in _ONCE[owner.tag]
+        if len(owner.findall(tag)) > 1
+    ]
 
 
 def _has_negative_limit(path: Path, joint: ElementTree.Element) -> bool:
