@@ -16,14 +16,14 @@ from trajopt.values.documents.whole import written_whole
 from trajopt.values.errors import FileFormatError, shown
 
 MOST_MEMBERS = 20_000
-"""Members of a bundle: objects of a large scene have some arrays each."""
+"""Largest number of members; each object of a large scene has several arrays."""
 ARRAYS = "arrays/"
 """Folder of the arrays."""
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
 _PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _ENCRYPTED = 0x1
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The time stamp of every member: the same content makes the same file."""
+"""Time stamp of every member, constant so that equal contents produce equal files."""
 
 
 class Archive(Members):

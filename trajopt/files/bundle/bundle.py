@@ -74,14 +74,14 @@ class Bundle(Value):
         """Return the motion.
 
         Raises:
-            ModelError: If the bundle holds none.
+            ModelError: If the bundle has none.
         """
         if self.trajectory is None:
             raise ModelError(f"{self.path} holds {self.holds.value}, and no motion")
         return self.trajectory
 
     def judged(self) -> Certificate:
-        """Verify the motion again, independently of any verdict in the file.
+        """Verify the motion again, ignoring any verdict in the file.
 
         Raises:
             ModelError: If the bundle has no motion.

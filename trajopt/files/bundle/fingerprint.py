@@ -15,7 +15,7 @@ class _ContentWriter(Writer):
 
 
 def _digest(path: Path) -> str:
-    # A description is read into the model, which the document holds; only meshes stay files.
+    # The document contains the model of the description; only meshes are files.
     if path.suffix.lower() == ".urdf" or not path.is_file():
         return path.suffix.lower()
     with path.open("rb") as file:
@@ -35,10 +35,10 @@ def fingerprint(value: object) -> str:
 
 
 def digest_as_written(writer: Writer, value: object) -> str:
-    """Return a digest of a value's document and arrays, as a fresh writer writes them.
+    """Return a digest of a value's document and arrays, as written by a new writer.
 
     Raises:
-        ModelError: If the value holds an object that no file can hold.
+        ModelError: If the value contains an object that cannot be stored.
     """
     whole = sha256(json.dumps(writer.document(value, type(value).__name__)).encode())
     for array in writer.arrays.values():

@@ -23,19 +23,22 @@ FileOf = Callable[[str], Path]
 
 
 class Reader(read_values.Reader):
-    """Makes values of documents, and nothing else: only kinds that a bundle may hold, checked again."""
+    """Converts documents to values: only kinds allowed in a bundle, and validated again."""
 
     def __init__(self, array_of: ArrayOf, file_of: FileOf) -> None:
         """Store the sources of arrays and files."""
         forms = {"file": self._file, "kinematics": self._kinematics}
         super().__init__(bundle_kinds(), check_fields, check_value, forms)
-        self._array_of, self._file_of = cache(array_of), file_of  # named a thousand times, it is read once
+        self._array_of, self._file_of = (
+            cache(array_of),
+            file_of,
+        )  # read each array once, however often it is named
 
     def array(self, node: Node) -> NDArray[np.generic]:
-        """Return an array, of the document or of a member of its own.
+        """Return an array, from the document or from a separate member.
 
         Raises:
-            FileFormatError: If it is none.
+            FileFormatError: If it is not an array.
         """
         if isinstance(node["array"].value, str):
             return self._array_of(node.only(("array", "type"))["array"].text())
@@ -57,7 +60,6 @@ class Reader(read_values.Reader):
             raise node.error(f"is not a model of a robot: {error}") from error
 
     def _tree(self, node: Node) -> object:
-        """Read the arrays of a plain document."""
         if isinstance(node.value, list):
             return [self._tree(item) for item in node.elements()]
         if not is_mapping(node.value):

@@ -48,7 +48,7 @@ def _digits(axis: Floats) -> str:
 
 def _revolute(axis: Floats) -> Any:
     joint: Any = pin.JointModelRevoluteUnaligned(1.0, 0.0, 0.0)
-    joint.axis = axis  # the constructor would make it of length one anew
+    joint.axis = axis  # the constructor would normalise it again
     return joint
 
 
@@ -81,7 +81,7 @@ def kinematics_document(model: pin.Model) -> dict[str, object]:
     """Return a model as plain data with arrays.
 
     Raises:
-        KeyError: If a joint is of a kind that no robot of ours has.
+        KeyError: If a joint is of an unsupported kind.
     """
     joints = [_joint(model, place) for place in range(1, model.njoints)]
     frames = [_frame(frame) for frame in model.frames]
@@ -174,7 +174,7 @@ def _add_frame(model: pin.Model, node: Node, place: int) -> None:
         raise node["kind"].error("is not a kind of frame")
     parent = _index(node["parent"], max(place, 1))
     at, inertia = _placement(node["placement"]), _inertia_of(node["inertia"])
-    if place == 0:  # every model has it: the world
+    if place == 0:  # the world, in every model
         return
     before = model.nframes
     model.addFrame(pin.Frame(node["name"].text(), joint, parent, at, kind, inertia), False)

@@ -80,12 +80,12 @@ class Members(ABC):
         for size in shape:
             count *= size
         if any(size < 0 for size in shape) or count * kind.itemsize != rest:
-            raise self.error(f"{name} says that it has shape {shape}, and holds {rest} bytes")
+            raise self.error(f"{name} declares shape {shape}, but has {rest} bytes")
         return cast("NDArray[np.generic]", np.frombuffer(data, kind, count, stream.tell()).reshape(shape))
 
 
 def array_bytes(array: NDArray[np.generic]) -> bytes:
-    """Return an array as a member holds it: numpy's own format, without objects."""
+    """Return an array in numpy's own format, without objects."""
     stream = io.BytesIO()
     layout = cast("Any", np.lib.format)
     layout.write_array(stream, np.ascontiguousarray(array), version=(1, 0), allow_pickle=False)

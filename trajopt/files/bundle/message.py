@@ -47,7 +47,7 @@ _OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshRefe
 """Kinds that only robots contain; requests refer to robots by name instead."""
 SHARED = (Scene, SceneObject, Problem)
 """Kinds that are sent once, even if they occur several times."""
-_NOWHERE = Path("/nonexistent")  # files of another machine are in no folder of this one
+_NOWHERE = Path("/nonexistent")  # placeholder: the sender's files do not exist here
 
 
 @cache
@@ -59,7 +59,7 @@ def request_kinds() -> Kinds:
 
 @cache
 def all_kinds() -> Kinds:
-    """Return the kinds that an answer may hold: robots, and results of all kinds."""
+    """Return the kinds allowed in an answer: robots, and results of all kinds."""
     return {**bundle_kinds(), **kinds_in({**_ASKED, **_ANSWERED})}
 
 
@@ -115,14 +115,14 @@ class _Writer(Writer):
         self._kinds = all_kinds()
         self._known = {id(value): name for name, value in known.items()}
         self.shared: list[object] = []
-        self._written: dict[int, tuple[object, int]] = {}  # the values are kept: their ids stay theirs
+        self._written: dict[int, tuple[object, int]] = {}  # holding the values keeps their ids unique
 
     def other(self, value: object, place: str) -> object:
         if id(value) in self._known:
             return {"known": self._known[id(value)]}
         match value:
             case Path():
-                return {"file": value.name}  # where files are is nobody's business
+                return {"file": value.name}  # do not disclose the folder
             case Result():
                 value = replace(value, solve=None, timed=None, judged=None, arguments=None)
             case Obstruction():
@@ -139,8 +139,6 @@ class _Writer(Writer):
 
 
 class _Arrays(Members):
-    """The arrays of a message."""
-
     def __init__(self, node: Node) -> None:
         super().__init__(Path(node.path))
         self._node = node
@@ -168,7 +166,7 @@ class _Reader(Reader):
         self._triangles, self._rows = triangles, rows
         self._made: list[object] = []
         for each in message["shared"].elements():
-            self._made.append(self.value(each))  # each names only those before it
+            self._made.append(self.value(each))  # each may refer only to earlier ones
 
     def value(self, node: Node) -> Any:
         made: object = super().value(node)

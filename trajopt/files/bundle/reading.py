@@ -38,8 +38,8 @@ _ARGUMENTS = (
     "custom_method",
 )
 MOST_VALUES = 500_000
-"""Values of a document, about: ten thousand boxes in a scene have 350,000."""
-_NO_FOLDER = Path("/nonexistent")  # meshes that were not unpacked are in no folder
+"""Largest number of values in a document; ten thousand boxes in a scene have about 350,000."""
+_NO_FOLDER = Path("/nonexistent")  # placeholder for meshes that were not unpacked
 
 
 @checked
@@ -102,7 +102,7 @@ def document_in(archive: Members, name: str) -> Node:
     """Return a JSON document among members.
 
     Raises:
-        FileFormatError: If it is missing, too large, too deep, no JSON, or no mapping.
+        FileFormatError: If it is missing, too large, nested too deeply, not JSON, or not a mapping.
     """
     place = f"{archive.path}: {name}"
     try:
@@ -138,11 +138,10 @@ def _check_digests(archive: Members, members: Node) -> None:
         raise members.error("does not name the members that are there")
     for name, stated in digests.items():
         if digest(archive.read(name)) != stated:
-            raise archive.error(f"{name} is not what was written: the file is damaged")
+            raise archive.error(f"{name} does not match its digest: the file is damaged")
 
 
 def _texts(node: Node) -> dict[str, str]:
-    """Return a mapping of texts."""
     inside: object = node.value
     if not isinstance(inside, dict):
         raise node.error("must be a mapping")
@@ -150,13 +149,13 @@ def _texts(node: Node) -> dict[str, str]:
 
 
 def _problem(archive: Members, reader: Reader) -> Problem:
-    """Return the problem, after making sure that its robot can be put together."""
+    """Return the problem, after checking that its robot is valid."""
     node = document_in(archive, PROBLEM)
     problem = _of_kind(reader, node, Problem)
     try:
         _ = problem.reduced
     except (TrajoptError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
-        # Each value was checked by itself; what does not fit together shows only here.
+        # The values were checked one by one; this checks that they are consistent.
         raise node.error(f"robot and scene do not fit together: {type(error).__name__}: {error}") from error
     return problem
 
@@ -169,7 +168,7 @@ def _of_kind(reader: Reader, node: Node, kind: type[Kind]) -> Kind:
 
 
 def _motion(archive: Members, reader: Reader, problem: Problem) -> dict[str, Any]:
-    """Return path and trajectory, as far as there are any, of the joints of the problem."""
+    """Return path and trajectory of the problem's joints, if present."""
     if MOTION not in archive.names:
         return {}
     node = document_in(archive, MOTION).only(("path", "trajectory"))
@@ -218,7 +217,6 @@ def _recalled(node: Node, seeds: tuple[Floats, ...]) -> Recalled | None:
 
 
 def _knots(reader: Reader, node: Node) -> Floats:
-    """Return the knots of a path that was given to planning."""
     try:
         return floats(node.place, reader.value(node), (None, None))
     except ShapeError as error:
@@ -241,7 +239,7 @@ def _file(archive: Members, name: str, folder: Path | str | None) -> Path:
         return Path(Path(name).name)
     if folder is None:
         return _NO_FOLDER / Path(name).name
-    target = Path(folder) / Path(name).name  # names of members are plain, so it stays within the folder
+    target = Path(folder) / Path(name).name  # member names are plain, so it stays within the folder
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(archive.read(name))
     return target

@@ -36,7 +36,7 @@ class Replay(Value):
         return not self.differences
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain data that JSON can hold."""
+        """Return plain data for JSON."""
         return {
             "same": self.same,
             "differences": list(self.differences),
@@ -107,7 +107,6 @@ def _differences(bundle: Bundle, result: Result, arguments: PlanArguments) -> li
 
 
 def _motions(bundle: Bundle, result: Result) -> list[str]:
-    """Describe the difference between the motions."""
     then, now = bundle.trajectory, result.trajectory
     if then is None or now is None:
         if then is now:

@@ -16,11 +16,11 @@ from trajopt.files.bundle.kinematics import kinematics_document
 from trajopt.values.documents import values
 
 SMALL = 64
-"""Numbers of an array that is written into the document itself: people read those."""
+"""Largest number of elements of an array written into the document itself, where people can read it."""
 
 
 class Writer(values.Writer):
-    """Turns values into documents, and collects the arrays and files that they name.
+    """Converts values to documents, and collects their arrays and files.
 
     Attributes:
         arrays: Arrays by the name of their member.
@@ -35,7 +35,7 @@ class Writer(values.Writer):
         self._by_path: dict[Path, str] = {}
 
     def array(self, value: NDArray[np.generic], place: str) -> object:
-        """Return an array as a document, or name the member that holds it."""
+        """Return an array as a document, or the name of its member."""
         value = values.of_known_type(value)
         if 0 < value.size <= SMALL and np.isfinite(cast("Any", value)).all():
             return super().array(value, place)
@@ -66,7 +66,6 @@ class Writer(values.Writer):
         return self._by_path[path]
 
     def _tree(self, item: object) -> object:
-        """Write the arrays of a plain document."""
         if isinstance(item, dict):
             return {key: self._tree(each) for key, each in cast("dict[str, object]", item).items()}
         if isinstance(item, list):

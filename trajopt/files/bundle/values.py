@@ -10,7 +10,7 @@ from trajopt.files.bundle.to_document import Writer
 from trajopt.files.bundle.writing import named_members
 
 VALUE = "value.json"
-"""The document of a value that is kept by itself."""
+"""The document of a single value."""
 
 
 def value_members(value: object, name: str) -> dict[str, bytes]:

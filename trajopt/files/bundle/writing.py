@@ -55,7 +55,7 @@ def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> 
     """Return the members of a bundle by name; see `save`.
 
     Raises:
-        ModelError: If the problem holds code of the caller's.
+        ModelError: If the problem contains code of the caller.
         FileFormatError: If a mesh of the robot cannot be read.
     """
     writer, members = Writer(), dict[str, bytes]()
@@ -83,7 +83,7 @@ def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> 
 
 
 def named_members(writer: Writer) -> dict[str, bytes]:
-    """Return the arrays and meshes that documents name.
+    """Return the arrays and meshes named in documents.
 
     Raises:
         FileFormatError: If a mesh cannot be read.
@@ -117,14 +117,13 @@ def _answer(writer: Writer, what: Result | Plan) -> dict[str, bytes]:
         answer = {"status": "SOLVED", "verified": True, "certificate": what.certificate.as_dict()}
     else:
         answer = what.as_dict()
-        # The motion is told once, in a document of its own.
+        # The motion has its own document.
         for name in ("joint_names", "points"):
             answer.pop(name, None)
     return {ANSWER: _json(answer), MOTION: _json(motion)}
 
 
 def _arguments(writer: Writer, result: Result) -> dict[str, bytes]:
-    """Return how planning was called."""
     arguments = result.arguments
     if arguments is None:
         return {}
@@ -135,7 +134,7 @@ def _arguments(writer: Writer, result: Result) -> dict[str, bytes]:
         "improve": arguments.improve,
         "every_goal": arguments.every_goal,
         "seeds": arguments.seeds,
-        # A clock is code: that of the wall stands for any.
+        # A clock is code, so the budget is stored without it.
         "budget": Budget(
             budget.seconds, budget.work, budget.attempts, workers=budget.workers, improve=budget.improve
         ),

@@ -24,12 +24,12 @@ class Exported:
     notes: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return the file and its size, and a line for each note."""
+        """Return the file and its size, and one line per note."""
         lines = [f"{self.path}: {self.points} points, {self.duration:.3f} s"]
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain data for JSON."""
         return {
             "file": str(self.path),
             "points": self.points,

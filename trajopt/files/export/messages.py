@@ -26,7 +26,7 @@ class JointTrajectory:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion, without a rate its own points; see `Exporter.write`."""
+        """Write a motion, by default its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         write_message(path, _joint_trajectory(motion))
         return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))
@@ -34,11 +34,11 @@ class JointTrajectory:
 
 @dataclass(frozen=True)
 class FollowJointTrajectory:
-    """The goal of `control_msgs/action/FollowJointTrajectory`; its tolerances are the controller's own."""
+    """The goal of `control_msgs/action/FollowJointTrajectory`; the controller's own tolerances apply."""
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion, without a rate its own points; see `Exporter.write`."""
+        """Write a motion, by default its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         goal: dict[str, object] = {
             "trajectory": _joint_trajectory(motion),
@@ -47,7 +47,7 @@ class FollowJointTrajectory:
             "goal_time_tolerance": {"sec": 0, "nanosec": 0},
         }
         write_message(path, goal)
-        notes = (*_notes(trajectory, motion, hz), "no tolerances: those of the controller's parameters hold")
+        notes = (*_notes(trajectory, motion, hz), "no tolerances: those in the controller's parameters apply")
         return Exported(path, len(motion.times), motion.duration, notes)
 
 
@@ -57,7 +57,7 @@ class RobotTrajectory:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion, without a rate its own points; see `Exporter.write`."""
+        """Write a motion, by default its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         write_trajectory(motion, path)
         return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))

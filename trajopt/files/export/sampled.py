@@ -9,14 +9,14 @@ from trajopt.values.trajectory import Trajectory
 
 DERIVATIVES = ("positions", "velocities", "accelerations")
 PARTS = tuple(np.linspace(0.0, 1.0 - 1e-9, 21).tolist())
-"""Moments between two points at which derivatives are compared, as parts of the time between them."""
+"""Points between two samples for comparing derivatives, as fractions of the interval."""
 NEGLIGIBLE = 0.01
 """Smallest peak of a joint, as a fraction of the largest peak of all joints; keeps nearly motionless joints
 from
 producing large ratios.
 """
 LEAST = 1e-3
-"""Smaller excesses, as parts of the peak, are not reported: the timing keeps as much off the limits."""
+"""Smallest reported excess, as a fraction of the peak; the timing keeps an equal margin to the limits."""
 
 
 def excess(motion: Trajectory, samples: Trajectory) -> Iterator[str]:
@@ -34,7 +34,7 @@ def excess(motion: Trajectory, samples: Trajectory) -> Iterator[str]:
         if parts[worst] > LEAST:
             yield (
                 f"loses: between the samples, {DERIVATIVES[order]} of polynomials through them are up to "
-                f"{parts[worst]:.1%} larger than those of the motion ({motion.joint_names[worst]}); "
+                f"{parts[worst]:.1%} larger than in the motion ({motion.joint_names[worst]}); "
                 "plan with lower scaling, or take more samples per second"
             )
 

@@ -17,7 +17,7 @@ TABLE_RATE = 100.0
 
 @dataclass(frozen=True)
 class Csv:
-    """A row for each sample: time, then position, velocity and acceleration of each joint, SI units."""
+    """One row per sample: time, then position, velocity and acceleration of each joint, in SI units."""
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:

@@ -82,15 +82,15 @@ class Servoj:
         step = 1.0 / rate
         options = f"t={step:.9g}, lookahead_time={self.lookahead_time:g}, gain={self.gain:g}"
         holding = math.ceil(self.lookahead_time / step)
-        # The arm stands at the first sample: the command of each cycle is where it must be at its end.
+        # The arm starts at the first sample; each cycle commands the position at its end.
         streamed = [*samples.positions[1:], *[samples.positions[-1]] * holding]
         lines = [f"servoj({_vector(row)}, {options})" for row in streamed]
         notes = (
             f"{rate:g} commands per second, positions in rad in the order of URScript",
-            f"the last position is held for {self.lookahead_time:g} s until the arm has come to it",
+            f"the last position is held for {self.lookahead_time:g} s until the arm reaches it",
             "loses: velocities and accelerations; the controller follows about "
-            f"{self.lookahead_time:g} s behind and rounds the motion where it turns, by an amount that was "
-            "not judged: try it at reduced speed, with clearance to spare",
+            f"{self.lookahead_time:g} s behind and rounds the corners of the motion by an unverified "
+            "amount: try it at reduced speed and with extra clearance",
             *_STARTING,
         )
         _write(path, [*lines, f"stopj({STOPPING:g})"], samples.positions[0], notes)
@@ -146,10 +146,10 @@ class Movej:
             f"corners rounded by {self.blend * 1000:g} mm of the tool",
             "each line at the motion's mean speed on it: no joint goes faster than in the motion",
             *((f"waits {wait:.3f} s first, as the motion does",) * (wait > 0.0)),
-            "loses: the timing (it takes longer, so it is not for scenes in which things move), and what "
-            "was judged: straight lines and rounded corners are not the motion, so keep clearance to spare; "
-            "where the tool moves less than two radii between two corners, as when only the wrist turns, "
-            "the controller leaves a corner out",
+            "loses: the timing (it takes longer, so do not use it with moving obstacles) and the "
+            "verification: lines and rounded corners differ from the motion, so keep extra clearance; "
+            "if the tool moves less than two radii between two corners, as when only the wrist turns, "
+            "the controller skips a corner",
             *_STARTING,
         )
         _write(path, lines, positions[0], notes)
@@ -196,7 +196,7 @@ def _rest_at_start(times: Floats, positions: Floats) -> float:
 
 
 def _vector(row: Iterable[float]) -> str:
-    """Return positions as URScript has them, to the nanoradian."""
+    """Return positions in URScript, rounded to the nanoradian."""
     return "[" + ", ".join(f"{float(value):.9f}" for value in row) + "]"
 
 
@@ -256,6 +256,6 @@ def _write(path: Path, moves: Sequence[str], start: Floats, notes: Sequence[str]
         "end",
         *moves,
     ]
-    # The comments are within the program: sent over a socket, each line outside is one of its own.
+    # Comments go inside the program: over a socket, every line outside is a separate program.
     text = "\n".join(["def trajopt_motion():", *(f"  {line}" for line in lines), "end", ""])
     write_text(path, text)

@@ -24,11 +24,11 @@ class Stamp:
         self.secs, self.nsecs = divmod(total, NANOSECONDS)
 
     def to_sec(self) -> float:
-        """Return the seconds, of a moment since the epoch [s]."""
+        """Return the duration, or the time since the epoch [s]."""
         return self.secs + self.nsecs / NANOSECONDS
 
     def to_nsec(self) -> int:
-        """Return the nanoseconds, of a moment since the epoch [ns]."""
+        """Return the duration, or the time since the epoch [ns]."""
         return int(self.secs) * NANOSECONDS + self.nsecs
 
     @classmethod
@@ -66,6 +66,6 @@ class Time(Stamp):
         return Time(0, self.to_nsec() + span.to_nsec())
 
     def __sub__(self, other: "Time | Duration") -> "Duration | Time":
-        """Return the span since another moment, or the moment a span earlier."""
+        """Return the duration since another time, or the time earlier by a duration."""
         kind = Duration if isinstance(other, Time) else Time
         return kind(0, self.to_nsec() - other.to_nsec())

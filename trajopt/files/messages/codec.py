@@ -1,4 +1,4 @@
-"""From messages to documents and back, as rosbridge does it: JSON-able values, fields by name."""
+"""Convert messages to documents and back, as in rosbridge: JSON data with fields by name."""
 
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Mapping
@@ -146,7 +146,7 @@ def _decoder(kind: Any) -> Decoder:
 
 
 def _bytes(value: object, _: Generation) -> object:
-    """Read numbers from 0 to 255: base64 as rosbridge has it, or a list."""
+    """Read bytes: base64 as in rosbridge, or a list of numbers from 0 to 255."""
     try:
         if isinstance(value, str):
             return b64decode(value, validate=True)
@@ -217,7 +217,7 @@ def _stamp(kind: type[Stamp]) -> Decoder:
     def read(value: object, generation: Generation) -> object:
         if value is None:
             return kind()
-        if value == "now" and issubclass(kind, Time):  # rosbridge's own word
+        if value == "now" and issubclass(kind, Time):  # a keyword of rosbridge
             return kind.now()
         if isinstance(value, int | float) and not isinstance(value, bool):
             return kind(_finite(value))

@@ -13,7 +13,7 @@ PACKAGES = (
     *("object_recognition_msgs", "octomap_msgs", "sensor_msgs", "shape_msgs", "std_msgs"),
     *("trajectory_msgs", "visualization_msgs"),
 )
-"""Packages of ROS whose messages are here."""
+"""ROS packages whose messages trajopt defines."""
 KINDS = ("msg", "srv", "action")
 """The middle part of a ROS 2 message name, between package and name."""
 OLD_NAMES = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
@@ -21,7 +21,7 @@ OLD_NAMES = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/
 
 
 def package_of(kind: type) -> str:
-    """Return the package of ROS that a message belongs to."""
+    """Return the ROS package of a message."""
     return kind.__module__.split(".")[3]
 
 
@@ -36,14 +36,14 @@ def name_of(kind: type, *, between: str = "") -> str:
 
 
 def plain_name(name: str) -> str:
-    """Return a name as ROS 1 writes it, without "msg", "srv" or "action" in the middle."""
+    """Return a name in ROS 1 form, without "msg", "srv" or "action" in the middle."""
     first, *rest = name.split("/")
     return "/".join((first, *(part for part in rest if part not in KINDS)))
 
 
 @cache
 def messages() -> dict[str, type]:
-    """Return all messages by name, as ROS 1 writes them."""
+    """Return all messages by name, in ROS 1 form."""
     found: dict[str, type] = {}
     for package in PACKAGES:
         module = import_module(f"trajopt.files.messages.{package}")

@@ -1,11 +1,11 @@
-"""Messages of `object_recognition_msgs`: which thing of a database an object is."""
+"""Messages of `object_recognition_msgs`: the type of an object in a database."""
 
 from dataclasses import dataclass
 
 
 @dataclass(slots=True)
 class ObjectType:
-    """A thing of a database, by its key there; nothing here looks at it."""
+    """The key of an object type in a database; ignored."""
 
     key: str = ""
     db: str = ""

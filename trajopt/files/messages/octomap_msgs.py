@@ -9,7 +9,7 @@ from trajopt.files.messages.std_msgs import Header
 
 @dataclass(slots=True)
 class Octomap:
-    """An octree as its library writes it."""
+    """An octree in the format of its library."""
 
     header: Header = field(default_factory=Header)
     binary: bool = False

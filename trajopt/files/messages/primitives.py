@@ -38,7 +38,7 @@ UInt16: TypeAlias = Annotated[int, _unsigned(16)]
 UInt32: TypeAlias = Annotated[int, _unsigned(32)]
 UInt64: TypeAlias = Annotated[int, _unsigned(64)]
 Bytes: TypeAlias = Annotated[bytes, _unsigned(8)]
-"""A list of uint8 that is large: rosbridge writes it in base64."""
+"""A large list of uint8, which rosbridge writes in base64."""
 Float32: TypeAlias = Annotated[float, Primitive("float32")]
 
 PLAIN = {

@@ -1,4 +1,4 @@
-"""Messages of `sensor_msgs`: joint states, and clouds of points."""
+"""Messages of `sensor_msgs`: joint states and point clouds."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -51,7 +51,7 @@ class PointField:
 
 @dataclass(slots=True)
 class PointCloud2:
-    """Points that a sensor measured, row by row."""
+    """Points measured by a sensor, row by row."""
 
     header: Header = field(default_factory=Header)
     height: UInt32 = 0

@@ -33,7 +33,7 @@ class SolidPrimitive:
 
 @dataclass(slots=True)
 class MeshTriangle:
-    """Three vertices of a mesh, by their places."""
+    """Indices of the three vertices of a triangle."""
 
     vertex_indices: list[UInt32] = field(default_factory=list[UInt32])
 

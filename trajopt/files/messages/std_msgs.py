@@ -15,7 +15,7 @@ from trajopt.files.messages.primitives import UInt64 as UInt64Number
 
 @dataclass(slots=True)
 class Header:
-    """When something was so, and in which frame."""
+    """Time and frame of the data."""
 
     seq: UInt32Number = 0
     stamp: Time = field(default_factory=Time)

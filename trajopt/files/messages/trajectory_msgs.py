@@ -20,7 +20,7 @@ class JointTrajectoryPoint:
 
 @dataclass(slots=True)
 class JointTrajectory:
-    """Points over time, of joints by name."""
+    """Points of joints over time."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list[str])
@@ -39,7 +39,7 @@ class MultiDOFJointTrajectoryPoint:
 
 @dataclass(slots=True)
 class MultiDOFJointTrajectory:
-    """Points over time of joints of several degrees of freedom: of a base that moves in the plane."""
+    """Points of joints of several degrees of freedom, such as a planar base, over time."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list[str])

@@ -1,4 +1,4 @@
-"""MoveIt's own files, planning scenes, motion plan requests and trajectories, and what trajopt exports."""
+"""MoveIt's files: planning scenes, motion plan requests, trajectories, and exports of trajopt."""
 
 from trajopt.files.moveit.constraints import reads_constraints as reads_constraints
 from trajopt.files.moveit.motion_plan_request import RequestFile as RequestFile

@@ -1,4 +1,4 @@
-"""Attached collision object messages: things that a link carries."""
+"""Attached collision object messages: objects attached to a link."""
 
 from dataclasses import replace
 
@@ -13,18 +13,19 @@ ATTACHED_FIELDS = ("link_name", "object", "touch_links", "detach_posture", "weig
 
 
 def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
-    """Return the scene after a message on an attached object.
+    """Return the scene after an attached collision object message.
 
-    With shapes the object is made anew; without any, the object of that id is taken from where
-    it stands. APPEND adds shapes to what the link carries. REMOVE leaves it in the world, where it is.
+    A message with shapes creates the object; without shapes, it attaches the world object of that id at its
+    current pose. APPEND adds shapes to the attached object. REMOVE leaves the object in the world at its
+    pose.
 
     Args:
         node: The message.
         scene: The scene.
-        reading: What names mean; its positions are those at which the object is held.
+        reading: Meaning of names; its positions are the configuration of attaching.
 
     Raises:
-        FileFormatError: If the message cannot be carried out.
+        FileFormatError: If the message cannot be applied.
         NameNotFound: If it names an unknown link, frame or object.
     """
     node.only(ATTACHED_FIELDS)
@@ -49,12 +50,11 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
 
 
 def _carries(link: str, name: str, scene: Scene) -> bool:
-    """Say whether a link, or a tool frame, carries an object."""
     return name in scene.objects and link in (scene.object(name).frame, scene.holder(name).link)
 
 
 def _append(message: ObjectMessage, touch: frozenset[str], scene: Scene, reading: Reading) -> Scene:
-    """Return the scene with more shapes on an object that is carried, and more that it may touch."""
+    """Return the scene with more shapes and touch links on an attached object."""
     frame = read_frame(message.node["header"], scene, reading)
     here = placement_in_world(message.name, scene, reading).inverse()
     there = here * placement_in_world(frame, scene, reading) * message.placement

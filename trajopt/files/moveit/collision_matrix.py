@@ -13,17 +13,17 @@ MATRIX_FIELDS = ("entry_names", "entry_values", "default_entry_names", "default_
 def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
     """Return the scene with the message's allowed-collision matrix in place of the robot's.
 
-    It replaces what the robot's description says of two links that it both names; a link that it does not
-    name keeps what the description allows it. A matrix that names no pair only adds its defaults. Where two
-    defaults meet, both must allow contact, as in MoveIt.
+    The matrix replaces the description's entries for pairs of links that it both names; other links keep the
+    description's entries. A matrix without pairs only adds its defaults. If two defaults apply to a pair,
+    both must allow contact, as in MoveIt.
 
     Args:
         node: The matrix; its rows are lists, or mappings with `enabled`.
-        scene: The scene with everything in it that the matrix may name.
-        notes: Receives what was left out.
+        scene: The scene with everything that the matrix may name.
+        notes: Receives notes on omissions.
 
     Raises:
-        FileFormatError: If its parts do not go together.
+        FileFormatError: If its parts are inconsistent.
     """
     node.only(MATRIX_FIELDS)
     names = [name.text() for name in node["entry_names"].elements()]
@@ -59,7 +59,7 @@ def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
 def _set(
     entries: dict[frozenset[str], bool], pair: frozenset[str], allowed: bool, defaults: dict[str, bool]
 ) -> None:
-    """Enter a pair if it differs from what the defaults say of it, so that these can be changed."""
+    """Enter a pair if it differs from the defaults, so that the defaults can still be changed."""
     entries.pop(pair, None)
     if allowed != any(defaults.get(name, False) for name in pair):
         entries[pair] = allowed

@@ -1,4 +1,4 @@
-"""Collision object messages: what they hold, and what they do to a scene."""
+"""Collision object messages: their content, and their effect on a scene."""
 
 from dataclasses import dataclass, replace
 
@@ -23,7 +23,7 @@ class ObjectMessage:
     """A collision object message.
 
     Attributes:
-        node: Where it stands.
+        node: Its place in the file.
         name: The object's id.
         operation: ADD, REMOVE, APPEND or MOVE.
         placement: Of the object in the frame of its header.
@@ -40,10 +40,10 @@ class ObjectMessage:
 
 
 def read_object(node: Node, reading: Reading) -> ObjectMessage:
-    """Return what a collision object message holds.
+    """Return the content of a collision object message.
 
-    A single shape with a pose of its own, in an object without pose, lends the object its frame
-    (as in MoveIt: that is where the object's id points when it is used as a frame).
+    As in MoveIt, an object without a pose takes the pose of its single shape, if it has exactly one; the
+    object's id used as a frame then means this pose.
 
     Raises:
         FileFormatError: If the message is malformed.
@@ -79,12 +79,12 @@ def read_operation(node: Node) -> str:
 
 
 def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scene:
-    """Return the scene after a message on an object in the world.
+    """Return the scene after a collision object message on a world object.
 
-    A frame of the robot or of an object means where it is now: the object stays in the world.
+    A frame of the robot or of an object is taken at its current pose; the object stays fixed in the world.
 
     Raises:
-        FileFormatError: If the message cannot be carried out.
+        FileFormatError: If the message cannot be applied.
         NameNotFound: If it names an unknown frame, or moves an unknown object.
     """
     node, name = message.node, message.name
@@ -118,18 +118,18 @@ def add(
     frame: str,
     touch_links: frozenset[str] = frozenset(),
 ) -> Scene:
-    """Return the scene with the message's object, in place of any of the same id.
+    """Return the scene with the message's object, replacing any object of the same id.
 
     Args:
         message: The message.
         scene: The scene.
-        reading: What names mean.
+        reading: Meaning of names.
         placement: Of the object in `frame`.
         frame: "world" or a frame of the robot.
         touch_links: Links that may touch the object.
 
     Raises:
-        FileFormatError: If the object has no shape, or its id is taken by a frame of the robot.
+        FileFormatError: If the object has no shape, or its id is the name of a frame of the robot.
     """
     name = message.name
     if not message.parts:
@@ -151,13 +151,13 @@ def add(
 
 
 def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: Reading) -> Scene:
-    """Return the scene with the message's shapes added to an object, where the message puts them.
+    """Return the scene with the message's shapes added to an object at the message's poses.
 
     Args:
         message: The message.
-        placement: Of the message's object frame in that of the object.
+        placement: Of the message's object frame in the object.
         scene: The scene.
-        reading: What names mean.
+        reading: Meaning of names.
     """
     name = message.name
     try:
@@ -180,7 +180,7 @@ def with_subframes(message: ObjectMessage, placement: Placement, scene: Scene) -
 
 
 def without(scene: Scene, name: str) -> Scene:
-    """Return the scene without an object and the frames on it, if it is there."""
+    """Return the scene without an object and its frames, if the object exists."""
     if name not in scene.objects:
         return scene
     kept = {
@@ -192,7 +192,6 @@ def without(scene: Scene, name: str) -> Scene:
 
 
 def _emptied(scene: Scene) -> Scene:
-    """Return the scene with only what links carry, and fixed frames."""
     kept = {
         key: item
         for key, item in scene.objects.items()
@@ -202,7 +201,7 @@ def _emptied(scene: Scene) -> Scene:
 
 
 def _without_lost_tools(scene: Scene, before: Scene) -> Scene:
-    """Return the scene without the frames of tools that stood on objects that are gone."""
+    """Return the scene without tool frames on removed objects."""
     owners = {name: before.owner(name) for name in scene.tools}
     gone = set(before.objects) - set(scene.objects)
     return replace(scene, tools={name: scene.tools[name] for name in owners if owners[name] not in gone})

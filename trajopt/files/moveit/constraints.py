@@ -26,30 +26,32 @@ from trajopt.values.placement import Placement
 
 CONSTRAINTS_FIELDS = ("name", "joint_constraints", "position_constraints", "orientation_constraints")
 Reader = Callable[[Node, Scene, Reading], tuple[Requirement, ...]]
-"""One element of a field of a constraints message, the scene and what names mean -> what it requires."""
+"""Function of one element of a field of a constraints message, the scene and the meaning of names; returns
+the
+requirements of the element.
+"""
 READERS: dict[str, Reader] = {"visibility_constraints": read_visibility}
-"""Fields whose elements are read on their own, each by its reader; `reads_constraints` adds one."""
+"""Readers of fields whose elements are independent, by field; `reads_constraints` adds one."""
 JOINT_FIELDS = ("joint_name", "position", "tolerance_above", "tolerance_below", "weight")
 FREE = np.inf
 
 
 def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[Requirement, ...], Scene]:
-    """Return what a constraints message requires.
+    """Return the requirements of a constraints message.
 
-    A position and an orientation of the same frame, seen from the same reference, become one
-    requirement where the axes of the position's region allow it. Weights are ignored: everything
-    is required.
+    A position and an orientation of the same frame and reference become one requirement, if the axes of the
+    position's region permit it. Weights are ignored: everything is required.
 
     Args:
         node: The message.
         scene: The scene.
-        reading: What names mean; its notes receive what was taken differently.
+        reading: Meaning of names; its notes receive deviations from the file.
 
     Returns:
         The requirements, and the scene with the frames that they need.
 
     Raises:
-        FileFormatError: If a constraint is malformed or of a kind that trajopt does not know.
+        FileFormatError: If a constraint is malformed or of an unsupported kind.
         NameNotFound: If it names an unknown joint, link or frame.
     """
     node.only((*CONSTRAINTS_FIELDS, *_readers(node)))
@@ -70,10 +72,10 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
 
 @checked
 def reads_constraints(field: str) -> Callable[[Reader], Reader]:
-    """Register a reader for a field of constraints messages that MoveIt does not have.
+    """Register a reader for an additional field of constraints messages.
 
-    `@reads_constraints("gap_constraints")` goes before a function that turns one element of the field into
-    requirements; the module that does so is imported as those of other kinds of requirements are.
+    Use `@reads_constraints("gap_constraints")` on a function that converts one element of the field to
+    requirements. Its module is imported like the modules of other kinds of requirements.
     """
 
     def register(reader: Reader) -> Reader:
@@ -84,7 +86,7 @@ def reads_constraints(field: str) -> Callable[[Reader], Reader]:
 
 
 def _readers(node: Node) -> tuple[str, ...]:
-    """Return the fields that have readers; installed packages are imported where one is missing."""
+    """Return the fields with readers; import installed packages if one is missing."""
     if not node.has_only((*CONSTRAINTS_FIELDS, *READERS)):
         import_installed()
     return tuple(READERS)
@@ -116,7 +118,7 @@ def _share_axes(region: PointRegion, orientation: Orientation) -> bool:
 def _oriented(
     orientation: Orientation, region: PointRegion | None, node: Node, reading: Reading
 ) -> tuple[Requirement, ...]:
-    """Return the requirement of an orientation, together with that of a region if there is one."""
+    """Return the requirement of an orientation, combined with a region if given."""
     translation, tolerance, offset = np.zeros(3), np.full(3, FREE), np.zeros(3)
     if region is not None:
         translation, tolerance = region.placement.translation, region.tolerance
@@ -125,7 +127,7 @@ def _oriented(
         reading.notes.append(f"{node.place}: leaves every axis free and requires nothing")
         return ()
     return (
-        FramePlacement(  # itself: a box of metres is how a message leaves an axis free, and no mistake
+        FramePlacement(  # no size check: messages leave an axis free by a box of metres
             orientation.frame,
             Placement(readonly(np.array(orientation.rotation)), readonly(np.array(translation))),
             orientation.reference,

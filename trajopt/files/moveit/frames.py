@@ -1,4 +1,4 @@
-"""What frame ids mean while one of MoveIt's files is read."""
+"""Meaning of frame ids while reading a file of MoveIt."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -17,13 +17,13 @@ HEADER_FIELDS = ("seq", "stamp", "frame_id")
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What names and frames mean while a file is read, and what there is to say about it.
+    """Meaning of names and frames while reading a file, and notes on the reading.
 
     Attributes:
-        world_names: Frame ids that mean the world.
-        positions: Of all joints, where a frame of the robot is meant as it stands in the file.
-        meshes: How meshes become convex.
-        notes: Sentences on what was taken differently from how it is written.
+        world_names: Frame ids of the world.
+        positions: Of all joints; frames of the robot are taken at this configuration.
+        meshes: Conversion of meshes to convex shapes.
+        notes: Sentences on deviations from the file.
     """
 
     world_names: frozenset[str]
@@ -33,16 +33,16 @@ class Reading:
 
 
 def world_names(robot: Robot) -> frozenset[str]:
-    """Return the frame ids that mean the world for every file.
+    """Return the frame ids that mean the world in every file.
 
-    None, "world", the SRDF's name for it, and the root link unless the robot stands elsewhere.
+    These are None, "world", the world frame of the SRDF, and the root link if the robot is at the origin.
     """
     root = (robot.links[0],) if root_placement(robot.model) == IDENTITY else ()
     return frozenset(("", WORLD, robot.base.frame, *root))
 
 
 def frame_id(node: Node) -> str:
-    """Return the frame id of a header, without the slash in front that old files have."""
+    """Return the frame id of a header, without the leading slash of old files."""
     return node.only(HEADER_FIELDS)["frame_id"].text("").removeprefix("/")
 
 
@@ -73,15 +73,15 @@ def read_frame_name(node: Node, scene: Scene) -> str:
 
 
 def placement_in_world(frame: str, scene: Scene, reading: Reading) -> Placement:
-    """Return where a frame is in the world while the robot stands as the file says."""
+    """Return the placement of a frame in the world, at the robot state of the file."""
     return scene.placement_of(frame, reading.positions)
 
 
 def require(node: Node, error: type[NameNotFound], kind: str, name: str, known: Iterable[str]) -> None:
-    """Make sure that a name is known.
+    """Check that a name is known.
 
     Raises:
-        NameNotFound: Of the given class, naming the place in the file and what comes near.
+        NameNotFound: Of the given class, naming the place in the file and similar names.
     """
     names = tuple(known)
     if name not in names:

@@ -18,7 +18,7 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def write_message(path: Path | str, document: dict[str, object]) -> None:
-    """Write a message: JSON where the file's name ends so, YAML otherwise, as `read_document` reads.
+    """Write a message for `read_document`: JSON if the file name ends in .json, YAML otherwise.
 
     Raises:
         FileFormatError: If the file cannot be written.
@@ -31,18 +31,18 @@ def write_message(path: Path | str, document: dict[str, object]) -> None:
 
 
 def header() -> dict[str, object]:
-    """Return a header that means: now, in no frame."""
+    """Return a header with time zero (now) and no frame."""
     return {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
 
 
 def read_points(node: Node) -> Trajectory:
     """Return the trajectory of `joint_names` and `points`; other members are ignored.
 
-    Points with accelerations are joined by quintic polynomials, with velocities only by cubic
-    ones, with neither by straight lines. An empty list counts as absent.
+    Points are interpolated by quintic polynomials if they have accelerations, by cubic polynomials if they
+    have only velocities, else linearly. An empty list counts as absent.
 
     Raises:
-        FileFormatError: If something is missing or malformed, points differ in what they carry,
+        FileFormatError: If something is missing or malformed, points differ in their quantities,
             or time does not increase from 0.
     """
     names = tuple(name.text() for name in node["joint_names"].elements())
@@ -103,7 +103,7 @@ def _read_rows(points: list[Node], key: str, names: tuple[str, ...]) -> Floats |
 
 
 def points_document(trajectory: Trajectory) -> dict[str, object]:
-    """Return `joint_names` and `points` of a trajectory, which has its points at whole nanoseconds.
+    """Return `joint_names` and `points` of a trajectory whose points are at whole nanoseconds.
 
     Raises:
         ShapeError: If two points are less than a nanosecond apart.
@@ -125,10 +125,10 @@ def points_document(trajectory: Trajectory) -> dict[str, object]:
 
 
 def on_whole_nanoseconds(trajectory: Trajectory) -> Trajectory:
-    """Return a motion with its points at whole nanoseconds, where messages have their times.
+    """Return a motion with its points at whole nanoseconds, the resolution of messages.
 
-    A point whose time is rounded is the motion's at the rounded time. Were it kept as it is, polynomials
-    through the points would have to catch up with the rounding: a motion at its limits would exceed them.
+    Each point is evaluated on the motion at its rounded time. With the original positions at rounded times,
+    the interpolating polynomials would have to compensate the rounding and could exceed the limits.
 
     Raises:
         ShapeError: If two points are less than a nanosecond apart.

@@ -25,7 +25,7 @@ from trajopt.values.errors.arguments import checked
 
 IGNORED = ("planner_id", "pipeline_id", "num_planning_attempts", "reference_trajectories")
 LIMITED_LINK = ("cartesian_speed_limited_link", "cartesian_speed_end_effector_link")
-"""What names the link whose speed is limited, in MoveIt of today and of old."""
+"""Fields that name the link of limited speed, in current and old MoveIt."""
 REQUEST_FIELDS = (
     *("workspace_parameters", "start_state", "goal_constraints", "path_constraints"),
     *("trajectory_constraints", "group_name", "allowed_planning_time"),
@@ -37,22 +37,22 @@ REQUEST_FIELDS = (
 
 @dataclass(frozen=True, eq=False)
 class RequestFile(Value):
-    """What a motion plan request file says.
+    """The content of a motion plan request file.
 
     Attributes:
         path: The file.
-        scene: The scene it is about, with what the start state carries.
+        scene: The scene, including objects attached in the start state.
         start: Positions of all joints, shape (number of joints,) [rad | m].
         group: The planning group.
-        goals: What must hold at the end; of several goals, the first.
-        alternatives: The goals of which any one will do, by name, where the file has several.
-        constraints: What must hold all the way.
-        waypoints: What must hold on the way, in order: the file's trajectory constraints.
+        goals: Requirements at the end; if there are several goals, the first.
+        alternatives: Alternative goals by name, if the file has several; any one suffices.
+        constraints: Requirements along the whole path.
+        waypoints: Requirements on the way, in order: the file's trajectory constraints.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest speeds of tools.
-        allowed_planning_time: Time to plan for [s]; None where the file leaves it open.
-        notes: Sentences on what was taken differently from how it is written, or left out.
+        allowed_planning_time: Planning time [s]; None if not given.
+        notes: Sentences on omissions and deviations from the file.
     """
 
     path: Path
@@ -70,7 +70,7 @@ class RequestFile(Value):
     notes: tuple[str, ...]
 
     def problem(self) -> Problem:
-        """Return the planning problem that the file asks for."""
+        """Return the planning problem of the request."""
         return Problem(
             scene=self.scene,
             start=self.start,
@@ -89,15 +89,15 @@ class RequestFile(Value):
 def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     """Read a `moveit_msgs/MotionPlanRequest` from YAML.
 
-    Joints that the start state leaves out stand where the scene file has them, else at their
-    default. The workspace holds back a base that moves, and nothing else.
+    Joints missing from the start state take their positions from the scene file, or else their defaults. The
+    workspace restricts only a mobile base.
 
     Args:
         path: The file.
-        scene: The scene that it is about.
+        scene: The scene of the request.
 
     Raises:
-        FileFormatError: If the file does not say what it must.
+        FileFormatError: If the file is incomplete or malformed.
         NameNotFound: If it names a joint, link, frame, object or group that does not exist.
     """
     if isinstance(scene, Scene):
@@ -106,10 +106,10 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
 
 
 def request_of(document: Node, scene: SceneFile) -> RequestFile:
-    """Return what a motion plan request message says; as `read_request` does of a file.
+    """Return the content of a motion plan request message; see `read_request`.
 
     Raises:
-        FileFormatError: If the message does not say what it must.
+        FileFormatError: If the message is incomplete or malformed.
         NameNotFound: If it names a joint, link, frame, object or group that does not exist.
     """
     document.only(REQUEST_FIELDS)
@@ -150,7 +150,7 @@ def request_of(document: Node, scene: SceneFile) -> RequestFile:
 
 
 def _where_it_stands(node: Node, scene: SceneFile, notes: list[str]) -> SceneFile:
-    """Return the scene with the robot where the start state has its base."""
+    """Return the scene with the robot base at its pose in the start state."""
     before = scene.scene.robot
     robot = placed_robot(node, before, notes)
     if robot is before:
@@ -160,7 +160,7 @@ def _where_it_stands(node: Node, scene: SceneFile, notes: list[str]) -> SceneFil
 
 
 def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[ToolSpeed, ...]:
-    """Read the speed limit of a link; MoveIt takes the end of the group's chain where none is named."""
+    """Read the speed limit of a link, by default the end of the group's chain, as in MoveIt."""
     limit = document["max_cartesian_speed"].number(0.0)
     if limit <= 0.0:
         return ()
@@ -174,7 +174,7 @@ def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[To
 
 
 def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requirement:
-    """Take the whole turns of continuous joints that are nearest to the start, as MoveIt does."""
+    """Choose the full turns of continuous joints nearest to the start, as MoveIt does."""
     if not isinstance(goal, JointPositions):
         return goal
     positions = dict(goal.positions)
@@ -189,7 +189,7 @@ def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requiremen
 def _read_goals(
     node: Node, scene: Scene, reading: Reading
 ) -> tuple[Mapping[str, tuple[Requirement, ...]], Scene]:
-    """Read the goals, of which any one will do, by name; those without a name by their place."""
+    """Read the alternative goals by name; unnamed goals are named by their index."""
     found: dict[str, tuple[Requirement, ...]] = {}
     for place, goal in enumerate(node.elements(), start=1):
         requirements, scene = read_constraints(goal, scene, reading)
@@ -205,7 +205,7 @@ def _read_goals(
 
 
 def _read_group(node: Node, robot: Robot, notes: list[str]) -> str:
-    """Return the group; all joints where a robot without SRDF cannot know the name."""
+    """Return the group; for a robot without SRDF, all joints."""
     name = node.text("")
     if name in robot.left_out and name not in robot.groups:
         raise GroupNotFound(

@@ -1,17 +1,18 @@
-"""Motions of a scene's objects, in a file beside it: a list with one entry for each object that changes.
+"""Motions of a scene's objects, in a file next to the scene: a list with one entry for each changing object.
 
     - object: box
       times: [0.0, 1.5]                                # increasing [s]
       positions: [[0.5, 1.0, 0.2], [0.5, -1.0, 0.2]]   # of its frame in the world [m]
-      orientations: [[0, 0, 0, 1], [0, 0, 0.7, 0.7]]   # (x, y, z, w); as in the scene where left out
+      orientations: [[0, 0, 0, 1], [0, 0, 0.7, 0.7]]   # (x, y, z, w); as in the scene if omitted
       error: {radius: 0.01, velocity: 0.02, acceleration: 0.0}
       until: 4.0
       appears: 0.0
       expires: 3.0
     - object: lid
-      carried_by: box                                  # it stays where it is on the box, and moves along
+      carried_by: box                                  # keeps its pose on the box and moves with it
 
-Between its times an object goes straight and turns evenly; before the first and after the last it rests.
+Between its times an object moves in a straight line and rotates at a constant rate; before the first and
+after the last time it is at rest.
 """
 
 from pathlib import Path
@@ -39,27 +40,27 @@ ERROR_FIELDS = ("radius", "velocity", "acceleration")
 
 @checked
 def read_motions(path: Path | str, scene: Scene) -> Scene:
-    """Read the motions of a scene's objects, and when they appear and expire.
+    """Read the motions of a scene's objects, and their times of appearing and expiring.
 
     Args:
-        path: The file, YAML or JSON; the module says what it holds.
+        path: The file, YAML or JSON, in the format of this module.
         scene: The scene with the objects.
 
     Returns:
-        The scene in which they move.
+        The scene with moving objects.
 
     Raises:
-        FileFormatError: If the file does not say what it must, names an object that is not there, or twice,
+        FileFormatError: If the file is incomplete or malformed, names an unknown object or names one twice,
             or the times do not increase.
     """
     return apply_motions(read_list(path), scene)
 
 
 def apply_motions(document: Node, scene: Scene) -> Scene:
-    """Return the scene in which objects move as a list says; as `read_motions` does of a file.
+    """Return the scene with the object motions of a list; see `read_motions`.
 
     Raises:
-        FileFormatError: If the list does not say what it must.
+        FileFormatError: If the list is incomplete or malformed.
     """
     done: set[str] = set()
     entries = list(document.elements())
@@ -86,7 +87,7 @@ def apply_motions(document: Node, scene: Scene) -> Scene:
 
 
 def _carried(entry: Node, scene: Scene) -> Scene:
-    """Return the scene with an object on another: where it is, when the clock shows 0."""
+    """Return the scene with an object attached to another at their poses at time 0."""
     name, carrier = entry["object"].text(), entry["carried_by"].text()
     if not entry["times"].missing:
         raise entry["carried_by"].error(f"{name!r} has times of its own, so nothing carries it")
@@ -102,7 +103,6 @@ def _carried(entry: Node, scene: Scene) -> Scene:
 
 
 def _motion(entry: Node, here: Placement) -> Prediction | None:
-    """Return the motion of an entry; None where it states none."""
     if entry["times"].missing and entry["positions"].missing:
         for name in ("orientations", "error", "until"):
             if not entry[name].missing:

@@ -20,16 +20,16 @@ ORIENTATION_FIELDS = (
 
 @dataclass(frozen=True, eq=False)
 class Orientation:
-    """A frame's orientation.
+    """A required orientation of a frame.
 
     Attributes:
-        frame: The frame, or a copy of it that is turned.
-        reference: The frame that the orientation is seen from.
+        frame: The frame, or a rotated copy of it.
+        reference: The reference frame of the orientation.
         rotation: Of the frame in the reference, shape (3, 3).
         tolerance: About each axis of `rotation`, shape (3,) [rad]; inf leaves an axis free.
-        coordinates: How the error is expressed.
-        original: The frame that is meant.
-        turn: From the coordinates of `original` to those of `frame`, shape (3, 3).
+        coordinates: Parametrisation of the error.
+        original: The frame named in the message.
+        turn: Rotation from the coordinates of `original` to the coordinates of `frame`, shape (3, 3).
     """
 
     frame: str
@@ -42,15 +42,15 @@ class Orientation:
 
 
 def read_orientation(node: Node, scene: Scene, reading: Reading) -> tuple[Orientation, Scene]:
-    """Return the orientation that a message requires.
+    """Return the orientation required by a message.
 
     Args:
         node: The message.
         scene: The scene.
-        reading: What names mean; its notes receive what was taken differently.
+        reading: Meaning of names; its notes receive deviations from the file.
 
     Returns:
-        The orientation, and the scene with the turned copy of the frame where it needs one.
+        The orientation, and the scene with a rotated copy of the frame if needed.
 
     Raises:
         FileFormatError: If the message is malformed.
@@ -77,11 +77,11 @@ def read_orientation(node: Node, scene: Scene, reading: Reading) -> tuple[Orient
 def _along_header(
     link: str, reference: str, rotation: Floats, tolerance: Floats, scene: Scene
 ) -> tuple[Orientation, Scene]:
-    """Return a rotation vector's tolerance, which MoveIt takes along the axes of the header.
+    """Return a rotation vector's tolerance, which MoveIt defines along the axes of the header.
 
-    A requirement has it along those of the goal orientation R_g. Where R_g only renames axes, the
-    tolerances are renamed with them. Else the link gets a copy of its frame, turned by R_g^T, so
-    that the copy's goal is the header's own axes: log(R R_g^T) = log(I^T (R R_g^T)).
+    A requirement defines it along the axes of the goal orientation R_g. If R_g only permutes axes, the
+    tolerances are permuted too. Otherwise the link gets a copy of its frame, rotated by R_g^T, whose goal is
+    aligned with the header's axes: log(R R_g^T) = log(I^T (R R_g^T)).
     """
     vector = RotationCoordinates.ROTATION_VECTOR
     axes = np.abs(rotation).argmax(axis=0)

@@ -1,4 +1,4 @@
-"""Planar joints in MoveIt's messages: one joint with a transform, three joints of one number each here."""
+"""Planar joints in MoveIt's messages: one joint with a transform there, three single joints in trajopt."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,21 +14,21 @@ from trajopt.values.placement import Placement, from_rpy, placement
 from trajopt.values.trajectory import Trajectory
 
 OFF_THE_PLANE = 1e-4
-"""How far a transform of a planar joint may lie off its plane, height or sine of the tilt [m | rad]."""
+"""Largest deviation of a planar joint's transform from its plane: height or sine of the tilt [m | rad]."""
 
 _TURN = 2.0 * np.pi
 
 
 def planar_joints(joint_names: Sequence[str]) -> tuple[str, ...]:
-    """Return the planar joints whose x, y and theta are all among joints, by MoveIt's names of variables."""
+    """Return the planar joints whose x, y and theta are all given, by MoveIt's variable names."""
     x, *others = PLANAR
     stems = (name.removesuffix(x) for name in joint_names if name.endswith(x))
     return tuple(stem for stem in stems if all(stem + suffix in joint_names for suffix in others))
 
 
 def planar_placement(x: float, y: float, yaw: float) -> Placement:
-    """Return where a planar joint has its link, in the frame before it."""
-    turned = from_rpy(0.0, 0.0, yaw)  # which may count whole turns
+    """Return the placement of a planar joint's link in the parent frame."""
+    turned = from_rpy(0.0, 0.0, yaw)  # yaw may include full turns
     return placement((x, y, 0.0), rotation=turned)
 
 
@@ -51,19 +51,19 @@ def in_the_plane(node: Node, notes: list[str]) -> tuple[float, float, float]:
 
 
 def split(trajectory: Trajectory) -> tuple[Trajectory | None, Trajectory | None]:
-    """Return the joints of one number and those of planar joints; None where there are none."""
+    """Return the trajectories of single and of planar joints; None for an empty part."""
     several = [stem + suffix for stem in planar_joints(trajectory.joint_names) for suffix in PLANAR]
     single = [name for name in trajectory.joint_names if name not in several]
     return _part(trajectory, single), _part(trajectory, several)
 
 
 def joined(node: Node, single: Trajectory, several: Trajectory | None) -> Trajectory:
-    """Return one trajectory of both: points have velocities and accelerations where both parts have them.
+    """Return one trajectory of both; it has velocities and accelerations if both parts have them.
 
     Args:
         node: The message, for errors.
-        single: Of joints of one number.
-        several: Of planar joints, if there are any.
+        single: Trajectory of single joints.
+        several: Trajectory of planar joints, if any.
 
     Raises:
         FileFormatError: If they have points at different times.
@@ -86,11 +86,11 @@ def joined(node: Node, single: Trajectory, several: Trajectory | None) -> Trajec
 
 
 def turned_from(start: Mapping[str, float], trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory with the yaw of its planar joints in the turns that it starts from.
+    """Return a trajectory with the yaw of its planar joints shifted by full turns to match the start.
 
     Args:
-        start: Joint -> where it is at the start [rad | m].
-        trajectory: The trajectory; joints that are not in `start` stay as they are.
+        start: Joint -> start position [rad | m].
+        trajectory: The trajectory; joints that are not in `start` are unchanged.
     """
     positions = np.array(trajectory.positions)
     for stem in planar_joints(trajectory.joint_names):
@@ -104,11 +104,11 @@ def turned_from(start: Mapping[str, float], trajectory: Trajectory) -> Trajector
 def multi_dof_points(trajectory: Trajectory) -> list[dict[str, object]]:
     """Return the points of planar joints, as in `trajectory_msgs/MultiDOFJointTrajectory`.
 
-    Velocities and accelerations are derivatives of x, y and yaw: MoveIt, too, states them in the frame that
-    the transforms are in.
+    Velocities and accelerations are the derivatives of x, y and yaw, expressed in the frame of the transforms
+    as in MoveIt.
 
     Args:
-        trajectory: Of planar joints, x, y and yaw of each after the other.
+        trajectory: Of planar joints, with x, y and yaw of each in sequence.
 
     Raises:
         ShapeError: If two points are less than a nanosecond apart.
@@ -134,9 +134,9 @@ def multi_dof_points(trajectory: Trajectory) -> list[dict[str, object]]:
 
 
 def read_multi_dof(node: Node) -> Trajectory | None:
-    """Return the trajectory of planar joints in a `trajectory_msgs/MultiDOFJointTrajectory`; None of none.
+    """Return the trajectory of planar joints in a `trajectory_msgs/MultiDOFJointTrajectory`, or None.
 
-    Of a yaw the whole turns are taken that are nearest to the point before, at first those in (-pi, pi].
+    The yaw starts in (-pi, pi] and continues with the nearest full turn at each point.
 
     Raises:
         FileFormatError: If it is malformed, or a transform lies off the plane.
@@ -180,7 +180,7 @@ def _twists(rows: Floats | None, place: int) -> list[dict[str, dict[str, float]]
 
 
 def _rows(points: Sequence[Node], key: str, count: int) -> Floats | None:
-    """Return x, y and yaw of all joints at all points, or their rates, shape (k, 3 count); None of none."""
+    """Return x, y and yaw of all joints at all points, or their rates, shape (k, 3 count); None if absent."""
     rows: list[list[float]] = []
     for point in points:
         elements = point[key].elements()

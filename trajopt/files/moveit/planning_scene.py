@@ -28,14 +28,14 @@ SCENE_FIELDS = (
 
 @dataclass(frozen=True, eq=False)
 class SceneFile:
-    """What a planning scene file says.
+    """The content of a planning scene file.
 
     Attributes:
         path: The file.
         scene: The robot among the objects.
-        state: Positions of the joints that the file names, by joint [rad | m].
+        state: Joint positions given in the file, by joint [rad | m].
         world_names: Frame ids that mean the world in this file.
-        notes: Sentences on what was taken differently from how it is written, or left out.
+        notes: Sentences on omissions and deviations from the file.
     """
 
     path: Path
@@ -54,28 +54,28 @@ class SceneFile:
 def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
     """Read a `moveit_msgs/PlanningScene` from YAML.
 
-    Everything is put into a fresh scene. Objects in the frame of a link stand in the world where
-    that link is at the file's robot state. A fixed frame that is given in one of the robot's is a tool's
-    frame, as of `Scene.with_tool`; others stand in the world. Link padding becomes a required clearance
-    from what stands in the world, link scale the size of the link's collision shapes; colours are ignored.
+    The result is a new scene. Objects in the frame of a link are placed in the world at the file's robot
+    state. A fixed frame in a frame of the robot becomes a tool frame (`Scene.with_tool`); others are
+    fixed in the world. Link padding becomes a required clearance from world objects, and link scale scales
+    the link's collision shapes. Colours are ignored.
 
     Args:
         path: The file.
-        robot: The robot that it is about.
-        meshes: How meshes become convex; the default policy when None.
+        robot: The robot of the scene.
+        meshes: Conversion of meshes to convex shapes; the default policy when None.
 
     Raises:
-        FileFormatError: If the file does not say what it must, or holds an octomap.
+        FileFormatError: If the file is incomplete or malformed, or contains an octomap.
         NameNotFound: If it names a joint, link, frame or object that does not exist.
     """
     return scene_of(read_document(path), robot, meshes=meshes)
 
 
 def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
-    """Return what a planning scene message says; as `read_scene` does of a file.
+    """Return the content of a planning scene message; see `read_scene`.
 
     Raises:
-        FileFormatError: If the message does not say what it must, or holds an octomap.
+        FileFormatError: If the message is incomplete or malformed, or contains an octomap.
         NameNotFound: If it names a joint, link, frame or object that does not exist.
     """
     document.only(SCENE_FIELDS)
@@ -104,7 +104,7 @@ def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) 
 
 
 def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
-    """Return the name that the file has for the world, where it gives it away.
+    """Return the file's name for the world, if it can be derived.
 
     It is the frame of the joints of several degrees of freedom, and of a fixed frame that has no
     other name.
@@ -118,19 +118,19 @@ def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
 
 
 def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool = False) -> Scene:
-    """Return the scene with the frame of a transform: in the world, or a tool's on one of the robot's.
+    """Return the scene with the frame of a transform: fixed in the world, or a tool frame on the robot.
 
     Args:
         node: The transform.
         scene: The scene.
-        reading: What names mean.
-        again: Whether a frame that is there already is put there now.
+        reading: Meaning of names.
+        again: Whether an existing frame is moved to the transform.
 
     Raises:
-        FileFormatError: If it is malformed, hangs on no frame that is known, or is there already.
+        FileFormatError: If it is malformed, has no known parent frame, or exists already.
     """
     # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
-    # other way round. Either way the transform is that of the frame, seen from the world.
+    # other way round. In both cases the transform is the pose of the frame in the world.
     node.only(("header", "child_frame_id", "transform"))
     where = read_placement(node["transform"], reading.notes)
     frames = {frame_id(node["header"]), node["child_frame_id"].text("").removeprefix("/")}
@@ -156,7 +156,7 @@ def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool 
 
 
 def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -> Scene:
-    """Return the scene with a frame that is fixed to one of the robot's, whichever way round they are."""
+    """Return the scene with a frame fixed to the robot; either frame may be the parent."""
     try:
         return scene.with_tool(name, on, where)
     except ModelError as error:
@@ -164,7 +164,7 @@ def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -
 
 
 def refuse_octomap(node: Node) -> None:
-    """Refuse what would leave obstacles out.
+    """Reject an octomap, because ignoring it would leave out obstacles.
 
     Raises:
         FileFormatError: If there is an octomap.
@@ -177,9 +177,9 @@ def refuse_octomap(node: Node) -> None:
 def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
     """Return the scene with a message's link padding and link scale.
 
-    A padding is the clearance that the link, and what it carries, must keep from everything that stands in
-    the world: as in MoveIt, the robot's own links do not keep it from each other. A scale is that of the
-    link's collision shapes: of primitives about their origin, of meshes about the mean of their vertices.
+    A padding is the clearance of the link and its attached objects from world objects; as in MoveIt, it does
+    not apply between the robot's own links. A scale applies to the link's collision shapes: primitives about
+    their origin, meshes about the mean of their vertices.
 
     Raises:
         FileFormatError: If a padding is negative, or a scale not positive.
@@ -193,8 +193,8 @@ def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
         scales[link] = scale
         if scale != 1.0:
             notes.append(
-                f"{node.place}: {link} is scaled by {scale:g} against the robot's other links too, where "
-                "MoveIt does not scale it; what it carries keeps its size"
+                f"{node.place}: {link} is scaled by {scale:g}, unlike in MoveIt also against the robot's "
+                "other links; attached objects keep their size"
             )
     if any(scales.get(body.owner, body.scale) != body.scale for body in robot.bodies):
         try:

@@ -9,15 +9,15 @@ from trajopt.values.placement import IDENTITY, Placement, placement
 
 
 def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[float, ...] | None:
-    """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None where it is missing.
+    """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None if missing.
 
     Args:
         node: The vector.
         axes: Names of its components, one letter each.
-        optional: Those that are 0 where a mapping leaves them out, as a message's are.
+        optional: Components that default to 0 in a mapping, as in a message.
 
     Raises:
-        FileFormatError: If a component is missing, too many, or no finite number.
+        FileFormatError: If a component is missing, superfluous, or not a finite number.
     """
     if node.missing:
         return None
@@ -33,16 +33,16 @@ def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[floa
 def read_placement(node: Node, notes: list[str]) -> Placement:
     """Return a pose (position, orientation) or transform (translation, rotation).
 
-    What is missing is zero, but for a quaternion's w where any of x, y and z is given: ROS 1 takes it for
-    0 and ROS 2 for 1. A quaternion of zeros is a message field that nobody set and stands
-    for no rotation; others are normalised.
+    Missing components are zero. Only a quaternion's w, if any of x, y and z is given, defaults to 0 in ROS 1
+    and to 1 in ROS 2. A quaternion of zeros is an unset message field and represents no rotation; others are
+    normalised.
 
     Args:
-        node: The pose; identity where it is missing.
+        node: The pose; identity if missing.
         notes: Receives a sentence for every quaternion that was not of unit length.
 
     Raises:
-        FileFormatError: If a number is missing, not finite, or farther away than any placement may be.
+        FileFormatError: If a number is missing, not finite, or beyond the largest distance of a placement.
     """
     if node.missing:
         return IDENTITY
@@ -57,7 +57,7 @@ def read_placement(node: Node, notes: list[str]) -> Placement:
 
 
 def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
-    """Return a unit quaternion (x, y, z, w); no rotation where it is missing, empty or all zero."""
+    """Return a unit quaternion (x, y, z, w); no rotation if it is missing, empty or all zero."""
     none = (0.0, 0.0, 0.0, 1.0)
     parts = None if node.value == {} else read_vector(node, "xyzw", optional="xyz")
     if parts is None:
@@ -85,14 +85,14 @@ def transform_of(where: Placement) -> Transform:
 
 
 LEAST_TOLERANCE = 1e-4
-"""What a tolerance of zero, or none, means [rad | m]."""
+"""Tolerance used if a file gives zero or none [rad | m]."""
 
 
 def read_tolerance(node: Node) -> float:
     """Return a tolerance, which may be infinite; zero and missing mean `LEAST_TOLERANCE`.
 
     Raises:
-        FileFormatError: If it is negative or no number.
+        FileFormatError: If it is negative or not a number.
     """
     value = node.number(0.0, infinite=True)
     if value < 0.0:

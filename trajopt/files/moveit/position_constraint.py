@@ -18,15 +18,15 @@ REGION_FIELDS = ("primitives", "primitive_poses", "meshes", "mesh_poses")
 
 @dataclass(frozen=True, eq=False)
 class PointRegion:
-    """A box that a point of a frame must lie in.
+    """A box that must contain a point of a frame.
 
     Attributes:
         frame: The frame.
-        reference: The frame that the box is placed in.
+        reference: The reference frame of the box.
         placement: Of the box in the reference.
         tolerance: Half its edges, shape (3,) [m]; inf leaves an axis free.
         offset: The point, in the frame, shape (3,) [m].
-        turnable: Whether the box may be turned, as one inside a sphere may.
+        turnable: Whether the box may be rotated, as a box inside a sphere may.
     """
 
     frame: str
@@ -43,10 +43,10 @@ def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
     Args:
         node: The message.
         scene: The scene.
-        reading: What names mean; its notes receive what was taken differently.
+        reading: Meaning of names; its notes receive deviations from the file.
 
     Raises:
-        FileFormatError: If the message is malformed, or the region no box and no sphere.
+        FileFormatError: If the message is malformed, or the region is neither a box nor a sphere.
         FrameNotFound: If it names an unknown frame.
     """
     region = node.only(POSITION_FIELDS)["constraint_region"].only(REGION_FIELDS)
@@ -77,7 +77,7 @@ def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
 
 
 def _half_edge(size: Node, reading: Reading) -> float:
-    # Projections of OMPL write -1 for an axis that is free.
+    # OMPL projections write -1 for a free axis.
     edge = size.number(infinite=True)
     if edge < 0.0:
         reading.notes.append(f"{size.place}: an edge of {edge:g} leaves the axis free")

@@ -1,4 +1,4 @@
-"""Where a robot's base is, and where it may be: `multi_dof_joint_state`, `workspace_parameters`."""
+"""Pose and workspace of a robot's base: `multi_dof_joint_state`, `workspace_parameters`."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,11 +14,11 @@ from trajopt.values.documents.document import Node
 from trajopt.values.placement import IDENTITY, Placement
 
 NOT_DISPLACED = 1e-6
-"""A joint that does not move may be listed this far from where it stands [m | rad]."""
+"""Largest deviation of a listed fixed joint from its fixed pose [m | rad]."""
 
 
 def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, float]:
-    """Return the positions of a base that moves in the plane, by joint [rad | m]; nothing of others.
+    """Return the positions of a planar base, by joint [rad | m]; empty for other bases.
 
     Args:
         node: The joints of several degrees of freedom of a robot state.
@@ -26,7 +26,7 @@ def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, f
         notes: Receives a sentence for every quaternion not of unit length.
 
     Raises:
-        FileFormatError: If the base leaves the plane, or what does not move is elsewhere than it stands.
+        FileFormatError: If the base leaves the plane, or a fixed joint is not at its fixed pose.
     """
     positions: dict[str, float] = {}
     for joint, transform in _transforms(node, robot):
@@ -45,7 +45,7 @@ def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, f
 
 
 def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
-    """Return the robot with a base that does not move where a robot state has it, noted where that is news.
+    """Return the robot with its fixed base at the pose of a robot state, and note a change.
 
     Args:
         node: The joints of several degrees of freedom of the robot state.
@@ -68,17 +68,17 @@ def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
 def read_workspace(
     node: Node, robot: Robot, group: str, world_names: frozenset[str], notes: list[str]
 ) -> tuple[Requirement, ...]:
-    """Return what a workspace requires: a base that moves in the plane stays in it; it holds no arm back.
+    """Return the requirement of a workspace: a planar base stays inside; arms are not restricted.
 
     Args:
-        node: The workspace; a box without size is none, as in MoveIt.
+        node: The workspace; a box of zero size is ignored, as in MoveIt.
         robot: The robot.
-        group: Name of the group that is planned for.
-        world_names: Frame ids that mean the world.
-        notes: Receives a sentence where the box is in another frame, and ignored.
+        group: Name of the planning group.
+        world_names: Frame ids of the world.
+        notes: Receives a sentence if the box is in another frame and therefore ignored.
 
     Raises:
-        FileFormatError: If a corner is malformed, or the corners are no least and largest ones.
+        FileFormatError: If a corner is malformed, or a minimum exceeds a maximum.
     """
     moved = robot.base.joints[:2] if len(robot.base.joints) == len(PLANAR) else ()
     corners = [read_vector(node[key]) for key in ("min_corner", "max_corner")]
@@ -100,7 +100,7 @@ def read_workspace(
 
 
 def _transforms(node: Node, robot: Robot) -> list[tuple[str, Node]]:
-    """Return transforms by joint: one without a name, or of a joint that no file names, is the base's."""
+    """Return transforms by joint; a single one is the base's if it or the base joint is unnamed."""
     node.only(("header", "joint_names", "transforms", "twist", "wrench"))
     names = [name.text() for name in node["joint_names"].elements()]
     transforms = node["transforms"].elements()

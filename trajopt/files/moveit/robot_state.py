@@ -1,4 +1,4 @@
-"""Robot state messages: where the joints are."""
+"""Robot state messages: joint positions."""
 
 from collections.abc import Mapping
 from difflib import get_close_matches
@@ -21,20 +21,18 @@ FIXED_JOINT_TOLERANCE = 1e-6
 
 
 def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, float]:
-    """Return the positions that a robot state names, by joint [rad | m].
+    """Return the joint positions in a robot state, by joint [rad | m].
 
-    Drivers publish joints that a description fixes or does not have (wheels, fingers): those are left out
-    and noted. A base that moves in the plane is where its transform says; see `base_positions`.
+    Drivers publish joints that the description fixes or does not have, such as wheels and fingers; these are
+    skipped and noted. The positions of a planar base come from its transform; see `base_positions`.
 
     Args:
         node: The robot state message.
         robot: The robot.
-        notes: Receives a sentence on the joints that were left out, and for every quaternion not of unit
-            length.
+        notes: Receives a sentence on the skipped joints, and for every quaternion not of unit length.
 
     Raises:
-        FileFormatError: If names and positions do not go together, or a base that does not move is elsewhere
-            than it stands.
+        FileFormatError: If names and positions are inconsistent, or a fixed base is not at its fixed pose.
     """
     stated, place = _stated(node), node["joint_state"].place
     unknown = [joint for joint in stated if joint not in (*robot.joint_names, *robot.fixed_joints)]
@@ -50,7 +48,7 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
 
 
 def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
-    """Return the positions that a robot state names, where it may name the robot's own joints only.
+    """Return the joint positions in a robot state that may name only joints of the robot.
 
     Args:
         node: The robot state message.
@@ -58,8 +56,8 @@ def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
 
     Raises:
         JointNotFound: If the robot has no such joint.
-        FileFormatError: If names and positions do not go together, a fixed joint is moved, or a base that
-            does not move is elsewhere than it stands.
+        FileFormatError: If names and positions are inconsistent, a fixed joint is moved, or a fixed base is
+            not at its fixed pose.
     """
     for joint, (at, name, value) in _stated(node).items():
         if _moved(robot, joint, at):
@@ -70,7 +68,7 @@ def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
 
 
 def _stated(node: Node) -> Mapping[str, tuple[float, Node, Node]]:
-    """Return what a robot state lists: by joint, its position, and where name and position are written."""
+    """Return the listed joints: by joint, its position, and the nodes of name and position."""
     state = node.only(ROBOT_STATE_FIELDS)["joint_state"]
     state.only(("header", "name", "position", "velocity", "effort"))
     names, values = state["name"].elements(), state["position"].elements()
@@ -89,20 +87,20 @@ def _moved(robot: Robot, joint: str, position: float) -> bool:
 
 
 def _near(joint: str, free: list[str]) -> str:
-    """Ask whether a joint that the message leaves out is meant by a name that is unknown."""
+    """Return a hint if an unknown name resembles a joint that the message leaves out."""
     near = get_close_matches(joint, free, n=1)
     return f" (did you mean {shown(near[0])}?)" if near else ""
 
 
 def layered_positions(robot: Robot, *layers: Mapping[str, float]) -> Floats:
-    """Return positions of all joints; later layers win over earlier ones.
+    """Return positions of all joints; later layers override earlier ones.
 
-    A mimicking joint that only an earlier layer names follows its source again when a later layer
-    moves the source.
+    If a later layer moves the source of a mimic joint, the joint follows its source, unless that layer or a
+    later one names the joint itself.
 
     Args:
         robot: The robot.
-        layers: Joint -> position [rad | m]; joints in none of them are at their default.
+        layers: Joint -> position [rad | m]; joints in no layer have their default.
 
     Returns:
         Positions, shape (number of joints,) [rad | m].

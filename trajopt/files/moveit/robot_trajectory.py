@@ -1,4 +1,4 @@
-"""Robot trajectory messages, what MoveIt sends to be executed."""
+"""Robot trajectory messages, which MoveIt sends for execution."""
 
 from pathlib import Path
 
@@ -17,11 +17,11 @@ from trajopt.values.trajectory import Trajectory
 
 @checked
 def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
-    """Write a trajectory as `moveit_msgs/RobotTrajectory`: JSON where the file's name ends so, else YAML.
+    """Write a trajectory as `moveit_msgs/RobotTrajectory`: JSON if the file name ends in .json, else YAML.
 
-    Points are at whole nanoseconds, as `on_whole_nanoseconds` puts them; numbers are written exactly. A base
-    that moves in the plane (joints `NAME/x`, `NAME/y` and `NAME/theta`) is written as MoveIt does: as a joint
-    of several degrees of freedom, by its transforms, which do not tell whole turns.
+    Points are at whole nanoseconds (`on_whole_nanoseconds`); numbers are written exactly. A planar base
+    (joints `NAME/x`, `NAME/y` and `NAME/theta`) is written as in MoveIt: as a joint of several degrees of
+    freedom, by its transforms, which lose full turns.
 
     Raises:
         FileFormatError: If the file cannot be written.

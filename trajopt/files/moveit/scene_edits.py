@@ -1,4 +1,4 @@
-"""What messages do to a scene that is there: whole scenes, differences of scenes, and objects."""
+"""Apply messages to an existing scene: whole scenes, scene differences and objects."""
 
 from dataclasses import replace
 
@@ -19,28 +19,28 @@ def edit_object(node: Node, scene: Scene, reading: Reading) -> Scene:
     Args:
         node: The message.
         scene: The scene.
-        reading: What names mean; its positions are those where the robot stands now.
+        reading: Meaning of names; its positions are the current configuration.
 
     Raises:
-        FileFormatError: If the message is malformed, or cannot be carried out.
+        FileFormatError: If the message is malformed, or cannot be applied.
         NameNotFound: If it names an unknown frame, or moves an unknown object.
     """
     return apply_object(read_object(node, reading), scene, reading)
 
 
 def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
-    """Return the scene after a planning scene message: the message's alone, or changed where it `is_diff`.
+    """Return the scene after a planning scene message: changed if it `is_diff`, else replaced.
 
-    Where the robot stands, and which robot it is, stays as it is.
+    The robot and its base pose are unchanged.
 
     Args:
         node: The message.
         scene: The scene.
-        reading: What names mean; its positions are those where the robot stands, by the message if it says
-            so.
+        reading: Meaning of names; its positions are the configuration of the robot, from the message if
+            given.
 
     Raises:
-        FileFormatError: If the message is malformed, cannot be carried out, or holds an octomap.
+        FileFormatError: If the message is malformed, cannot be applied, or contains an octomap.
         NameNotFound: If it names an unknown link, frame or object.
     """
     node.only(SCENE_FIELDS)
@@ -61,7 +61,7 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
 
 
 def _says_all(state: Node) -> bool:
-    """Say whether a robot state is told, and whole: nothing is carried then but what it says."""
+    """Return whether the message has a complete robot state, which then lists all attached objects."""
     told = (
         state["joint_state"]["name"],
         state["multi_dof_joint_state"]["transforms"],
@@ -71,14 +71,13 @@ def _says_all(state: Node) -> bool:
 
 
 def _let_go(scene: Scene) -> Scene:
-    """Return the scene without what links carry."""
     for name in attached_messages(scene):
         scene = without(scene, name)
     return scene
 
 
 def _empty(scene: Scene) -> Scene:
-    """Return a scene with the robot of its first size, its tools, and what is to be kept from everything."""
+    """Return a scene with the unscaled robot, its tools, margins and general clearances."""
     everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
     robot = scene.robot
     if any(body.scale != 1.0 for body in robot.bodies):

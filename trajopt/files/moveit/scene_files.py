@@ -1,4 +1,4 @@
-"""Planning scenes written to files, as `read_scene` reads them."""
+"""Write planning scenes to files for `read_scene`."""
 
 from pathlib import Path
 from typing import cast
@@ -24,15 +24,15 @@ WRITTEN = (
 
 @checked
 def write_scene(path: Path | str, scene: Scene, positions: Floats) -> None:
-    """Write a scene as `moveit_msgs/PlanningScene`: JSON where the file's name ends so, else YAML.
+    """Write a scene as `moveit_msgs/PlanningScene`: JSON if the file name ends in .json, else YAML.
 
-    Margins, clearances by kind or by name, allowances for a time and motions have no place in that message:
-    a bundle holds them (`result.save`).
+    This message cannot represent margins, clearances by kind or by name, temporary allowed contacts and
+    motions; a bundle can (`result.save`).
 
     Args:
         path: The file.
-        scene: The robot and what is around it.
-        positions: Where all joints are, shape (number of joints,) [rad | m].
+        scene: The robot and its surroundings.
+        positions: Of all joints, shape (number of joints,) [rad | m].
 
     Raises:
         FileFormatError: If the file cannot be written.

@@ -1,4 +1,4 @@
-"""Scenes as messages: objects, what is carried, what may touch."""
+"""Scenes as messages: world objects, attached objects and allowed contacts."""
 
 from collections.abc import Mapping
 
@@ -25,7 +25,7 @@ from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, P
 
 
 def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
-    """Return the objects that stand in the world, by id, in the planning frame.
+    """Return the world objects, by id, in the planning frame.
 
     Args:
         scene: The scene.
@@ -39,7 +39,7 @@ def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
 
 
 def attached_messages(scene: Scene) -> Mapping[str, AttachedCollisionObject]:
-    """Return the objects that links carry, by id."""
+    """Return the attached objects, by id."""
     found: dict[str, AttachedCollisionObject] = {}
     for name, item in scene.objects.items():
         holder = scene.holder(name)
@@ -57,9 +57,9 @@ def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene
 
     Args:
         item: The object.
-        where: Of the object in the frame.
+        where: Placement of the object in the frame.
         frame: The frame.
-        scene: What it is in: frames of its own belong to it.
+        scene: The scene of the object, with the frames on it.
     """
     message = CollisionObject(header=Header(frame_id=frame), pose=pose_of(where), id=item.name)
     for shape, inner in item.parts:
@@ -77,7 +77,7 @@ def _enter(message: CollisionObject, shape: Shape, where: Placement) -> None:
             message.planes.append(PlaneMessage([0.0, 0.0, 1.0, 0.0]))
             message.plane_poses.append(pose_of(where))
         case Points() | Voxels():
-            # Of each ball or cube one; MoveIt's own octree has cubes of one grid only.
+            # One for each ball or cube; MoveIt's octree has only cubes of one grid.
             one = Sphere(shape.radius) if isinstance(shape, Points) else Box(*(shape.size,) * 3)
             primitive = _primitives(one)[0][0]
             message.primitives += [primitive] * len(shape)
@@ -119,7 +119,7 @@ def mesh_message(mesh: Mesh | Convex) -> MeshMessage:
 
 
 def matrix_message(scene: Scene) -> AllowedCollisionMatrix:
-    """Return what may touch as a matrix over all links and objects."""
+    """Return the allowed contacts as a matrix over all links and objects."""
     names = [*scene.robot.links, *(name for name, item in scene.objects.items() if item.parts)]
     rows = [AllowedCollisionEntry([_excused(scene, a, b) for b in names]) for a in names]
     defaults = scene.allowed.defaults

@@ -31,11 +31,11 @@ def read_parts(node: Node, notes: list[str]) -> tuple[Part, ...]:
         notes: Receives a sentence for every plane, and for every quaternion not of unit length.
 
     Raises:
-        FileFormatError: If a shape is malformed or of a kind that trajopt does not know.
+        FileFormatError: If a shape is malformed or of an unsupported kind.
     """
 
     def plane(element: Node) -> Part:
-        notes.append(f"{element.place}: what is below the plane is solid")
+        notes.append(f"{element.place}: the space below the plane is solid")
         return read_plane(element)
 
     return (
@@ -56,7 +56,7 @@ def _posed(node: Node, shapes: str, poses: str, read: Callable[[Node], Part], no
 
 
 def read_kind(node: Node) -> tuple[str, list[Node]]:
-    """Return the kind of a solid primitive and its dimensions, as many as that kind has."""
+    """Return the kind of a solid primitive and the dimensions of that kind."""
     node.only(PRIMITIVE_FIELDS)
     kind = node["type"].value
     name = kind.lower() if isinstance(kind, str) else ""

@@ -1,4 +1,4 @@
-"""Where a robot stands, what it carries and what is around it, as messages."""
+"""Robot state, attached objects and scene as messages."""
 
 from trajopt.files.messages.geometry_msgs import TransformStamped
 from trajopt.files.messages.moveit_msgs import (
@@ -21,7 +21,7 @@ from trajopt.values.placement import WORLD
 
 
 def state_message(scene: Scene, positions: Floats) -> RobotState:
-    """Return positions of all joints, and what the robot carries, as a message."""
+    """Return positions of all joints, and the attached objects, as a message."""
     robot, at = scene.robot, positions.tolist()
     named = dict(zip(robot.joint_names, at, strict=True))
     several = MultiDOFJointState()
@@ -37,7 +37,7 @@ def state_message(scene: Scene, positions: Floats) -> RobotState:
 
 
 def scene_message(scene: Scene, positions: Floats, components: int) -> PlanningScene:
-    """Return a scene as a message, as much of it as is asked for.
+    """Return the requested components of a scene as a message.
 
     Args:
         scene: The scene.
@@ -67,7 +67,7 @@ def scene_message(scene: Scene, positions: Floats, components: int) -> PlanningS
 
 
 def _fixed_frames(scene: Scene, frame: str) -> list[TransformStamped]:
-    """Return the frames without a shape: those that stand in the world, and those of tools."""
+    """Return the frames without a shape: fixed world frames and tool frames."""
     standing = [name for name, item in scene.objects.items() if not item.parts and item.frame == WORLD]
     placed = [(frame, name, scene.object(name).placement) for name in standing]
     placed += [(item.frame, name, item.placement) for name, item in scene.tools.items()]

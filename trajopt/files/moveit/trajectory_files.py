@@ -20,21 +20,21 @@ FORMATS = (
     "a plan's JSON, a RobotTrajectory, JointTrajectory or FollowJointTrajectory goal in JSON or YAML, "
     "or trajopt's CSV"
 )
-"""What `read_trajectory` reads, for the help of what calls it."""
+"""The formats of `read_trajectory`, for help texts."""
 
 
 @checked
 def read_trajectory(path: Path | str) -> Trajectory:
-    """Read a trajectory: whatever trajopt writes, but for URScript.
+    """Read a trajectory in any format that trajopt writes, except URScript.
 
-    The file may be a plan's JSON, a `moveit_msgs/RobotTrajectory`, a `trajectory_msgs/JointTrajectory`, the
-    goal of a `control_msgs/action/FollowJointTrajectory` (each JSON where the file's name ends so, YAML
-    otherwise), or, where the name ends in .csv, a table with columns `time`, `position_JOINT`,
-    `velocity_JOINT` and `acceleration_JOINT`. It is taken as written: quintic between points with
-    accelerations, cubic with velocities, else linear. Tolerances of a goal are not looked at.
+    The file may be a plan's JSON, a `moveit_msgs/RobotTrajectory`, a `trajectory_msgs/JointTrajectory`, or
+    the goal of a `control_msgs/action/FollowJointTrajectory` (each JSON if the file name ends in .json, else
+    YAML). A name that ends in .csv means a table with columns `time`, `position_JOINT`, `velocity_JOINT` and
+    `acceleration_JOINT`. Points are interpolated by quintic polynomials with accelerations, by cubic ones
+    with velocities, else linearly. Tolerances of a goal are ignored.
 
     Raises:
-        FileFormatError: If the file does not say what it must.
+        FileFormatError: If the file is incomplete or malformed.
     """
     if Path(path).suffix.lower() == ".csv":
         return read_table(path)
@@ -49,7 +49,7 @@ def read_trajectory(path: Path | str) -> Trajectory:
     if document.has("joint_trajectory") or document.has("multi_dof_joint_trajectory"):
         return read_joint_trajectory(document)
     if not document.has("joint_names"):
-        raise document.error(f"holds no trajectory (joint_names and points); what can be read: {FORMATS}")
+        raise document.error(f"holds no trajectory (joint_names and points); readable formats: {FORMATS}")
     return read_points(document)
 
 
@@ -58,6 +58,6 @@ def _document(path: Path | str) -> Node:
         return read_document(path)
     except FileFormatError as error:
         if any(word in read_bytes(Path(path)) for word in (b"servoj(", b"movej(")):
-            reason = f"is a program in URScript, which is not read back; what can be read: {FORMATS}"
+            reason = f"is a program in URScript, which is not read back; readable formats: {FORMATS}"
             raise FileFormatError(str(path), reason) from error
         raise

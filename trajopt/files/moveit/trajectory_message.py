@@ -1,4 +1,4 @@
-"""Trajectories as messages, what MoveIt sends to be executed."""
+"""Trajectories as messages, which MoveIt sends for execution."""
 
 from trajopt.files.messages import decode
 from trajopt.files.messages.builtin_interfaces import Duration
@@ -16,7 +16,7 @@ from trajopt.values.trajectory import Trajectory
 
 
 def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotTrajectory:
-    """Return a trajectory as a message, with its points at whole nanoseconds; an empty one for none.
+    """Return a trajectory as a message with points at whole nanoseconds; for None an empty message.
 
     Raises:
         ShapeError: If two points are less than a nanosecond apart.

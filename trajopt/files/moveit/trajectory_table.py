@@ -15,18 +15,18 @@ from trajopt.values.errors import FileFormatError, listed, shown
 from trajopt.values.trajectory import Trajectory
 
 ORDERS = ("position", "velocity", "acceleration")
-"""What a column's name begins with, before `_` and the joint's name."""
+"""Prefixes of column names, before `_` and the joint's name."""
 
 
 def read_table(path: Path | str) -> Trajectory:
     """Read a table: `time` [s], and `position_NAME`, `velocity_NAME` and `acceleration_NAME` of each joint.
 
-    Columns may come in any order; the joints are in that of their positions. Velocities, or velocities and
-    accelerations, may be left out for all joints: quintic between rows with both, cubic with velocities, else
-    linear.
+    Columns may have any order; the joints follow the order of the position columns. Accelerations, or
+    velocities and accelerations, may be omitted for all joints. Rows are interpolated by quintic polynomials
+    with both, by cubic ones with velocities, else linearly.
 
     Raises:
-        FileFormatError: If columns are missing, unknown or there twice, a number is none, or time does not
+        FileFormatError: If columns are missing, unknown or duplicate, a number is malformed, or time does not
             increase from 0.
     """
     try:
@@ -51,7 +51,7 @@ def read_table(path: Path | str) -> Trajectory:
 
 
 def _joints(path: Path | str, columns: Sequence[str]) -> tuple[str, ...]:
-    """Return the joints' names, after making sure that there is every column once and no other."""
+    """Return the joint names, after checking that every column occurs once and none is unknown."""
     names = tuple(name.removeprefix("position_") for name in columns if name.startswith("position_"))
     if "time" not in columns or not all(names) or not names:
         raise FileFormatError(

@@ -17,16 +17,16 @@ VIEW_AXES = (2, 1, 0)
 
 
 def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Requirement, ...]:
-    """Return what a visibility constraint requires.
+    """Return the requirements of a visibility constraint.
 
-    The range angle becomes a gaze (the way to the target lies within a cone about the sensor's axis), the
-    view angle an alignment of the sensor's axis with the target's -z. Whether something stands in the
-    cone between them is not looked at, and noted so.
+    The range angle becomes a gaze: the line to the target lies within a cone about the sensor's axis. The
+    view angle becomes an alignment of the sensor's axis with the target's -z. Obstacles in the cone between
+    them are not checked, which is noted.
 
     Args:
         node: The message.
         scene: The scene.
-        reading: What names mean; its notes receive what is not looked at.
+        reading: Meaning of names; its notes receive a sentence on the unchecked obstacles.
 
     Raises:
         FileFormatError: If the message is malformed, or has neither angle.
@@ -67,7 +67,7 @@ def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Require
 
 
 def _angle(node: Node) -> float:
-    """Return an angle in [0, pi/2]: MoveIt accepts no sensor that faces away."""
+    """Return an angle in [0, pi/2]; as in MoveIt, the sensor must not face away."""
     angle = node.number(0.0)
     if angle < 0.0:
         raise node.error(f"is negative: {angle:g}")

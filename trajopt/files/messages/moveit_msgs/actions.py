@@ -27,7 +27,7 @@ class PlanningOptions:
 
 @dataclass(slots=True)
 class MoveGroupGoal:
-    """A motion that is planned and executed."""
+    """A motion to plan and execute."""
 
     request: MotionPlanRequest = field(default_factory=MotionPlanRequest)
     planning_options: PlanningOptions = field(default_factory=PlanningOptions)

@@ -50,7 +50,7 @@ class ContactInformation:
 
 @dataclass(slots=True)
 class CostSource:
-    """A box of space that costs something; nothing here does."""
+    """A box with a cost density; trajopt does not use it."""
 
     cost_density: float = 0.0
     aabb_min: Vector3 = field(default_factory=Vector3)

@@ -48,7 +48,7 @@ class CartesianTrajectory:
 
 @dataclass(slots=True)
 class GenericTrajectory:
-    """Trajectories of joints and of links; nothing is planned along them here."""
+    """Trajectories of joints and of links; trajopt does not plan along them."""
 
     header: Header = field(default_factory=Header)
     joint_trajectory: list[JointTrajectory] = field(default_factory=list[JointTrajectory])

@@ -45,7 +45,7 @@ class GetPositionFKResponse:
 
 @dataclass(slots=True)
 class GetPositionIKRequest:
-    """A state in which links have poses."""
+    """Request of a state with given link poses."""
 
     ik_request: PositionIKRequest = field(default_factory=PositionIKRequest)
 
@@ -74,7 +74,7 @@ class GetMotionPlanResponse:
 
 @dataclass(slots=True)
 class GetCartesianPathRequest:
-    """A motion of a link on straight lines through poses."""
+    """Request of a link motion on straight lines through poses."""
 
     header: Header = field(default_factory=Header)
     start_state: RobotState = field(default_factory=RobotState)
@@ -96,7 +96,7 @@ class GetCartesianPathRequest:
 
 @dataclass(slots=True)
 class GetCartesianPathResponse:
-    """The motion, and the part of the way that it follows."""
+    """The motion, and the fraction of the path that it covers."""
 
     start_state: RobotState = field(default_factory=RobotState)
     solution: RobotTrajectory = field(default_factory=RobotTrajectory)
@@ -106,7 +106,7 @@ class GetCartesianPathResponse:
 
 @dataclass(slots=True)
 class GetStateValidityRequest:
-    """Whether a state is free of contacts and keeps constraints."""
+    """Request to check a state for contacts and constraints."""
 
     robot_state: RobotState = field(default_factory=RobotState)
     group_name: str = ""
