@@ -17,9 +17,8 @@ from rosidl_runtime_py.set_message import set_message_fields
 from sensor_msgs.msg import JointState
 
 import trajopt as to
-from trajopt.files.messages import encode
-from trajopt.files.messages.control_msgs import FollowJointTrajectoryGoal
-from trajopt.files.moveit.trajectory_message import trajectory_message
+from trajopt.files.messages import FollowJointTrajectoryGoal, encode
+from trajopt.files.moveit.trajectories import trajectory_message
 
 
 class PlanningNode(Node):

@@ -5,9 +5,7 @@ from dataclasses import is_dataclass
 from types import ModuleType
 from typing import Any, ClassVar
 
-from trajopt.files.messages.builtin_interfaces import Stamp
-from trajopt.files.messages.control_msgs import FollowJointTrajectoryGoal
-from trajopt.files.messages.trajectory_msgs import JointTrajectoryPoint
+from trajopt.files.messages import FollowJointTrajectoryGoal, JointTrajectoryPoint, Stamp
 from trajopt.ros.commander.geometry_msgs import msg as geometry
 from trajopt.ros.commander.sensor_msgs import msg as sensor
 

@@ -45,8 +45,7 @@ def moveit(
     """
     # The commander takes a while to import, which other commands need not wait for.
     from trajopt.ros.commander import World
-    from trajopt.ros.commander.prompts import Answering
-    from trajopt.ros.commander.scripts import run_script
+    from trajopt.ros.commander.scripts import Answering, run_script
 
     loaded = RobotSource(robot, srdf, limits, tuple(package_dir or ())).load()
     if scene is None:

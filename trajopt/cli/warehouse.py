@@ -14,7 +14,7 @@ from trajopt.cli.planned import is_bundle
 from trajopt.files.bundle import Bundle
 from trajopt.files.moveit import read_request, read_scene
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.frames import Reading, world_names
+from trajopt.files.moveit.frames import reading_at
 from trajopt.files.moveit.robot_state import checked_joint_positions, layered_positions
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
@@ -335,7 +335,7 @@ def _constraints(path: Path, robot: Robot) -> Constraints:
         FileFormatError: If it requires nothing, or something in a frame that it makes itself.
     """
     scene = Scene(robot)
-    reading = Reading(world_names(robot), layered_positions(robot))
+    reading = reading_at(scene, layered_positions(robot))
     required, around = read_constraints(read_document(path), scene, reading)
     if not required:
         raise FileFormatError(str(path), "requires nothing")

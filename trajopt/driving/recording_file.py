@@ -9,7 +9,7 @@
     }
 
 The fields are those of `trajopt.driving.Recording`, of its motions, events and scenes, and of the objects of
-the scenes, with their names and units; `trajopt.values.documents.values` describes the JSON of values. The
+the scenes, with their names and units; `trajopt.values.documents.codec` describes the JSON of values. The
 robot is not included: a reader has it, or loads it from its source, which is null or as `trajopt plan` writes
 it.
 """
@@ -28,10 +28,9 @@ from trajopt.problem.read_checks import check_fields, check_value
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Value
+from trajopt.values.documents.codec import Kinds, Reader, Writer
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.documents.json_files import write_json
-from trajopt.values.documents.read_values import Reader
-from trajopt.values.documents.values import Kinds, Writer
 from trajopt.values.errors import TrajoptError, shown
 from trajopt.values.errors.arguments import checked
 

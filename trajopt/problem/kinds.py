@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from trajopt.values.documents.values import Kinds, kinds_in
+from trajopt.values.documents.codec import Kinds, kinds_in
 
 
 @cache

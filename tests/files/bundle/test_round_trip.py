@@ -10,9 +10,8 @@ import pytest
 
 import trajopt as to
 from trajopt.files.bundle import Holds, read_bundle, save
-from trajopt.files.bundle.from_document import Reader
+from trajopt.files.bundle.codec import BundleReader, BundleWriter
 from trajopt.files.bundle.kinematics import kinematics_document, model_from
-from trajopt.files.bundle.to_document import Writer
 from trajopt.optimise.terms.residual_from_function import FunctionResidual
 from trajopt.planning import Result
 from trajopt.problem.problem import named_problem
@@ -29,9 +28,9 @@ EVERY_KIND = (
 
 def again(value: object) -> object:
     """Write a value and read it again."""
-    writer = Writer()
+    writer = BundleWriter()
     document = writer.document(value, "value")
-    return Reader(lambda name: writer.arrays[name], Path).value(Node(document, "here"))
+    return BundleReader(lambda name: writer.arrays[name], Path).value(Node(document, "here"))
 
 
 def test_a_plan_is_read_as_it_was(solved: Result, kept: Path) -> None:
@@ -50,13 +49,13 @@ def test_a_plan_is_read_as_it_was(solved: Result, kept: Path) -> None:
 def test_problems_are_written_as_they_were_read(name: str) -> None:
     """The document of what was read is the document that it was read from: nothing is lost on the way."""
     problem = named_problem(name)
-    writer, twice = Writer(), Writer()
+    writer, twice = BundleWriter(), BundleWriter()
     document = writer.document(problem, "problem")
 
     def files(name: str) -> Path:
         return writer.files.get(name, Path(name))
 
-    read = Reader(lambda member: writer.arrays[member], files).value(Node(document, "here"))
+    read = BundleReader(lambda member: writer.arrays[member], files).value(Node(document, "here"))
     assert twice.document(read, "problem") == document
     assert list(twice.arrays) == list(writer.arrays)
     for member, array in writer.arrays.items():
@@ -117,7 +116,7 @@ def test_code_of_the_callers_is_refused_by_name(solved: Result, tmp_path: Path) 
         goal={"joint1": 1.4, "joint2": 0.4},
         constraints=[Constraint(residual, np.array([-1.0]), np.array([3.0]))],
     )
-    with pytest.raises(ModelError, match=r"problem.constraints\[0\].residual is not data"):
+    with pytest.raises(ModelError, match=r"problem.constraints\[0\].residual cannot be written"):
         save(problem, tmp_path / "code.trajopt")
     assert not (tmp_path / "code.trajopt").exists()
 

@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from trajopt.files.export import EXPORTERS, export
 from trajopt.files.moveit import read_trajectory
-from trajopt.files.moveit.trajectory_message import trajectory_message
+from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.values.errors import FileFormatError
 
 JOINTS = ("pan", "lift, left", "slide")

@@ -7,21 +7,25 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.files.messages import Generation, decode, document_of, encode
-from trajopt.files.messages.geometry_msgs import Point, Pose
-from trajopt.files.messages.moveit_msgs import (
+from trajopt.files.messages import (
     AttachedCollisionObject,
     CollisionObject,
+    Generation,
+    Header,
+    JointState,
     PlanningScene,
     PlanningSceneComponents,
+    Point,
+    Pose,
     RobotState,
+    SolidPrimitive,
+    decode,
+    document_of,
+    encode,
 )
-from trajopt.files.messages.sensor_msgs import JointState
-from trajopt.files.messages.shape_msgs import SolidPrimitive
-from trajopt.files.messages.std_msgs import Header
 from trajopt.files.moveit.frames import Reading, world_names
-from trajopt.files.moveit.scene_edits import edit_scene
-from trajopt.files.moveit.state_message import scene_message
+from trajopt.files.moveit.planning_scene import edit_scene
+from trajopt.files.moveit.scene_messages import scene_message
 from trajopt.values.errors import FileFormatError, FrameNotFound
 from trajopt.values.shapes.mesh_file import Mesh
 

@@ -63,7 +63,7 @@ def test_code_of_the_callers_is_refused(task: to.Problem, tmp_path: Path) -> Non
         pass
 
     scene = task.scene.add("mine", Mine(0.01), to.placement((2.0, 0.0, 0.0)))
-    with pytest.raises(ModelError, match="no data that a file can hold"):
+    with pytest.raises(ModelError, match="is code, not data"):
         made(random_motions(scene, 1), tmp_path)
 
 

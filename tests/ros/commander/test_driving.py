@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from tests.ros.commander.conftest import Clock
 from trajopt.driving import IdealExecutor, SimulatedExecutor
-from trajopt.files.moveit.trajectory_message import trajectory_message
+from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, World
 from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 

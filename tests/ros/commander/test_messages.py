@@ -157,9 +157,9 @@ def test_moments_and_spans(monkeypatch: pytest.MonkeyPatch) -> None:
     assert span + span == rospy.Duration(1.5) and span - rospy.Duration(1) == rospy.Duration(-0.25)
     assert rospy.Duration(1) > span and moment < rospy.Time(11)
     now = [100.0]
-    monkeypatch.setattr("trajopt.ros.commander.clock.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("trajopt.ros.commander.rospy.time.monotonic", lambda: now[0])
     monkeypatch.setattr(
-        "trajopt.ros.commander.clock.time.sleep", lambda seconds: now.append(now.pop() + seconds)
+        "trajopt.ros.commander.rospy.time.sleep", lambda seconds: now.append(now.pop() + seconds)
     )
     rate = rospy.Rate(10)
     now[0] += 0.04

@@ -11,8 +11,7 @@ import trajopt as to
 from tests.ros.commander.jumping import JumpingExecutor
 from trajopt.ros.commander import MoveItCommanderException, RobotCommander, World
 from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
-from trajopt.ros.commander.prompts import Answering
-from trajopt.ros.commander.scripts import PACKAGES, run_script
+from trajopt.ros.commander.scripts import PACKAGES, Answering, run_script
 from trajopt.values.errors import FileFormatError, MissingExtra
 
 OURS = Path(__file__).parent / "as_they_stand" / "reach_and_carry.py"

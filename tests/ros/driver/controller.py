@@ -21,7 +21,7 @@ from websockets.asyncio.client import connect
 
 from tests.ros.rosbridge.bridged import Client, bridged
 from trajopt.files.messages import Generation
-from trajopt.files.moveit.joint_trajectory import read_points
+from trajopt.files.moveit.trajectories import read_points
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.trajectory import Trajectory

@@ -9,7 +9,7 @@ import pytest
 
 from tests.ros.rosbridge.bridged import Client, bridged, talk
 from tests.ros.rosbridge.test_moveit_services import BENT, edit, goal, motion, state
-from trajopt.files.messages.moveit_msgs import MoveItErrorCodes as Codes
+from trajopt.files.messages import MoveItErrorCodes as Codes
 
 END = (1.5, 0.5, 0.0)
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from tests.ros.rosbridge.bridged import Client, talk
-from trajopt.files.messages import decode
-from trajopt.files.messages.sensor_msgs import PointCloud2
+from trajopt.files.messages import PointCloud2, decode
 from trajopt.ros.rosbridge import RosbridgeOptions
-from trajopt.ros.rosbridge.answers.clouds import points_of
+from trajopt.ros.rosbridge.answers.scenes import points_of
 from trajopt.values.errors import FileFormatError, ProblemError
 
 TOPIC = "/camera/points"

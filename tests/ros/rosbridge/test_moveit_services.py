@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.ros.rosbridge.bridged import Client, talk
-from trajopt.files.messages.moveit_msgs import MoveItErrorCodes as Codes
+from trajopt.files.messages import MoveItErrorCodes as Codes
 
 JOINTS = ["shoulder", "elbow", "wrist"]
 STRAIGHT = {"joint_state": {"name": JOINTS, "position": [0.0, 0.0, 0.0]}}

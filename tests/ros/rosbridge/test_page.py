@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from trajopt.files.messages.moveit_msgs import MoveItErrorCodes
+from trajopt.files.messages import MoveItErrorCodes
 from trajopt.ros.rosbridge.services import ACTIONS, EDITS, SERVICES
 from trajopt.server.move_group.outcome import CODES
 

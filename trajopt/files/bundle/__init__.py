@@ -6,7 +6,7 @@ any machine, without the robot's own files; `replay` plans it again and lists th
 
 from trajopt.files.bundle.bundle import Bundle as Bundle
 from trajopt.files.bundle.bundle import Holds as Holds
-from trajopt.files.bundle.reading import read_bundle as read_bundle
+from trajopt.files.bundle.bundle import read_bundle as read_bundle
+from trajopt.files.bundle.bundle import save as save
 from trajopt.files.bundle.replay import Replay as Replay
 from trajopt.files.bundle.replay import replay as replay
-from trajopt.files.bundle.writing import save as save

@@ -1,16 +1,37 @@
-"""Bundle: the content of a bundle file, a problem and its outcome."""
+"""Bundles: a problem, a plan or a result in one file, written and read on any machine."""
 
+import json
+import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from enum import Enum
-from pathlib import Path as FilePath
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, TypeVar, cast
 
+from trajopt.files.bundle.codec import BundleReader, BundleWriter
+from trajopt.files.bundle.members import (
+    LARGEST,
+    LARGEST_DOCUMENT,
+    Archive,
+    Members,
+    array_bytes,
+    digest,
+    write_archive,
+)
+from trajopt.planning.budget import Budget
 from trajopt.planning.judgement import judge
-from trajopt.planning.plan_arguments import PlanArguments
+from trajopt.planning.plan_arguments import PlanArguments, Recalled
+from trajopt.planning.result import Plan, Result
 from trajopt.problem.problem import Problem
-from trajopt.values.arrays import Value
-from trajopt.values.errors import ModelError, shown
-from trajopt.values.trajectory import Path, Trajectory
+from trajopt.values.arrays import Floats, Value, floats, one_of
+from trajopt.values.documents.document import Node
+from trajopt.values.documents.files import read_bytes, refuse_deep_nesting
+from trajopt.values.errors import FileFormatError, ModelError, ShapeError, TrajoptError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Path as PlannedPath
+from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate
 
 FORMAT = "trajopt bundle"
@@ -23,6 +44,17 @@ DESCRIPTION, PROBLEM, ARGUMENTS, ANSWER, MOTION, EXPLANATION, URDF = (
     *("explanation.json", "robot.urdf"),
 )
 """The documents of a bundle; arrays are in `arrays/`, meshes in `meshes/`."""
+_PACKAGES = ("numpy", "pin", "coal", "casadi", "osqp", "mujoco", "scipy")
+Kind = TypeVar("Kind")
+_ARGUMENTS = (
+    *("method", "improve", "every_goal", "seeds", "experience", "budget", "random", "planned_by"),
+    "custom_method",
+)
+MOST_VALUES = 500_000
+"""Largest number of values in a document; ten thousand boxes in a scene have about 350,000."""
+_NO_FOLDER = Path("/nonexistent")  # placeholder for meshes that were not unpacked
+VALUE = "value.json"
+"""The document of a single value."""
 
 
 class Holds(Enum):
@@ -52,7 +84,7 @@ class Bundle(Value):
         explanation: The output of `Result.explain` as plain data; empty if not explained.
     """
 
-    path: FilePath
+    path: Path
     holds: Holds
     made: str
     versions: Mapping[str, str]
@@ -61,7 +93,7 @@ class Bundle(Value):
     method: str = ""
     custom_method: bool = False
     trajectory: Trajectory | None = None
-    path_planned: Path | None = None
+    path_planned: PlannedPath | None = None
     answer: Mapping[str, object] = field(default_factory=dict[str, object])
     explanation: Mapping[str, object] = field(default_factory=dict[str, object])
 
@@ -104,3 +136,369 @@ class Bundle(Value):
         if self.trajectory is not None:
             lines.append(f"  motion       {self.trajectory}")
         return "\n".join(lines)
+
+
+@checked
+def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = True) -> None:
+    """Write a result, a plan or a problem as a bundle.
+
+    Visual meshes are included, so that a machine without the robot's files can display it.
+
+    Args:
+        what: A result (success or failure), a plan, or a problem.
+        path: The file, by convention with the extension ".trajopt".
+        explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
+
+    Raises:
+        ModelError: If the problem contains code of the caller, which a file cannot hold.
+        FileFormatError: If the file cannot be written, or a mesh of the robot cannot be read.
+    """
+    write_archive(path, bundle_members(what, explained=explained))
+
+
+def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> dict[str, bytes]:
+    """Return the members of a bundle by name; see `save`.
+
+    Raises:
+        ModelError: If the problem contains code of the caller.
+        FileFormatError: If a mesh of the robot cannot be read.
+    """
+    writer, members = BundleWriter(), dict[str, bytes]()
+    problem = what if isinstance(what, Problem) else what.problem
+    members[PROBLEM] = _json(writer.document(problem, "problem"))
+    if not isinstance(what, Problem):
+        members |= _answer_members(writer, what)
+    if isinstance(what, Result):
+        members |= _arguments_members(writer, what)
+        if explained and not what.verified:
+            members[EXPLANATION] = _json(what.explain().as_dict())
+    if problem.scene.robot.urdf_xml.lstrip().startswith("<"):
+        members[URDF] = problem.scene.robot.urdf_xml.encode()
+    members |= named_members(writer)
+    described: dict[str, object] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "holds": _holds(what).name,
+        "name": problem.name,
+        "made": datetime.now(UTC).isoformat(timespec="seconds"),
+        "versions": versions(),
+        "members": {name: digest(data) for name, data in members.items()},
+    }
+    return {DESCRIPTION: _json(described), **members}
+
+
+def named_members(writer: BundleWriter) -> dict[str, bytes]:
+    """Return the arrays and meshes named in documents.
+
+    Raises:
+        FileFormatError: If a mesh cannot be read.
+    """
+    arrays = {name: array_bytes(array) for name, array in writer.arrays.items()}
+    return arrays | {name: _mesh(file) for name, file in writer.files.items()}
+
+
+def versions() -> Mapping[str, str]:
+    """Return the versions of Python, trajopt and its dependencies, by name."""
+    found = {"python": platform.python_version(), "machine": platform.machine()}
+    for name, package in (("trajopt", "trajopt-planner"), *((each, each) for each in _PACKAGES)):
+        try:
+            found[name] = version(package)
+        except PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def _holds(what: Result | Plan | Problem) -> Holds:
+    if isinstance(what, Problem):
+        return Holds.PROBLEM
+    return Holds.PLAN if isinstance(what, Plan) or what.verified else Holds.FAILURE
+
+
+def _answer_members(writer: BundleWriter, what: Result | Plan) -> dict[str, bytes]:
+    """Return the result and the motion as planned."""
+    stated = {"path": what.path, "trajectory": what.trajectory}
+    motion = {name: writer.document(each, name) for name, each in stated.items() if each is not None}
+    if isinstance(what, Plan):
+        answer = {"status": "SOLVED", "verified": True, "certificate": what.certificate.as_dict()}
+    else:
+        answer = what.as_dict()
+        # The motion has its own document.
+        for name in ("joint_names", "points"):
+            answer.pop(name, None)
+    return {ANSWER: _json(answer), MOTION: _json(motion)}
+
+
+def _arguments_members(writer: BundleWriter, result: Result) -> dict[str, bytes]:
+    arguments = result.arguments
+    if arguments is None:
+        return {}
+    own = arguments.method is not None and not isinstance(arguments.method, str)
+    budget = arguments.budget
+    stated: Mapping[str, object] = {
+        "method": None if own else arguments.method,
+        "improve": arguments.improve,
+        "every_goal": arguments.every_goal,
+        "seeds": arguments.seeds,
+        # A clock is code, so the budget is stored without it.
+        "budget": Budget(
+            budget.seconds, budget.work, budget.attempts, workers=budget.workers, improve=budget.improve
+        ),
+    }
+    document = {name: writer.document(each, f"arguments.{name}") for name, each in stated.items()}
+    recalled = arguments.recalled
+    document["experience"] = None if recalled is None else recalled.as_dict()
+    document["random"] = (
+        None if arguments.random is None else json.loads(json.dumps(arguments.random, default=_plain_state))
+    )
+    return {ARGUMENTS: _json({**document, "planned_by": result.method, "custom_method": own})}
+
+
+def _plain_state(item: object) -> object:
+    """Return the state of a random generator as JSON data: arrays become lists of integers."""
+    tolist = getattr(item, "tolist", None)
+    if tolist is None:
+        raise ModelError(f"the state of the random generator is not data: {type(item).__name__}")
+    return tolist()
+
+
+def _mesh(file: Path) -> bytes:
+    data = read_bytes(file)
+    if len(data) > LARGEST:
+        raise FileFormatError(str(file), f"holds more than {LARGEST >> 20} MB")
+    return data
+
+
+def _json(document: object) -> bytes:
+    return json.dumps(one_of("document", document, dict), allow_nan=False).encode()
+
+
+@checked
+def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle:
+    """Read a bundle.
+
+    Reading creates only data and runs no code from the file. Any verdict in the file is ignored until the
+    motion is verified again (`Bundle.judged`).
+
+    Args:
+        path: The file.
+        meshes: Folder for unpacking the visual meshes; None leaves them packed.
+
+    Raises:
+        FileFormatError: If the file is missing, damaged, too large, incomplete, or newer than this version of
+            trajopt.
+    """
+    return bundle_of(Archive(path), meshes)
+
+
+def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
+    """Return the bundle stored in members; see `read_bundle`.
+
+    Raises:
+        FileFormatError: If the members are incomplete or malformed.
+    """
+    about = document_in(archive, DESCRIPTION)
+    if about["format"].value != FORMAT:
+        raise about.error("is not a bundle of trajopt")
+    if about["version"].value != VERSION:
+        raise about["version"].error(f"is {shown(about['version'].value)}; this trajopt reads {VERSION}")
+    _check_digests(archive, about["members"])
+    reader = reader_of(archive, meshes)
+    holds, problem = about["holds"].text(), _problem(archive, reader)
+    if holds not in Holds.__members__:
+        raise about["holds"].error(f"must be one of {', '.join(Holds.__members__)}, is {shown(holds)}")
+    motion = _motion(archive, reader, problem)
+    arguments = _arguments(archive, reader)
+    try:
+        datetime.fromisoformat(about["made"].text())
+    except ValueError as error:
+        raise about["made"].error("is not a date") from error
+    return Bundle(
+        path=archive.path,
+        holds=Holds[holds],
+        made=about["made"].text(),
+        versions=_texts(about["versions"]),
+        problem=problem,
+        arguments=arguments,
+        method="" if arguments is None else document_in(archive, ARGUMENTS)["planned_by"].text(""),
+        custom_method=arguments is not None and document_in(archive, ARGUMENTS)["custom_method"].flag(),
+        trajectory=motion.get("trajectory"),
+        path_planned=motion.get("path"),
+        answer=_plain(archive, ANSWER),
+        explanation=_plain(archive, EXPLANATION),
+    )
+
+
+def document_in(archive: Members, name: str) -> Node:
+    """Return a JSON document among members.
+
+    Raises:
+        FileFormatError: If it is missing, too large, nested too deeply, not JSON, or not a mapping.
+    """
+    place = f"{archive.path}: {name}"
+    try:
+        text = archive.read(name, most=LARGEST_DOCUMENT).decode()
+        refuse_deep_nesting(place, text)
+        if text.count(",") > MOST_VALUES:
+            raise FileFormatError(place, f"holds more than {MOST_VALUES} values")
+        value = json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(place, f"cannot be parsed: {error}") from error
+    if not isinstance(value, dict):
+        raise FileFormatError(place, "must be a mapping")
+    return Node(cast("object", value), place)
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number in JSON")
+
+
+def _plain(archive: Members, name: str) -> Mapping[str, object]:
+    if name not in archive.names:
+        return {}
+    return cast("dict[str, object]", document_in(archive, name).value)
+
+
+def _check_digests(archive: Members, members: Node) -> None:
+    """Check every member against its stored digest.
+
+    This detects damage, not malice: an attacker can change the digest too.
+    """
+    digests = _texts(members)
+    if set(digests) != set(archive.names) - {DESCRIPTION}:
+        raise members.error("does not name the members that are there")
+    for name, stated in digests.items():
+        if digest(archive.read(name)) != stated:
+            raise archive.error(f"{name} does not match its digest: the file is damaged")
+
+
+def _texts(node: Node) -> dict[str, str]:
+    inside: object = node.value
+    if not isinstance(inside, dict):
+        raise node.error("must be a mapping")
+    return {key: node[key].text() for key in cast("dict[str, object]", inside)}
+
+
+def _problem(archive: Members, reader: BundleReader) -> Problem:
+    """Return the problem, after checking that its robot is valid."""
+    node = document_in(archive, PROBLEM)
+    problem = _of_kind(reader, node, Problem)
+    try:
+        _ = problem.reduced
+    except (TrajoptError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
+        # The values were checked one by one; this checks that they are consistent.
+        raise node.error(f"robot and scene do not fit together: {type(error).__name__}: {error}") from error
+    return problem
+
+
+def _of_kind(reader: BundleReader, node: Node, kind: type[Kind]) -> Kind:
+    value = reader.value(node)
+    if not isinstance(value, kind):
+        raise node.error(f"must be a {kind.__name__}, is {shown(value)}")
+    return value
+
+
+def _motion(archive: Members, reader: BundleReader, problem: Problem) -> dict[str, Any]:
+    """Return path and trajectory of the problem's joints, if present."""
+    if MOTION not in archive.names:
+        return {}
+    node = document_in(archive, MOTION).only(("path", "trajectory"))
+    found: dict[str, Any] = {}
+    for key, kind in (("path", PlannedPath), ("trajectory", Trajectory)):
+        if node.has(key):
+            found[key] = _of_kind(reader, node[key], kind)
+            if found[key].joint_names != problem.reduced.joint_names:
+                raise node[key].error("is of other joints than the problem")
+    return found
+
+
+def _arguments(archive: Members, reader: BundleReader) -> PlanArguments | None:
+    """Return the arguments of the planning call; None if absent."""
+    if ARGUMENTS not in archive.names:
+        return None
+    node = document_in(archive, ARGUMENTS)
+    node.only(_ARGUMENTS)
+    random: object = node["random"].value
+    if random is not None and not isinstance(random, dict):
+        raise node["random"].error("must be a mapping")
+    return PlanArguments(
+        None if node["method"].missing else node["method"].text(),
+        node["improve"].flag(),
+        node["every_goal"].flag(),
+        _of_kind(reader, node["budget"], Budget),
+        cast("dict[str, object] | None", random),
+        seeds := tuple(_knots(reader, seed) for seed in node["seeds"].elements()),
+        _recalled(node["experience"], seeds),
+    )
+
+
+def _recalled(node: Node, seeds: tuple[Floats, ...]) -> Recalled | None:
+    """Return the recalled experience; its paths are the last of the seeds."""
+    if node.missing:
+        return None
+    node.only(("version", "memories"))
+    numbers = [node["version"], *node["memories"].elements()]
+    for each in numbers:
+        if type(each.value) is not int or each.value < 0:
+            raise each.error("must be a whole number that is not negative")
+    version, *memories = (int(cast("int", each.value)) for each in numbers)
+    if len(memories) > len(seeds):
+        raise node["memories"].error(f"are {len(memories)}, of {len(seeds)} paths")
+    return Recalled(version, tuple(memories), seeds[len(seeds) - len(memories) :])
+
+
+def _knots(reader: BundleReader, node: Node) -> Floats:
+    try:
+        return floats(node.place, reader.value(node), (None, None))
+    except ShapeError as error:
+        raise node.error(str(error)) from error
+
+
+def reader_of(archive: Members, meshes: Path | str | None = None) -> BundleReader:
+    """Return a reader of documents whose arrays and meshes are members.
+
+    Args:
+        archive: The members.
+        meshes: As in `read_bundle`.
+    """
+    return BundleReader(archive.array, lambda name: _file(archive, name, meshes))
+
+
+def _file(archive: Members, name: str, folder: Path | str | None) -> Path:
+    """Return the path of a mesh, unpacked if a folder is given; for other files the name."""
+    if name not in archive.names:
+        return Path(Path(name).name)
+    if folder is None:
+        return _NO_FOLDER / Path(name).name
+    target = Path(folder) / Path(name).name  # member names are plain, so it stays within the folder
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_bytes(archive.read(name))
+    return target
+
+
+def value_members(value: object, name: str) -> dict[str, bytes]:
+    """Return a value as members.
+
+    Args:
+        value: The value.
+        name: Its name in error messages.
+
+    Raises:
+        ModelError: If it contains code of the caller, which a file cannot hold.
+        FileFormatError: If a mesh cannot be read.
+    """
+    writer = BundleWriter()
+    document = {"value": writer.document(value, name)}
+    return {VALUE: json.dumps(document, allow_nan=False).encode(), **named_members(writer)}
+
+
+def value_of(members: Members, meshes: Path | str | None = None) -> Any:
+    """Return the value stored in members.
+
+    Args:
+        members: The members.
+        meshes: Folder for unpacking the visual meshes; None leaves them packed.
+
+    Raises:
+        FileFormatError: If the members are incomplete or malformed.
+    """
+    return reader_of(members, meshes).value(document_in(members, VALUE)["value"])

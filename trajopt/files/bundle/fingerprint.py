@@ -1,17 +1,11 @@
 """Fingerprints: digests of the content of values, independent of file names and locations."""
 
 import json
+from functools import cache
 from hashlib import file_digest, sha256
 from pathlib import Path
 
-from trajopt.files.bundle.to_document import Writer
-
-
-class _ContentWriter(Writer):
-    def _file(self, path: Path) -> str:
-        if path not in self._by_path:
-            self._by_path[path] = _digest(path)
-        return self._by_path[path]
+from trajopt.files.bundle.codec import BundleWriter
 
 
 def _digest(path: Path) -> str:
@@ -31,10 +25,10 @@ def fingerprint(value: object) -> str:
     Raises:
         ModelError: If it contains an object that cannot be stored, such as code of the caller.
     """
-    return digest_as_written(_ContentWriter(), value)
+    return digest_as_written(BundleWriter(file_name=cache(_digest)), value)
 
 
-def digest_as_written(writer: Writer, value: object) -> str:
+def digest_as_written(writer: BundleWriter, value: object) -> str:
     """Return a digest of a value's document and arrays, as written by a new writer.
 
     Raises:

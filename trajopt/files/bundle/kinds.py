@@ -1,17 +1,29 @@
-"""The kinds of values that a bundle can hold, by their names in files.
-
-No other class is ever instantiated from the content of a file.
-"""
+"""Classes of values in bundles and messages, by the names that files use; nothing else is made of a file."""
 
 from functools import cache
 
 from trajopt.problem.kinds import model_kinds
-from trajopt.values.documents.values import Kinds, kinds_in
+from trajopt.values.documents.codec import Kinds, kinds_in
+
+_ASKED = {"trajopt.tasks.grasping.grasp": "Straight Grasp Place", "trajopt.tasks.grasping.gripper": "Gripper"}
+_ANSWERED = {
+    "trajopt.planning.budget": "Stop",
+    "trajopt.planning.status": "Status Certainty",
+    "trajopt.planning.records": "Attempt",
+    "trajopt.planning.result": "Result",
+    "trajopt.planning.seeds.source": "SeedKind",
+    "trajopt.planning.infeasibility.reasons": "Obstruction ObstructionKind",
+    "trajopt.optimise.solvers.solver": "SolverStatus",
+    "trajopt.tasks.cartesian.result": "Followed StopReason",
+    "trajopt.tasks.grasping.result": "Stage Segment Refusal PickPlaceResult",
+}
+_OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshReference"}
+"""Parts of robots: a request names a robot and does not contain one."""
 
 
 @cache
 def bundle_kinds() -> Kinds:
-    """Return the classes by name."""
+    """Return the classes of bundles: of problems and of the arguments of planning."""
     return {
         **model_kinds(),
         **kinds_in(
@@ -26,3 +38,16 @@ def bundle_kinds() -> Kinds:
             }
         ),
     }
+
+
+@cache
+def request_kinds() -> Kinds:
+    """Return the classes of requests to a server: of bundles without robots, and grasps and places."""
+    there = {name: kind for name, kind in bundle_kinds().items() if name not in _OF_ROBOTS}
+    return {**there, **kinds_in(_ASKED)}
+
+
+@cache
+def all_kinds() -> Kinds:
+    """Return the classes of answers of a server: robots, and results of all kinds."""
+    return {**bundle_kinds(), **kinds_in({**_ASKED, **_ANSWERED})}

@@ -28,6 +28,18 @@ _JOINTS: Mapping[str, Callable[[], Any]] = {
 _CONTINUOUS = """<robot name="one"><link name="a"/><link name="b"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0.1 0.7 0.4"/>
 <limit effort="1" velocity="1"/></joint></robot>"""
+_OF_POSITIONS = ("lowerPositionLimit", "upperPositionLimit")
+_OF_RATES = (
+    *("velocityLimit", "effortLimit", "friction", "damping"),
+    *("armature", "rotorInertia", "rotorGearRatio"),
+)
+_FRAMES = {
+    str(kind): kind
+    for kind in (
+        *(pin.FrameType.OP_FRAME, pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT),
+        *(pin.FrameType.BODY, pin.FrameType.SENSOR),
+    )
+}
 
 
 def _continuous(axis: Floats) -> Any:
@@ -62,18 +74,6 @@ _UNALIGNED: Mapping[str, Callable[[Floats], Any]] = {
     pin.JointModelRevoluteUnaligned().shortname(): _revolute,
     pin.JointModelPrismaticUnaligned().shortname(): _prismatic,
     pin.JointModelRevoluteUnboundedUnaligned().shortname(): _continuous,
-}
-_OF_POSITIONS = ("lowerPositionLimit", "upperPositionLimit")
-_OF_RATES = (
-    *("velocityLimit", "effortLimit", "friction", "damping"),
-    *("armature", "rotorInertia", "rotorGearRatio"),
-)
-_FRAMES = {
-    str(kind): kind
-    for kind in (
-        *(pin.FrameType.OP_FRAME, pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT),
-        *(pin.FrameType.BODY, pin.FrameType.SENSOR),
-    )
 }
 
 

@@ -1,7 +1,11 @@
-"""Members: the documents, arrays and meshes of a stored value, wherever they are stored."""
+"""Members: the documents, arrays and meshes of a bundle, and the zip that contains them."""
 
 import io
+import re
+import zipfile
+import zlib
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
 from hashlib import sha256
 from pathlib import Path
 from tokenize import TokenError
@@ -10,7 +14,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.values.errors import FileFormatError
+from trajopt.values.documents.files import is_file
+from trajopt.values.documents.whole import written_whole
+from trajopt.values.errors import FileFormatError, shown
 
 LARGEST = 2**28
 """Largest unpacked size of all members together, equal to the limit of other files [bytes]."""
@@ -22,6 +28,15 @@ to
 thirty times as much memory [bytes].
 """
 _TYPES = ("<f8", "<i8", "<i4", "|b1")
+MOST_MEMBERS = 20_000
+"""Largest number of members; each object of a large scene has several arrays."""
+ARRAYS = "arrays/"
+"""Folder of the arrays."""
+_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
+_PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+_ENCRYPTED = 0x1
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""Time stamp of every member, constant so that equal contents produce equal files."""
 
 
 class Members(ABC):
@@ -95,3 +110,89 @@ def array_bytes(array: NDArray[np.generic]) -> bytes:
 def digest(data: bytes) -> str:
     """Return the SHA-256 of a member, in hexadecimal digits."""
     return sha256(data).hexdigest()
+
+
+class Archive(Members):
+    """The members of a bundle file, read one by one."""
+
+    def __init__(self, path: Path | str) -> None:
+        """Open a file and check its members.
+
+        Raises:
+            FileFormatError: If the file is missing, is not a zip, or has members that a bundle cannot have.
+        """
+        super().__init__(Path(path))
+        if not is_file(self.path):
+            raise self.error("there is no such file")
+        try:
+            with zipfile.ZipFile(self.path) as file:
+                self._members = {item.filename: item for item in self._checked(file.infolist())}
+        except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError) as error:
+            raise self.error(f"is not a bundle: {error}") from error
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the members."""
+        return tuple(self._members)
+
+    def read(self, name: str, *, most: int = LARGEST) -> bytes:
+        """Return the bytes of a member.
+
+        Args:
+            name: Its name.
+            most: Largest size allowed [bytes].
+
+        Raises:
+            FileFormatError: If the member is missing, too large or damaged.
+        """
+        item = self._members.get(name)
+        if item is None:
+            raise self.error(f"has no member {shown(name)}")
+        if item.file_size > most:
+            raise self.error(f"{name} holds {item.file_size} bytes, more than {most}")
+        try:
+            with zipfile.ZipFile(self.path) as file, file.open(item) as member:
+                data = member.read(most + 1)
+        except (OSError, ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
+            raise self.error(f"{name} is damaged: {error}") from error
+        if len(data) != item.file_size:
+            raise self.error(f"{name} is damaged: it holds {len(data)} bytes and not {item.file_size}")
+        return data
+
+    def _checked(self, items: list[zipfile.ZipInfo]) -> Iterable[zipfile.ZipInfo]:
+        if len(items) > MOST_MEMBERS:
+            raise self.error(f"has {len(items)} members, more than {MOST_MEMBERS}")
+        if sum(item.file_size for item in items) > LARGEST:
+            raise self.error(f"holds more than {LARGEST >> 20} MB")
+        seen = set[str]()
+        for item in items:
+            if not is_plain(item.filename):
+                raise self.error(f"has a member of a name that no bundle has: {shown(item.filename)}")
+            if item.filename in seen:
+                raise self.error(f"has two members named {shown(item.filename)}")
+            if item.compress_type not in _PACKED or item.flag_bits & _ENCRYPTED:
+                raise self.error(f"{item.filename} is packed in a way that no bundle is")
+            if item.filename.startswith(ARRAYS) and item.file_size > LARGEST_ARRAY:
+                raise self.error(f"{item.filename} holds more than {LARGEST_ARRAY >> 20} MB")
+            seen.add(item.filename)
+            yield item
+
+
+def is_plain(name: str) -> bool:
+    """Return whether a member name is safe: a file in at most one folder inside the archive."""
+    return _NAME.fullmatch(name) is not None
+
+
+def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:
+    """Write the members to a file atomically.
+
+    Raises:
+        FileFormatError: If the file cannot be written, or would be too large to read again.
+    """
+    if len(members) > MOST_MEMBERS or sum(map(len, members.values())) > LARGEST:
+        raise FileFormatError(str(path), f"would hold more than {LARGEST >> 20} MB or {MOST_MEMBERS} members")
+    with written_whole(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, data in members.items():
+            item = zipfile.ZipInfo(name, _EPOCH)
+            item.compress_type = zipfile.ZIP_DEFLATED
+            file.writestr(item, data)

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.files.bundle.bundle import Bundle
-from trajopt.files.bundle.writing import versions
+from trajopt.files.bundle.bundle import Bundle, versions
 from trajopt.optimise.methods import Method
 from trajopt.planning.plan import plan
 from trajopt.planning.plan_arguments import PlanArguments

@@ -5,9 +5,13 @@ from pathlib import Path
 
 from trajopt.files.export.exporter import Exported
 from trajopt.files.export.sampled import excess
-from trajopt.files.moveit.joint_trajectory import header, on_whole_nanoseconds, points_document, write_message
-from trajopt.files.moveit.planar_joints import planar_joints
-from trajopt.files.moveit.robot_trajectory import write_trajectory
+from trajopt.files.moveit.trajectories import (
+    planar_joints,
+    trajectory_document,
+    trajectory_message,
+    write_message,
+    write_trajectory,
+)
 from trajopt.values.errors import ShapeError, listed
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Interpolation, Trajectory
@@ -82,4 +86,4 @@ def _joint_trajectory(motion: Trajectory) -> dict[str, object]:
             f"moves a base in the plane ({listed(planar)}), for which a JointTrajectory has no place; "
             "export it to moveit",
         )
-    return {"header": header(), **points_document(on_whole_nanoseconds(motion))}
+    return trajectory_document(trajectory_message(motion).joint_trajectory)

@@ -1,15 +1,21 @@
-"""Messages of ROS and MoveIt, each defined once, for scripts, files and the network.
+"""Messages of ROS and MoveIt, written once in the table of `definitions`.
 
-The messages are data classes with ROS' defaults, such as `moveit_msgs.PlanningScene`; each module is one ROS
-package. `encode` converts a message to a document in the form of ROS 1 or ROS 2, and `decode` does the
-reverse for both. `document_of` prepares messages for the readers of `trajopt.files.moveit`.
+Each message is a data class with ROS' defaults, imported by its name: `from trajopt.files.messages import
+PlanningScene`. `encode` and `decode` convert messages to plain data and back as ROS 1 or ROS 2 writes them;
+`document_of` makes the document that `trajopt.files.moveit` reads, of messages from here and of ROS' own.
 """
 
 from trajopt.files.messages.codec import Generation as Generation
 from trajopt.files.messages.codec import decode as decode
+from trajopt.files.messages.codec import document_of as document_of
 from trajopt.files.messages.codec import encode as encode
-from trajopt.files.messages.documents import document_of as document_of
-from trajopt.files.messages.documents import field_names as field_names
-from trajopt.files.messages.documents import is_message as is_message
-from trajopt.files.messages.names import message_named as message_named
-from trajopt.files.messages.names import name_of as name_of
+from trajopt.files.messages.codec import field_names as field_names
+from trajopt.files.messages.codec import is_message as is_message
+from trajopt.files.messages.definitions import definitions as definitions
+from trajopt.files.messages.message import class_in as class_in
+from trajopt.files.messages.message import classes_of as classes_of
+from trajopt.files.messages.message import message_named as message_named
+from trajopt.files.messages.message import name_of as name_of
+from trajopt.files.messages.message import plain_name as plain_name
+
+__getattr__ = class_in()

@@ -1,71 +1,53 @@
-"""Convert messages to documents and back, as in rosbridge: JSON data with fields by name."""
+"""Messages to and from plain data, as rosbridge writes them and as `files.moveit` reads them."""
 
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, fields
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
 from math import isfinite, isnan
-from typing import (
-    Annotated,
-    Any,
-    ClassVar,
-    Protocol,
-    TypeAlias,
-    TypeVar,
-    cast,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import Any, TypeAlias, cast
 
-from trajopt.files.messages.builtin_interfaces import Stamp, Time
-from trajopt.files.messages.geometry_msgs import Quaternion
-from trajopt.files.messages.names import name_of
-from trajopt.files.messages.primitives import PLAIN, Primitive
-from trajopt.files.messages.std_msgs import Header
+import numpy as np
+
+from trajopt.files.messages.definitions import INTEGERS
+from trajopt.files.messages.message import Message, Stamp, Time, message_named, name_of
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import listed, shown
+from trajopt.values.errors import ProblemError, listed, shown
 
-M = TypeVar("M")
-
-
-class DataClass(Protocol):
-    """The interface of every message."""
-
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
-
-
-Decoder: TypeAlias = Callable[[object, "Generation"], object]
-"""Converts a value in a document to a field of a message."""
+_HEADER, _QUATERNION = message_named("std_msgs/Header"), message_named("geometry_msgs/Quaternion")
 
 
 class Generation(Enum):
-    """The message formats of ROS 1 and ROS 2: they differ in times, headers and the default quaternion.
+    """The generations of ROS, which differ in times, headers and the initial value of a quaternion.
 
     Attributes:
-        seconds: Field names of the two parts of a time.
-        still: Default w of a quaternion.
+        seconds: Names of the two parts of a time.
+        initial_w: The w of a quaternion of which only x, y or z is given.
     """
 
     ROS1 = (("secs", "nsecs"), 0.0)
     ROS2 = (("sec", "nanosec"), 1.0)
 
-    def __init__(self, seconds: tuple[str, str], still: float) -> None:
-        """Store the differences."""
+    def __init__(self, seconds: tuple[str, str], initial_w: float) -> None:
+        """Keep the differences."""
         self.seconds = seconds
-        self.still = still
+        self.initial_w = initial_w
 
 
-class _Wrong(Exception):
-    """A document does not fit a message: the place, from the innermost outwards, and the reason."""
+Decoder: TypeAlias = Callable[[object, Generation], object]
+"""Plain data, and the generation that it is of -> the value of a field."""
+
+
+class _Mismatch(Exception):
+    """Plain data that does not fit a message: the place, from the innermost outwards, and the reason."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
         self.reason = reason
         self.place: list[str] = []
 
-    def within(self, place: str) -> "_Wrong":
+    def within(self, place: str) -> "_Mismatch":
         self.place.append(place)
         return self
 
@@ -74,12 +56,12 @@ class _Wrong(Exception):
         return f"{where}: {self.reason}" if where else self.reason
 
 
-def encode(message: object, generation: Generation = Generation.ROS2) -> object:
-    """Return a message as a document; as in rosbridge, non-finite numbers become null.
+def encode(message: object, generation: Generation = Generation.ROS2) -> Any:
+    """Return a message as plain data for JSON; numbers that are not finite become null, as in rosbridge.
 
     Args:
         message: A message, or a plain value.
-        generation: The format: ROS 1 has `secs`, `nsecs` and the `seq` of a header.
+        generation: The generation to write: ROS 1 has `secs`, `nsecs` and a header's `seq`.
     """
     match message:
         case float():
@@ -94,59 +76,102 @@ def encode(message: object, generation: Generation = Generation.ROS2) -> object:
             whole, rest = generation.seconds
             return {whole: int(message.secs), rest: message.nsecs}
         case _:
-            members = _names(type(message), generation)
-            return {name: encode(getattr(message, name), generation) for name in members}
+            names = _written(type(message), generation)
+            return {name: encode(getattr(message, name), generation) for name in names}
 
 
 def decode(
-    kind: type[M], document: object, generation: Generation = Generation.ROS2, *, name: str = "message"
-) -> M:
-    """Return the message of a document.
+    kind: type[Any], document: object, generation: Generation = Generation.ROS2, *, name: str = "message"
+) -> Any:
+    """Return the message of plain data.
 
     Missing fields, and null in fields that are not numbers, take ROS' defaults. A list in place of a message
-    contains its fields in order, as in MoveIt's files. Times are {sec, nanosec}, {secs, nsecs}, or seconds.
+    has its fields in order, as in MoveIt's files. Times are {sec, nanosec}, {secs, nsecs}, or seconds.
 
     Args:
         kind: The message's class.
-        document: The document, or a node of one.
-        generation: Selects the w of a quaternion with only x, y or z given: 0 in ROS 1, 1 in ROS 2.
+        document: The plain data, or a node of a document.
+        generation: The generation of the writer, for the w of a quaternion that is left out.
         name: Name used in error messages instead of a file name.
 
     Raises:
-        FileFormatError: If a field is unknown or has a value of the wrong type.
+        FileFormatError: If a field is unknown or its value is not of its type.
     """
     node = document if isinstance(document, Node) else Node(document, name)
     try:
-        return cast("M", _decoder(kind)(node.value, generation))
-    except _Wrong as wrong:
+        return _decoder(kind.definition.name)(node.value, generation)
+    except _Mismatch as mismatch:
         inside = Node(None, node.path, node.place)
-        raise inside.error(wrong.sentence()) from None
+        raise inside.error(mismatch.sentence()) from None
+
+
+def document_of(message: object, name: str) -> Node:
+    """Return a message as a document, which the readers of MoveIt's files take.
+
+    Args:
+        message: A message of this package, of ROS 1 or of ROS 2.
+        name: Name used in error messages instead of a file name, such as "set_path_constraints".
+
+    Raises:
+        ProblemError: If it is not a message.
+    """
+    return Node(_plain(message, name), name)
+
+
+def field_names(message: Any) -> tuple[str, ...]:
+    """Return the names of the fields of a message or its class; none if it is not a message."""
+    if is_dataclass(message):
+        return tuple(each.name for each in fields(message))
+    if hasattr(message, "get_fields_and_field_types"):  # ROS 2
+        return tuple(message.get_fields_and_field_types())
+    slots: Iterable[str] = getattr(message, "__slots__", ()) if hasattr(message, "_type") else ()  # ROS 1
+    return tuple(slots)
+
+
+def is_message(value: object, *names: str) -> bool:
+    """Return whether a value has these fields of a message."""
+    return set(names) <= set(field_names(value))
+
+
+def _plain(value: Any, name: str) -> object:
+    match value:
+        case None | bool() | int() | float() | str() | bytes():
+            return value
+        case Mapping():
+            return {str(key): _plain(inner, name) for key, inner in value.items()}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        case np.ndarray() | np.generic():
+            return _plain(value.tolist(), name)
+        case _:
+            members = field_names(value)
+    if members or is_dataclass(value):
+        return {key: _plain(getattr(value, key), name) for key in members}
+    if isinstance(value, Iterable):
+        return [_plain(inner, name) for inner in value]  # pyright: ignore[reportUnknownVariableType]
+    raise ProblemError(f"{name}: {shown(value)} is not a message")
 
 
 @cache
-def _names(kind: type, generation: Generation) -> tuple[str, ...]:
-    names = tuple(each.name for each in fields(kind))
-    return names[1:] if kind is Header and generation is Generation.ROS2 else names
+def _written(kind: type[Message], generation: Generation) -> tuple[str, ...]:
+    names = tuple(each.name for each in kind.definition.fields)
+    return names[1:] if kind is _HEADER and generation is Generation.ROS2 else names  # without `seq`
 
 
 @cache
-def _decoder(kind: Any) -> Decoder:
-    """Return the decoder of a type: a message, a list or a plain value."""
-    if get_origin(kind) is list:
-        return _list_of(_decoder(get_args(kind)[0]))
-    if get_origin(kind) is Annotated:
-        plain, what = get_args(kind)
-        if plain is bytes:
-            return _bytes
-        return _plain(plain, what)
-    if kind in PLAIN:
-        return _plain(kind, PLAIN[kind])
-    message = cast("type[DataClass]", kind)
+def _decoder(kind: str) -> Decoder:
+    if kind == "uint8[]":
+        return _bytes
+    if kind.endswith("[]"):
+        return _list_of(_decoder(kind.removesuffix("[]")))
+    if kind in INTEGERS:
+        return _whole_number(*INTEGERS[kind])
+    if kind in _PLAIN:
+        return _PLAIN[kind]
+    message = message_named(kind)
     return _stamp(message) if issubclass(message, Stamp) else _message(message)
 
 
-def _bytes(value: object, _: Generation) -> object:
-    """Read bytes: base64 as in rosbridge, or a list of numbers from 0 to 255."""
+def _bytes(value: object, _: Generation) -> bytes:
+    """Read numbers from 0 to 255: base64, as rosbridge writes them, or a list."""
     try:
         if isinstance(value, str):
             return b64decode(value, validate=True)
@@ -154,78 +179,69 @@ def _bytes(value: object, _: Generation) -> object:
             raise TypeError(f"is {shown(value)}")
         return bytes(cast("list[int]", value or []))
     except (TypeError, ValueError) as error:
-        raise _Wrong(f"must be base64, or a list of whole numbers from 0 to 255: {error}") from None
+        raise _Mismatch(f"must be base64, or a list of whole numbers from 0 to 255: {error}") from None
 
 
-def _plain(kind: type, what: Primitive) -> Decoder:
-    def read(value: object, _: Generation) -> object:
-        if kind is bool:
-            if value in (True, False):
-                return bool(value)
-        elif kind is str:
-            if isinstance(value, str):
-                return value
-        elif isinstance(value, int | float) and not isinstance(value, bool):
-            return _number(_as_float(value) if kind is float else value, what)
-        raise _Wrong(f"must be {_ARTICLES[kind]}, is {_said(value)}")
+def _flag(value: object, _: Generation) -> bool:
+    if value in (True, False):
+        return bool(value)
+    raise _Mismatch(f"must be true or false, is {_shown(value)}")
+
+
+def _text(value: object, _: Generation) -> str:
+    if isinstance(value, str):
+        return value
+    raise _Mismatch(f"must be text, is {_shown(value)}")
+
+
+def _real_number(value: object, _: Generation) -> float:
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise _Mismatch(f"must be a number, is {_shown(value)}")
+    try:
+        number = float(value)
+    except OverflowError:
+        raise _Mismatch(f"exceeds numbers of 64 bits: {_shown(value)}") from None
+    if isnan(number):
+        raise _Mismatch("must be a number, is not one (NaN)")
+    return number
+
+
+_PLAIN: Mapping[str, Decoder] = {
+    "bool": _flag,
+    "string": _text,
+    "float32": _real_number,
+    "float64": _real_number,
+}
+
+
+def _whole_number(lowest: int, highest: int) -> Decoder:
+    def read(value: object, _: Generation) -> int:
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            raise _Mismatch(f"must be a whole number, is {_shown(value)}")
+        if value != value // 1 or not lowest <= value <= highest:
+            raise _Mismatch(f"must be a whole number from {lowest} to {highest}, is {_shown(value)}")
+        return int(value)
 
     return read
 
 
-_ARTICLES = {bool: "true or false", str: "text", int: "a whole number", float: "a number"}
-
-
-def _said(value: object) -> str:
+def _shown(value: object) -> str:
     return "null" if value is None else shown(value)
 
 
-def _as_float(value: float) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        raise _Wrong(f"is beyond all numbers of 64 bits: {_said(value)}") from None
-
-
-def _number(value: float, what: Primitive) -> float:
-    if isinstance(value, float) and isnan(value):
-        raise _Wrong("must be a number, is not one (NaN)")
-    if what.lowest is None or what.highest is None:
-        return value
-    if value != value // 1 or not what.lowest <= value <= what.highest:
-        raise _Wrong(f"must be a whole number from {what.lowest} to {what.highest}, is {_said(value)}")
-    return int(value)
-
-
 def _list_of(element: Decoder) -> Decoder:
-    def read(value: object, generation: Generation) -> object:
+    def read(value: object, generation: Generation) -> list[object]:
         if value is None:
             return []
         if not isinstance(value, list | tuple):
-            raise _Wrong(f"must be a list, is {_said(value)}")
+            raise _Mismatch(f"must be a list, is {_shown(value)}")
         found: list[object] = []
         for each in cast("list[object]", value):
             try:
                 found.append(element(each, generation))
-            except _Wrong as wrong:
-                raise wrong.within(f"[{len(found)}]") from None
+            except _Mismatch as mismatch:
+                raise mismatch.within(f"[{len(found)}]") from None
         return found
-
-    return read
-
-
-def _stamp(kind: type[Stamp]) -> Decoder:
-    def read(value: object, generation: Generation) -> object:
-        if value is None:
-            return kind()
-        if value == "now" and issubclass(kind, Time):  # a keyword of rosbridge
-            return kind.now()
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            return kind(_finite(value))
-        members = _mapping(value, kind)
-        known = {part for each in Generation for part in each.seconds}
-        _refuse_unknown(members, known, kind)
-        whole, rest = (next((members[p] for p in pair if p in members), 0) for pair in _PARTS)
-        return kind(_finite(whole), int(_finite(rest)))
 
     return read
 
@@ -234,61 +250,64 @@ _PARTS = tuple(zip(*(each.seconds for each in Generation), strict=True))
 """Field names of seconds and of nanoseconds."""
 
 
-def _finite(value: object) -> float:
-    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 2.0**63:
-        return value
-    raise _Wrong(f"must count seconds and nanoseconds, has {_said(value)}")
+def _stamp(kind: type[Stamp]) -> Decoder:
+    known = frozenset(part for each in Generation for part in each.seconds)
 
-
-def _mapping(value: object, kind: type) -> Mapping[str, object]:
-    if not isinstance(value, Mapping):
-        raise _Wrong(f"must be a {name_of(kind)}, is {_said(value)}")
-    return cast("Mapping[str, object]", value)
-
-
-def _refuse_unknown(members: Mapping[str, object], known: object, kind: type) -> None:
-    assert isinstance(known, set | frozenset)
-    names = cast("set[str]", known)
-    strange = [key for key in members if key not in names]
-    if strange:
-        raise _Wrong(f"{name_of(kind)} has no field {shown(strange[0])}; it has {listed(sorted(names))}")
-
-
-def _message(kind: type[DataClass]) -> Decoder:
-    hints = get_type_hints(kind, include_extras=True)
-    own: tuple[Field[Any], ...] = fields(kind)
-    readers = {each.name: _decoder(hints[each.name]) for each in own}
-    assert all(each.default is not MISSING or each.default_factory is not MISSING for each in own)
-    known, numeric = frozenset(readers), _numeric(hints)
-    make = cast("Callable[..., object]", kind)
-
-    def read(value: object, generation: Generation) -> object:
+    def read(value: object, generation: Generation) -> Stamp:
         if value is None:
             return kind()
-        if isinstance(value, list | tuple):
-            given = cast("list[object]", value)
-            if len(given) > len(own):
-                raise _Wrong(f"{name_of(kind)} has {len(own)} fields, not {len(given)}")
-            value = dict(zip(readers, given, strict=False))
-        members = _mapping(value, kind)
-        if not members.keys() <= known:
-            _refuse_unknown(members, known, kind)
-        made: dict[str, object] = {}
-        for name, inner in members.items():
-            if inner is None and name not in numeric:
-                continue
-            try:
-                made[name] = readers[name](inner, generation)
-            except _Wrong as wrong:
-                raise wrong.within(f".{name}") from None
-        if kind is Quaternion and made:
-            made.setdefault("w", generation.still)
-        return make(**made)
+        if value == "now" and issubclass(kind, Time):  # rosbridge fills in the time
+            return kind.now()
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return kind(_finite(value))
+        members = _mapping(value, kind, known)
+        whole, rest = (next((members[p] for p in pair if p in members), 0) for pair in _PARTS)
+        return kind(_finite(whole), int(_finite(rest)))
 
     return read
 
 
-def _numeric(hints: Mapping[str, Any]) -> frozenset[str]:
-    """Return the numeric fields; in these, null is a non-finite number, not a missing value."""
-    plain = (int, float)
-    return frozenset(name for name, hint in hints.items() if hint in plain or get_origin(hint) is Annotated)
+def _finite(value: object) -> float:
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 2.0**63:
+        return value
+    raise _Mismatch(f"must count seconds and nanoseconds, is {_shown(value)}")
+
+
+def _mapping(value: object, kind: type[Message], known: frozenset[str]) -> Mapping[str, object]:
+    if not isinstance(value, Mapping):
+        raise _Mismatch(f"must be a {name_of(kind)}, is {_shown(value)}")
+    members = cast("Mapping[str, object]", value)
+    unknown = next((key for key in members if key not in known), None)
+    if unknown is not None:
+        raise _Mismatch(f"{name_of(kind)} has no field {shown(unknown)}; it has {listed(sorted(known))}")
+    return members
+
+
+def _message(kind: type[Message]) -> Decoder:
+    definition, make = kind.definition, cast("Callable[..., object]", kind)
+    readers = {each.name: _decoder(each.kind) for each in definition.fields}
+    known = frozenset(readers)
+    # JSON has no NaN: null in a number is one that could not be written, and not a missing field.
+    numbers = {each.name for each in definition.fields if each.kind in (*INTEGERS, "float32", "float64")}
+
+    def read(value: object, generation: Generation) -> object:
+        if value is None:
+            return make()
+        if isinstance(value, list | tuple):
+            given = cast("list[object]", value)
+            if len(given) > len(readers):
+                raise _Mismatch(f"{definition.name} has {len(readers)} fields, not {len(given)}")
+            value = dict(zip(readers, given, strict=False))
+        made: dict[str, object] = {}
+        for name, inner in _mapping(value, kind, known).items():
+            if inner is None and name not in numbers:
+                continue
+            try:
+                made[name] = readers[name](inner, generation)
+            except _Mismatch as mismatch:
+                raise mismatch.within(f".{name}") from None
+        if kind is _QUATERNION and made:
+            made.setdefault("w", generation.initial_w)
+        return make(**made)
+
+    return read

@@ -6,6 +6,6 @@ from trajopt.files.moveit.motion_plan_request import read_request as read_reques
 from trajopt.files.moveit.motions import read_motions as read_motions
 from trajopt.files.moveit.planning_scene import SceneFile as SceneFile
 from trajopt.files.moveit.planning_scene import read_scene as read_scene
-from trajopt.files.moveit.robot_trajectory import write_trajectory as write_trajectory
-from trajopt.files.moveit.scene_files import write_scene as write_scene
+from trajopt.files.moveit.scene_messages import write_scene as write_scene
+from trajopt.files.moveit.trajectories import write_trajectory as write_trajectory
 from trajopt.files.moveit.trajectory_files import read_trajectory as read_trajectory

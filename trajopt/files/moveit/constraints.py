@@ -1,39 +1,264 @@
 """Constraints messages: joint, position, orientation and visibility constraints become requirements."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.files.moveit.frames import Reading, require
-from trajopt.files.moveit.orientation_constraint import Orientation, read_orientation
-from trajopt.files.moveit.pose import read_tolerance
-from trajopt.files.moveit.position_constraint import PointRegion, read_region
-from trajopt.files.moveit.visibility_constraint import read_visibility
+from trajopt.files.messages import (
+    BoundingVolume,
+    Constraints,
+    JointConstraint,
+    OrientationConstraint,
+    PoseStamped,
+    PositionConstraint,
+    VisibilityConstraint,
+    field_names,
+)
+from trajopt.files.moveit.frames import Reading, read_frame, read_frame_name, require
+from trajopt.files.moveit.pose import (
+    LEAST_TOLERANCE,
+    read_placement,
+    read_quaternion,
+    read_tolerance,
+    read_vector,
+)
+from trajopt.files.moveit.shapes import read_kind
 from trajopt.problem.requirements import (
     FramePlacement,
     JointPositions,
     Requirement,
     RotationCoordinates,
+    axis_alignment,
+    gaze,
     joint_positions,
 )
 from trajopt.problem.requirements.requirement import import_installed
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import readonly
+from trajopt.values.arrays import Floats, readonly
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import JointNotFound
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import Placement
+from trajopt.values.placement import Placement, placement
 
-CONSTRAINTS_FIELDS = ("name", "joint_constraints", "position_constraints", "orientation_constraints")
-Reader = Callable[[Node, Scene, Reading], tuple[Requirement, ...]]
+VIEW_AXES = (2, 1, 0)
+"""Column of the sensor's axis by `sensor_view_direction`: z, y, x."""
+
+ConstraintReader = Callable[[Node, Scene, Reading], tuple[Requirement, ...]]
 """Function of one element of a field of a constraints message, the scene and the meaning of names; returns
 the
 requirements of the element.
 """
-READERS: dict[str, Reader] = {"visibility_constraints": read_visibility}
-"""Readers of fields whose elements are independent, by field; `reads_constraints` adds one."""
-JOINT_FIELDS = ("joint_name", "position", "tolerance_above", "tolerance_below", "weight")
 FREE = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class PointRegion:
+    """A box that must contain a point of a frame.
+
+    Attributes:
+        frame: The frame.
+        reference: The reference frame of the box.
+        placement: Of the box in the reference.
+        tolerance: Half its edges, shape (3,) [m]; inf leaves an axis free.
+        offset: The point, in the frame, shape (3,) [m].
+        turnable: Whether the box may be rotated, as a box inside a sphere may.
+    """
+
+    frame: str
+    reference: str
+    placement: Placement
+    tolerance: Floats
+    offset: Floats
+    turnable: bool
+
+
+def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
+    """Return the region of a position constraint; of a sphere, the cube inside it.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: Meaning of names; its notes receive deviations from the file.
+
+    Raises:
+        FileFormatError: If the message is malformed, or the region is neither a box nor a sphere.
+        FrameNotFound: If it names an unknown frame.
+    """
+    region = node.only(field_names(PositionConstraint))["constraint_region"].only(field_names(BoundingVolume))
+    primitives, poses = region["primitives"].elements(), region["primitive_poses"].elements()
+    if region["meshes"].elements():
+        raise region["meshes"].error("a region can be a box or a sphere, not a mesh")
+    if not primitives or len(poses) > len(primitives):
+        raise region.error(f"{len(primitives)} primitives, but {len(poses)} poses")
+    if len(primitives) > 1:
+        reading.notes.append(f"{region.place}: the first of {len(primitives)} regions is taken")
+    kind, sizes = read_kind(primitives[0])
+    if kind == "box":
+        tolerance = np.array([_half_edge(size, reading) for size in sizes])
+    elif kind == "sphere":
+        radius = read_tolerance(sizes[0])
+        tolerance = np.full(3, radius / np.sqrt(3.0))
+        reading.notes.append(f"{region.place}: the cube inside the sphere of {radius:g} m is taken")
+    else:
+        raise primitives[0].error(f"a region can be a box or a sphere, not a {kind}")
+    return PointRegion(
+        read_frame_name(node["link_name"], scene),
+        read_frame(node["header"], scene, reading),
+        read_placement(poses[0], reading.notes) if poses else Placement(),
+        tolerance,
+        np.array(read_vector(node["target_point_offset"], optional="xyz") or (0.0, 0.0, 0.0)),
+        kind == "sphere",
+    )
+
+
+def _half_edge(size: Node, reading: Reading) -> float:
+    # OMPL projections write -1 for a free axis.
+    edge = size.number(infinite=True)
+    if edge < 0.0:
+        reading.notes.append(f"{size.place}: an edge of {edge:g} leaves the axis free")
+        return np.inf
+    return edge / 2.0 or LEAST_TOLERANCE
+
+
+@dataclass(frozen=True, eq=False)
+class Orientation:
+    """A required orientation of a frame.
+
+    Attributes:
+        frame: The frame, or a rotated copy of it.
+        reference: The reference frame of the orientation.
+        rotation: Of the frame in the reference, shape (3, 3).
+        tolerance: About each axis of `rotation`, shape (3,) [rad]; inf leaves an axis free.
+        coordinates: Parametrisation of the error.
+        original: The frame named in the message.
+        turn: Rotation from the coordinates of `original` to the coordinates of `frame`, shape (3, 3).
+    """
+
+    frame: str
+    reference: str
+    rotation: Floats
+    tolerance: Floats
+    coordinates: RotationCoordinates
+    original: str
+    turn: Floats
+
+
+def read_orientation(node: Node, scene: Scene, reading: Reading) -> tuple[Orientation, Scene]:
+    """Return the orientation required by a message.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: Meaning of names; its notes receive deviations from the file.
+
+    Returns:
+        The orientation, and the scene with a rotated copy of the frame if needed.
+
+    Raises:
+        FileFormatError: If the message is malformed.
+        FrameNotFound: If it names an unknown frame.
+    """
+    node.only(field_names(OrientationConstraint))
+    link = read_frame_name(node["link_name"], scene)
+    reference = read_frame(node["header"], scene, reading)
+    rotation = placement(quaternion=read_quaternion(node["orientation"], reading.notes)).rotation
+    tolerance = np.array([read_tolerance(node[f"absolute_{axis}_axis_tolerance"]) for axis in "xyz"])
+    tolerance[tolerance >= np.pi] = np.inf
+    kind = node["parameterization"].number(0.0)
+    if kind == 0.0:
+        coordinates = RotationCoordinates.XYZ_EULER
+    elif kind == 1.0:
+        coordinates = RotationCoordinates.ROTATION_VECTOR
+    else:
+        raise node["parameterization"].error("must be 0 (x-y-z Euler angles) or 1 (rotation vector)")
+    if coordinates is RotationCoordinates.ROTATION_VECTOR:
+        return _along_header(link, reference, rotation, tolerance, scene)
+    return Orientation(link, reference, rotation, tolerance, coordinates, link, np.eye(3)), scene
+
+
+def _along_header(
+    link: str, reference: str, rotation: Floats, tolerance: Floats, scene: Scene
+) -> tuple[Orientation, Scene]:
+    """Return a rotation vector's tolerance, which MoveIt defines along the axes of the header.
+
+    A requirement defines it along the axes of the goal orientation R_g. If R_g only permutes axes, the
+    tolerances are permuted too. Otherwise the link gets a copy of its frame, rotated by R_g^T, whose goal is
+    aligned with the header's axes: log(R R_g^T) = log(I^T (R R_g^T)).
+    """
+    vector = RotationCoordinates.ROTATION_VECTOR
+    axes = np.abs(rotation).argmax(axis=0)
+    if np.allclose(np.abs(rotation), np.eye(3)[:, axes], atol=1e-9):
+        renamed = tolerance[axes]
+        return Orientation(link, reference, rotation, renamed, vector, link, np.eye(3)), scene
+    count = 0
+    while f"{link}/turned_{count}" in scene.objects:
+        count += 1
+    copy = f"{link}/turned_{count}"
+    scene = scene.add(copy, (), placement(rotation=rotation.T), frame=link)
+    return Orientation(copy, reference, np.eye(3), tolerance, vector, link, rotation), scene
+
+
+def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Requirement, ...]:
+    """Return the requirements of a visibility constraint.
+
+    The range angle becomes a gaze: the line to the target lies within a cone about the sensor's axis. The
+    view angle becomes an alignment of the sensor's axis with the target's -z. Obstacles in the cone between
+    them are not checked, which is noted.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: Meaning of names; its notes receive a sentence on the unchecked obstacles.
+
+    Raises:
+        FileFormatError: If the message is malformed, or has neither angle.
+        FrameNotFound: If it names an unknown frame.
+
+    Source: MoveIt, `kinematic_constraints::VisibilityConstraint::decide`.
+    """
+    node.only(field_names(VisibilityConstraint))
+    sensor, target = (node[key].only(field_names(PoseStamped)) for key in ("sensor_pose", "target_pose"))
+    camera, reference = (read_frame(each["header"], scene, reading) for each in (sensor, target))
+    here, there = (read_placement(each["pose"], reading.notes) for each in (sensor, target))
+    direction = node["sensor_view_direction"].number(0.0)
+    if direction not in range(len(VIEW_AXES)):
+        raise node["sensor_view_direction"].error("must be 0 (z), 1 (y) or 2 (x)")
+    axis = here.rotation[:, VIEW_AXES[int(direction)]]
+    found: list[Requirement] = []
+    range_angle, view_angle = _angle(node["max_range_angle"]), _angle(node["max_view_angle"])
+    if range_angle > 0.0:
+        found.append(
+            gaze(
+                camera,
+                there.translation,
+                angle=range_angle,
+                axis=axis,
+                origin=here.translation,
+                reference=reference,
+            )
+        )
+    if view_angle > 0.0:
+        facing = -there.rotation[:, 2]
+        found.append(
+            axis_alignment(camera, axis=axis, direction=facing, tolerance=view_angle, reference=reference)
+        )
+    if not found:
+        raise node.error("has neither max_range_angle nor max_view_angle; the cone alone is not supported")
+    reading.notes.append(f"{node.place}: what stands between sensor and target is not looked at")
+    return tuple(found)
+
+
+def _angle(node: Node) -> float:
+    """Return an angle in [0, pi/2]; as in MoveIt, the sensor must not face away."""
+    angle = node.number(0.0)
+    if angle < 0.0:
+        raise node.error(f"is negative: {angle:g}")
+    return min(angle, np.pi / 2.0)
+
+
+READERS: dict[str, ConstraintReader] = {"visibility_constraints": read_visibility}
+"""Readers of fields whose elements are independent, by field; `reads_constraints` adds one."""
 
 
 def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[Requirement, ...], Scene]:
@@ -54,7 +279,7 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
         FileFormatError: If a constraint is malformed or of an unsupported kind.
         NameNotFound: If it names an unknown joint, link or frame.
     """
-    node.only((*CONSTRAINTS_FIELDS, *_readers(node)))
+    node.only((*field_names(Constraints), *_readers(node)))
     found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene)]
     for field, read in READERS.items():
         for element in node[field].elements():
@@ -71,14 +296,14 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
 
 
 @checked
-def reads_constraints(field: str) -> Callable[[Reader], Reader]:
+def reads_constraints(field: str) -> Callable[[ConstraintReader], ConstraintReader]:
     """Register a reader for an additional field of constraints messages.
 
     Use `@reads_constraints("gap_constraints")` on a function that converts one element of the field to
     requirements. Its module is imported like the modules of other kinds of requirements.
     """
 
-    def register(reader: Reader) -> Reader:
+    def register(reader: ConstraintReader) -> ConstraintReader:
         READERS[field] = reader
         return reader
 
@@ -87,7 +312,7 @@ def reads_constraints(field: str) -> Callable[[Reader], Reader]:
 
 def _readers(node: Node) -> tuple[str, ...]:
     """Return the fields with readers; import installed packages if one is missing."""
-    if not node.has_only((*CONSTRAINTS_FIELDS, *READERS)):
+    if not node.has_only((*field_names(Constraints), *READERS)):
         import_installed()
     return tuple(READERS)
 
@@ -97,7 +322,7 @@ def _read_joints(nodes: Node, scene: Scene) -> tuple[JointPositions, ...]:
     below: dict[str, float] = {}
     above: dict[str, float] = {}
     for node in nodes.elements():
-        joint = node.only(JOINT_FIELDS)["joint_name"].text()
+        joint = node.only(field_names(JointConstraint))["joint_name"].text()
         require(node["joint_name"], JointNotFound, "joint", joint, scene.robot.joint_names)
         if joint in positions:
             raise node["joint_name"].error(f"joint {joint!r} is constrained twice")

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from trajopt.files.messages import Header, field_names
 from trajopt.robot.loading.pinocchio_model import root_placement
 from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
@@ -11,8 +12,6 @@ from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FrameNotFound, NameNotFound
 from trajopt.values.placement import IDENTITY, WORLD, Placement
-
-HEADER_FIELDS = ("seq", "stamp", "frame_id")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +40,20 @@ def world_names(robot: Robot) -> frozenset[str]:
     return frozenset(("", WORLD, robot.base.frame, *root))
 
 
+def reading_at(scene: Scene, positions: Floats, notes: list[str] | None = None) -> Reading:
+    """Return the meaning of names and frames in a message to a scene.
+
+    Args:
+        scene: The scene.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        notes: Receives the notes; a new list when None.
+    """
+    return Reading(world_names(scene.robot), positions, notes=[] if notes is None else notes)
+
+
 def frame_id(node: Node) -> str:
     """Return the frame id of a header, without the leading slash of old files."""
-    return node.only(HEADER_FIELDS)["frame_id"].text("").removeprefix("/")
+    return node.only(field_names(Header))["frame_id"].text("").removeprefix("/")
 
 
 def read_frame(header: Node, scene: Scene, reading: Reading) -> str:

@@ -6,12 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.files.moveit.attached_object import apply_attached
+from trajopt.files.messages import MotionPlanRequest, TrajectoryConstraints, field_names
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import Reading, require, world_names
+from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.planning_scene import SceneFile
-from trajopt.files.moveit.robot_base import placed_robot, read_workspace
-from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.files.moveit.robot_state import (
+    layered_positions,
+    placed_robot,
+    read_joint_positions,
+    read_workspace,
+)
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import JointPositions, Requirement, any_of
 from trajopt.problem.tool_speed import ToolSpeed, tool_speed
@@ -26,13 +31,6 @@ from trajopt.values.errors.arguments import checked
 IGNORED = ("planner_id", "pipeline_id", "num_planning_attempts", "reference_trajectories")
 LIMITED_LINK = ("cartesian_speed_limited_link", "cartesian_speed_end_effector_link")
 """Fields that name the link of limited speed, in current and old MoveIt."""
-REQUEST_FIELDS = (
-    *("workspace_parameters", "start_state", "goal_constraints", "path_constraints"),
-    *("trajectory_constraints", "group_name", "allowed_planning_time"),
-    *("max_velocity_scaling_factor", "max_acceleration_scaling_factor", "max_cartesian_speed"),
-    *LIMITED_LINK,
-    *IGNORED,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,33 +98,51 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
         FileFormatError: If the file is incomplete or malformed.
         NameNotFound: If it names a joint, link, frame, object or group that does not exist.
     """
+    document = read_document(path)
     if isinstance(scene, Scene):
-        scene = SceneFile(Path(path), scene, {}, world_names(scene.robot), ())
-    return request_of(read_document(path), scene)
+        return request_of(document, scene)
+    return request_of(document, scene.scene, scene.state, scene.world_names)
 
 
-def request_of(document: Node, scene: SceneFile) -> RequestFile:
-    """Return the content of a motion plan request message; see `read_request`.
+def request_of(
+    document: Node,
+    scene: Scene,
+    state: Mapping[str, float] | None = None,
+    frames: frozenset[str] | None = None,
+) -> RequestFile:
+    """Read a motion plan request message, as `read_request` reads a file.
+
+    Args:
+        document: The message.
+        scene: The scene of the request.
+        state: Joint -> position, for joints that the start state leaves out [rad | m]; others are at their
+            default.
+        frames: Frame ids that mean the world; those of every file when None.
 
     Raises:
         FileFormatError: If the message is incomplete or malformed.
         NameNotFound: If it names a joint, link, frame, object or group that does not exist.
     """
-    document.only(REQUEST_FIELDS)
+    document.only(field_names(MotionPlanRequest))
     notes: list[str] = []
-    scene = _where_it_stands(document["start_state"]["multi_dof_joint_state"], scene, notes)
-    robot, around = scene.scene.robot, scene.scene
-    state = read_joint_positions(document["start_state"], robot, notes)
-    start = layered_positions(robot, scene.state, state)
-    reading = Reading(scene.world_names, start, None, notes)
+    names = world_names(scene.robot) if frames is None else frames
+    robot = placed_robot(document["start_state"]["multi_dof_joint_state"], scene.robot, notes)
+    around = scene
+    if robot is not scene.robot:
+        names = names.difference(scene.robot.links[:1]) | world_names(robot)
+        around = replace(scene, robot=robot)
+    stated = read_joint_positions(document["start_state"], robot, notes)
+    start = layered_positions(robot, state or {}, stated)
+    reading = Reading(names, start, notes=notes)
     for node in document["start_state"]["attached_collision_objects"].elements():
         around = apply_attached(node, around, reading)
     group = _read_group(document["group_name"], robot, notes)
     goals, around = _read_goals(document["goal_constraints"], around, reading)
     constraints, around = read_constraints(document["path_constraints"], around, reading)
-    room = read_workspace(document["workspace_parameters"], robot, group, scene.world_names, notes)
+    room = read_workspace(document["workspace_parameters"], robot, group, names, notes)
     waypoints: list[tuple[Requirement, ...]] = []
-    for node in document["trajectory_constraints"].only(("constraints",))["constraints"].elements():
+    passed = document["trajectory_constraints"].only(field_names(TrajectoryConstraints))
+    for node in passed["constraints"].elements():
         wanted, around = read_constraints(node, around, reading)
         if not wanted:
             raise node.error("requires nothing")
@@ -147,16 +163,6 @@ def request_of(document: Node, scene: SceneFile) -> RequestFile:
         allowed_planning_time=_read_time(document["allowed_planning_time"]),
         notes=tuple(notes),
     )
-
-
-def _where_it_stands(node: Node, scene: SceneFile, notes: list[str]) -> SceneFile:
-    """Return the scene with the robot base at its pose in the start state."""
-    before = scene.scene.robot
-    robot = placed_robot(node, before, notes)
-    if robot is before:
-        return scene
-    names = scene.world_names.difference(before.links[:1]) | world_names(robot)
-    return replace(scene, scene=replace(scene.scene, robot=robot), world_names=names)
 
 
 def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[ToolSpeed, ...]:

@@ -1,18 +1,27 @@
-"""Planning scene messages, MoveIt's description of a robot among objects."""
+"""Planning scene messages: whole scenes from files, and edits of a scene."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
-from trajopt.files.moveit.attached_object import apply_attached
-from trajopt.files.moveit.collision_matrix import apply_matrix
-from trajopt.files.moveit.collision_object import apply_object, read_object
+from trajopt.files.messages import (
+    AllowedCollisionEntry,
+    AllowedCollisionMatrix,
+    OctomapWithPose,
+    PlanningScene,
+    PlanningSceneWorld,
+    TransformStamped,
+    field_names,
+)
 from trajopt.files.moveit.frames import Reading, frame_id, require, world_names
+from trajopt.files.moveit.objects import apply_attached, apply_object, read_object, without
 from trajopt.files.moveit.pose import read_placement
-from trajopt.files.moveit.robot_base import placed_robot
-from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.files.moveit.robot_state import layered_positions, placed_robot, read_joint_positions
+from trajopt.files.moveit.scene_messages import attached_messages
 from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
+from trajopt.scene.clearances import AllowedCollisions, Clearances
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node, read_document
@@ -20,10 +29,92 @@ from trajopt.values.errors import FrameNotFound, ModelError, ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement
 
-SCENE_FIELDS = (
-    *("name", "robot_state", "robot_model_name", "fixed_frame_transforms", "link_padding"),
-    *("allowed_collision_matrix", "link_scale", "object_colors", "world", "is_diff"),
-)
+
+def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
+    """Return the scene with the message's allowed-collision matrix in place of the robot's.
+
+    The matrix replaces the description's entries for pairs of links that it both names; other links keep the
+    description's entries. A matrix without pairs only adds its defaults. If two defaults apply to a pair,
+    both must allow contact, as in MoveIt.
+
+    Args:
+        node: The matrix; its rows are lists, or mappings with `enabled`.
+        scene: The scene with everything that the matrix may name.
+        notes: Receives notes on omissions.
+
+    Raises:
+        FileFormatError: If its parts are inconsistent.
+    """
+    node.only(field_names(AllowedCollisionMatrix))
+    names = [name.text() for name in node["entry_names"].elements()]
+    defaults = _defaults(node)
+    if len(set(names)) != len(names):
+        raise node["entry_names"].error("a name comes twice")
+    if not names and not defaults:
+        return scene
+    rows = _rows(node, len(names))
+    known = frozenset((*scene.robot.links, *scene.objects))
+    strangers = sorted({*names, *defaults} - known)
+    if strangers:
+        notes.append(f"{node.place}: left out, being neither link nor object: {', '.join(strangers)}")
+    kept = {name: allowed for name, allowed in defaults.items() if name in known}
+    described = (pair for pair in scene.robot.disabled_pairs if not pair <= set(names))
+    entries = dict.fromkeys(described, True) if names else dict(scene.allowed.entries)
+    conflicts = (pair for pair in combinations(kept, 2) if kept[pair[0]] != kept[pair[1]])
+    entries = dict.fromkeys(map(frozenset, conflicts), False) | entries
+    for (i, a), (j, b) in combinations(enumerate(names), 2):
+        if rows[i][j] != rows[j][i]:
+            notes.append(f"{node.place}: {a} and {b} differ by order; the row of {a} counts")
+        if a in known and b in known:
+            _set(entries, frozenset((a, b)), rows[i][j], kept)
+    if names:
+        _note_unnamed(node, names, scene, notes)
+    if not entries and not kept:
+        # A scene without any entry would fall back to the robot's own matrix.
+        a, b = (*scene.robot.links, *scene.robot.links)[:2]
+        entries[frozenset((a, b))] = False
+    return replace(scene, allowed=AllowedCollisions(entries, kept))
+
+
+def _set(
+    entries: dict[frozenset[str], bool], pair: frozenset[str], allowed: bool, defaults: dict[str, bool]
+) -> None:
+    """Enter a pair if it differs from the defaults, so that the defaults can still be changed."""
+    entries.pop(pair, None)
+    if allowed != any(defaults.get(name, False) for name in pair):
+        entries[pair] = allowed
+
+
+def _defaults(node: Node) -> dict[str, bool]:
+    names = node["default_entry_names"].elements()
+    values = node["default_entry_values"].elements()
+    if len(names) != len(values):
+        raise node["default_entry_names"].error(f"{len(names)} names, but {len(values)} values")
+    return {name.text(): value.flag() for name, value in zip(names, values, strict=True)}
+
+
+def _rows(node: Node, count: int) -> list[list[bool]]:
+    rows: list[list[bool]] = []
+    for row in node["entry_values"].elements():
+        cells = (
+            row if isinstance(row.value, list) else row.only(field_names(AllowedCollisionEntry))["enabled"]
+        )
+        rows.append([cell.flag() for cell in cells.elements()])
+        if len(rows[-1]) != count:
+            raise row.error(f"{len(rows[-1])} values for {count} names")
+    if len(rows) != count:
+        raise node["entry_values"].error(f"{len(rows)} rows for {count} names")
+    return rows
+
+
+def _note_unnamed(node: Node, names: list[str], scene: Scene, notes: list[str]) -> None:
+    owners = dict.fromkeys(body.owner for body in scene.robot.bodies)
+    unnamed = [owner for owner in owners if owner not in names]
+    if unnamed:
+        notes.append(
+            f"{node.place}: does not name {', '.join(unnamed)}: "
+            "what the robot's description allows of them stays allowed"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +169,7 @@ def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) 
         FileFormatError: If the message is incomplete or malformed, or contains an octomap.
         NameNotFound: If it names a joint, link, frame or object that does not exist.
     """
-    document.only(SCENE_FIELDS)
+    document.only(field_names(PlanningScene))
     notes: list[str] = []
     robot = placed_robot(document["robot_state"]["multi_dof_joint_state"], robot, notes)
     state = read_joint_positions(document["robot_state"], robot, notes)
@@ -92,7 +183,7 @@ def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) 
     scene = Scene(robot)
     for node in document["fixed_frame_transforms"].elements():
         scene = with_fixed_frame(node, scene, reading)
-    world = document["world"].only(("collision_objects", "octomap"))
+    world = document["world"].only(field_names(PlanningSceneWorld))
     refuse_octomap(world["octomap"])
     for node in world["collision_objects"].elements():
         scene = apply_object(read_object(node, reading), scene, reading)
@@ -131,7 +222,7 @@ def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool 
     """
     # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
     # other way round. In both cases the transform is the pose of the frame in the world.
-    node.only(("header", "child_frame_id", "transform"))
+    node.only(field_names(TransformStamped))
     where = read_placement(node["transform"], reading.notes)
     frames = {frame_id(node["header"]), node["child_frame_id"].text("").removeprefix("/")}
     others = sorted(frames - reading.world_names)
@@ -169,7 +260,7 @@ def refuse_octomap(node: Node) -> None:
     Raises:
         FileFormatError: If there is an octomap.
     """
-    octomap = node.only(("header", "origin", "octomap"))["octomap"]
+    octomap = node.only(field_names(OctomapWithPose))["octomap"]
     if octomap.has("data") and octomap["data"].value:
         raise octomap.error("octomaps are not supported; use boxes, and leave no obstacle out")
 
@@ -218,3 +309,87 @@ def _of_link(node: Node, scene: Scene, key: str, default: float) -> tuple[str, f
     link = node["link_name"].text()
     require(node["link_name"], FrameNotFound, "link", link, scene.robot.links)
     return link, value
+
+
+def edit_object(node: Node, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene after a collision object message.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: Meaning of names; its positions are the current configuration.
+
+    Raises:
+        FileFormatError: If the message is malformed, or cannot be applied.
+        NameNotFound: If it names an unknown frame, or moves an unknown object.
+    """
+    return apply_object(read_object(node, reading), scene, reading)
+
+
+def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene after a planning scene message: changed if it `is_diff`, else replaced.
+
+    The robot and its base pose are unchanged.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: Meaning of names; its positions are the configuration of the robot, from the message if
+            given.
+
+    Raises:
+        FileFormatError: If the message is malformed, cannot be applied, or contains an octomap.
+        NameNotFound: If it names an unknown link, frame or object.
+    """
+    node.only(field_names(PlanningScene))
+    if not node["is_diff"].flag():
+        scene = _empty(scene)
+    elif _says_all(node["robot_state"]):
+        scene = _let_go(scene)
+    for element in node["fixed_frame_transforms"].elements():
+        scene = with_fixed_frame(element, scene, reading, again=True)
+    world = node["world"].only(field_names(PlanningSceneWorld))
+    refuse_octomap(world["octomap"])
+    for element in world["collision_objects"].elements():
+        scene = edit_object(element, scene, reading)
+    for element in node["robot_state"]["attached_collision_objects"].elements():
+        scene = apply_attached(element, scene, reading)
+    scene = apply_matrix(node["allowed_collision_matrix"], scene, reading.notes)
+    return with_padding(node, scene, reading.notes)
+
+
+def _says_all(state: Node) -> bool:
+    """Return whether the message has a complete robot state, which then lists all attached objects."""
+    told = (
+        state["joint_state"]["name"],
+        state["multi_dof_joint_state"]["transforms"],
+        state["attached_collision_objects"],
+    )
+    return not state["is_diff"].flag() and any(each.elements() for each in told)
+
+
+def _let_go(scene: Scene) -> Scene:
+    for name in attached_messages(scene):
+        scene = without(scene, name)
+    return scene
+
+
+def _empty(scene: Scene) -> Scene:
+    """Return a scene with the unscaled robot, its tools, margins and general clearances."""
+    everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
+    robot = scene.robot
+    if any(body.scale != 1.0 for body in robot.bodies):
+        robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
+    return Scene(
+        robot,
+        margin=scene.margin,
+        kind_margins=scene.kind_margins,
+        clearances=everywhere,
+        tools=scene.tools_on_links,
+    )
+
+
+def without_collisions(scene: Scene) -> Scene:
+    """Return the scene with every contact allowed."""
+    everything = dict.fromkeys((*scene.robot.links, *scene.objects), True)
+    return replace(scene, allowed=AllowedCollisions({}, everything))

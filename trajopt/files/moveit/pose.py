@@ -2,10 +2,13 @@
 
 from math import hypot, inf
 
-from trajopt.files.messages.geometry_msgs import Point, Pose, Quaternion, Transform, Vector3
+from trajopt.files.messages import Point, Pose, Quaternion, Transform, Vector3
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import SizeError
 from trajopt.values.placement import IDENTITY, Placement, placement
+
+LEAST_TOLERANCE = 1e-4
+"""Tolerance used if a file gives zero or none [rad | m]."""
 
 
 def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[float, ...] | None:
@@ -82,10 +85,6 @@ def transform_of(where: Placement) -> Transform:
     """Return a placement as a transform."""
     x, y, z = where.translation.tolist()
     return Transform(Vector3(x, y, z), Quaternion(*where.quaternion.tolist()))
-
-
-LEAST_TOLERANCE = 1e-4
-"""Tolerance used if a file gives zero or none [rad | m]."""
 
 
 def read_tolerance(node: Node) -> float:

@@ -1,27 +1,58 @@
-"""Scenes as messages: world objects, attached objects and allowed contacts."""
+"""Scenes and robot states as messages, and planning scenes as files."""
 
 from collections.abc import Mapping
+from pathlib import Path
+from typing import cast
 
-from trajopt.files.messages.geometry_msgs import Point
-from trajopt.files.messages.moveit_msgs import (
+from trajopt.files.messages import (
     AllowedCollisionEntry,
     AllowedCollisionMatrix,
     AttachedCollisionObject,
     CollisionObject,
+    Header,
+    JointState,
+    LinkPadding,
+    LinkScale,
+    MeshTriangle,
+    MultiDOFJointState,
+    PlanningScene,
+    PlanningSceneComponents,
+    PlanningSceneWorld,
+    Point,
+    RobotState,
+    SolidPrimitive,
+    TransformStamped,
+    document_of,
 )
-from trajopt.files.messages.shape_msgs import Mesh as MeshMessage
-from trajopt.files.messages.shape_msgs import MeshTriangle, SolidPrimitive
-from trajopt.files.messages.shape_msgs import Plane as PlaneMessage
-from trajopt.files.messages.std_msgs import Header
-from trajopt.files.moveit.pose import pose_of
+from trajopt.files.messages import (
+    Mesh as MeshMessage,
+)
+from trajopt.files.messages import (
+    Plane as PlaneMessage,
+)
+from trajopt.files.messages import PlanningSceneComponents as Parts
+from trajopt.files.moveit.pose import pose_of, transform_of
+from trajopt.files.moveit.trajectories import planar_joints, planar_placement, write_message
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
+from trajopt.values.arrays import Floats, floats, one_of
+from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import centres_of
 from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
+
+WRITTEN = (
+    Parts.ROBOT_STATE
+    + Parts.ROBOT_STATE_ATTACHED_OBJECTS
+    + Parts.WORLD_OBJECT_NAMES
+    + Parts.WORLD_OBJECT_GEOMETRY
+    + Parts.TRANSFORMS
+    + Parts.ALLOWED_COLLISION_MATRIX
+    + Parts.LINK_PADDING_AND_SCALING
+)
 
 
 def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
@@ -128,3 +159,78 @@ def matrix_message(scene: Scene) -> AllowedCollisionMatrix:
 
 def _excused(scene: Scene, a: str, b: str) -> bool:
     return a != b and scene.allowed.allowed(a, b)
+
+
+def state_message(scene: Scene, positions: Floats) -> RobotState:
+    """Return positions of all joints, and the attached objects, as a message."""
+    robot, at = scene.robot, positions.tolist()
+    named = dict(zip(robot.joint_names, at, strict=True))
+    several = MultiDOFJointState()
+    if planar_joints(robot.base.joints):
+        x, y, yaw = (named.pop(joint) for joint in robot.base.joints)
+        transform = transform_of(planar_placement(x, y, yaw))
+        several = MultiDOFJointState(Header(frame_id=robot.base.frame), [robot.base.name], [transform])
+    return RobotState(
+        joint_state=JointState(name=list(named), position=list(named.values())),
+        multi_dof_joint_state=several,
+        attached_collision_objects=list(attached_messages(scene).values()),
+    )
+
+
+def scene_message(scene: Scene, positions: Floats, components: int) -> PlanningScene:
+    """Return the requested components of a scene as a message.
+
+    Args:
+        scene: The scene.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        components: A sum of constants of `PlanningSceneComponents`.
+    """
+    asked, message = PlanningSceneComponents, PlanningScene(robot_model_name=scene.robot.name)
+    frame = scene.robot.links[0]
+    if components & (asked.ROBOT_STATE | asked.ROBOT_STATE_ATTACHED_OBJECTS):
+        message.robot_state = state_message(scene, positions)
+        if not components & asked.ROBOT_STATE_ATTACHED_OBJECTS:
+            message.robot_state.attached_collision_objects = []
+    if components & (asked.WORLD_OBJECT_NAMES | asked.WORLD_OBJECT_GEOMETRY):
+        objects = world_messages(scene, frame)
+        if not components & asked.WORLD_OBJECT_GEOMETRY:
+            objects = {name: CollisionObject(id=name) for name in objects}
+        message.world = PlanningSceneWorld(list(objects.values()))
+    if components & asked.TRANSFORMS:
+        message.fixed_frame_transforms = _fixed_frames(scene, frame)
+    if components & asked.ALLOWED_COLLISION_MATRIX:
+        message.allowed_collision_matrix = matrix_message(scene)
+    if components & asked.LINK_PADDING_AND_SCALING:
+        message.link_padding = [LinkPadding(*item) for item in scene.clearances.links.items()]
+        scales = {body.owner: body.scale for body in scene.robot.bodies if body.scale != 1.0}
+        message.link_scale = [LinkScale(*item) for item in scales.items()]
+    return message
+
+
+def _fixed_frames(scene: Scene, frame: str) -> list[TransformStamped]:
+    """Return the frames without a shape: fixed world frames and tool frames."""
+    standing = [name for name, item in scene.objects.items() if not item.parts and item.frame == WORLD]
+    placed = [(frame, name, scene.object(name).placement) for name in standing]
+    placed += [(item.frame, name, item.placement) for name, item in scene.tools.items()]
+    return [TransformStamped(Header(frame_id=on), name, transform_of(where)) for on, name, where in placed]
+
+
+@checked
+def write_scene(path: Path | str, scene: Scene, positions: Floats) -> None:
+    """Write a scene as `moveit_msgs/PlanningScene`: JSON if the file name ends in .json, else YAML.
+
+    This message cannot represent margins, clearances by kind or by name, temporary allowed contacts and
+    motions; a bundle can (`result.save`).
+
+    Args:
+        path: The file.
+        scene: The robot and its surroundings.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+
+    Raises:
+        FileFormatError: If the file cannot be written.
+        ShapeError: If there is not one finite position for each joint.
+    """
+    at = floats("positions", positions, (len(one_of("scene", scene, Scene).robot.joint_names),))
+    message = document_of(scene_message(scene, at, WRITTEN), "scene")
+    write_message(path, cast("dict[str, object]", message.value))

@@ -5,6 +5,8 @@ from math import hypot
 
 import numpy as np
 
+from trajopt.files import messages
+from trajopt.files.messages import SolidPrimitive, field_names
 from trajopt.files.moveit.pose import read_placement, read_vector
 from trajopt.scene.scene_object import Part
 from trajopt.values.documents.document import Node
@@ -13,7 +15,6 @@ from trajopt.values.placement import IDENTITY, placement
 from trajopt.values.shapes.mesh_file import Mesh
 from trajopt.values.shapes.shapes import Box, Cone, Cylinder, Plane, Shape, Sphere
 
-PRIMITIVE_FIELDS = ("type", "dimensions", "polygon")
 PRIMITIVES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
 DIMENSIONS = {
     "box": ("x", "y", "z"),
@@ -57,7 +58,7 @@ def _posed(node: Node, shapes: str, poses: str, read: Callable[[Node], Part], no
 
 def read_kind(node: Node) -> tuple[str, list[Node]]:
     """Return the kind of a solid primitive and the dimensions of that kind."""
-    node.only(PRIMITIVE_FIELDS)
+    node.only(field_names(SolidPrimitive))
     kind = node["type"].value
     name = kind.lower() if isinstance(kind, str) else ""
     if isinstance(kind, int) and not isinstance(kind, bool):
@@ -91,7 +92,7 @@ def read_primitive(node: Node) -> Shape:
 
 def read_mesh(node: Node) -> Mesh:
     """Return a mesh of triangles."""
-    node.only(("triangles", "vertices"))
+    node.only(field_names(messages.Mesh))
     vertices: list[tuple[float, ...]] = []
     for vertex in node["vertices"].elements():
         point = read_vector(vertex)
@@ -116,7 +117,7 @@ def read_plane(node: Node) -> Part:
     """Return the half-space a x + b y + c z + d <= 0 of a plane's coefficients [a, b, c, d]."""
     from scipy.spatial.transform import Rotation
 
-    coefficients = node.only(("coef",))["coef"].numbers()
+    coefficients = node.only(field_names(messages.Plane))["coef"].numbers()
     if len(coefficients) != 4:
         raise node["coef"].error(f"a plane has [a, b, c, d], not {len(coefficients)} numbers")
     normal, offset = np.array(coefficients[:3]), coefficients[3]

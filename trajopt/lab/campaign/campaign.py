@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.files.bundle.writing import versions
+from trajopt.files.bundle.bundle import versions
 from trajopt.lab.campaign.documents import Packer, digest
 from trajopt.lab.campaign.recipes import written
 from trajopt.lab.campaign.sources import Source

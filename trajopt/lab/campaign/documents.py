@@ -6,7 +6,7 @@ robot and scene once.
 
 import json
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
@@ -15,11 +15,9 @@ from typing import Any, TypeAlias, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.files.bundle.archive import Archive, write_archive
-from trajopt.files.bundle.from_document import Reader
-from trajopt.files.bundle.members import LARGEST, Members, array_bytes
-from trajopt.files.bundle.to_document import Writer
-from trajopt.files.bundle.writing import named_members
+from trajopt.files.bundle.bundle import named_members
+from trajopt.files.bundle.codec import ArrayOf, BundleReader, BundleWriter, FileOf
+from trajopt.files.bundle.members import LARGEST, Archive, Members, array_bytes, write_archive
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
@@ -66,7 +64,7 @@ class Packer:
         known = self._known.get(id(value))
         if known is not None:
             return known[1]
-        writer = _Parts(self, value)
+        writer = self._writer(value)
         document = writer.document(value, type(value).__name__.lower())
         members = {DOCUMENT: _json(document), **named_members(writer)}
         key = _key(document, members)
@@ -80,7 +78,7 @@ class Packer:
         Raises:
             ModelError: If it contains code of the caller, which cannot be stored.
         """
-        writer = _Parts(self, problem)
+        writer = self._writer(problem)
         document = writer.document(problem, "problem")
         arrays = {name: b64encode(array_bytes(each)).decode() for name, each in writer.arrays.items()}
         return {"document": document, "arrays": arrays}
@@ -94,18 +92,13 @@ class Packer:
         for key, members in self.members.items():
             write_archive(folder / f"{key}{SUFFIX}", members)
 
-
-class _Parts(Writer):
-    """Writes a value; robots and scenes in it become the keys of documents of their own."""
-
-    def __init__(self, packer: Packer, whole: object) -> None:
-        super().__init__()
-        self._packer, self._whole = packer, whole
-
-    def document(self, value: object, place: str) -> object:
-        if isinstance(value, SHARED) and value is not self._whole:
-            return {"stored": self._packer.key(value)}
-        return super().document(value, place)
+    def _writer(self, whole: object) -> BundleWriter:
+        """Return a writer of a value; robots and scenes in it become the keys of their own documents."""
+        return BundleWriter(
+            reference=lambda value, _: (
+                {"stored": self.key(value)} if isinstance(value, SHARED) and value is not whole else None
+            )
+        )
 
 
 class Library:
@@ -141,7 +134,7 @@ class Library:
     def stated(self, statement: Mapping[str, Any]) -> Problem:
         """Return a problem that `Packer.statement` stated."""
         arrays = cast("Mapping[str, str]", statement["arrays"])
-        reader = _Whole(self, lambda name: _array(b64decode(arrays[name])), Path)
+        reader = self._reader(lambda name: _array(b64decode(arrays[name])), Path)
         return one_of("problem", reader.value(Node(statement["document"], "problem")), Problem)
 
     def _one(self, key: str, kind: type[Kind]) -> Kind:
@@ -154,9 +147,14 @@ class Library:
             document: object = json.loads(members.read(DOCUMENT))
         except ValueError as error:
             raise FileFormatError(str(members.path), f"{DOCUMENT} cannot be parsed: {error}") from error
-        return _Whole(self, members.array, lambda name: self._file(members, name)).value(
-            Node(document, f"{members.path}: {DOCUMENT}")
-        )
+        reader = self._reader(members.array, lambda name: self._file(members, name))
+        return reader.value(Node(document, f"{members.path}: {DOCUMENT}"))
+
+    def _reader(self, array_of: ArrayOf, file_of: FileOf) -> BundleReader:
+        def stored(node: Node) -> object:
+            return self._one(node.only(("stored",))["stored"].text(), object)
+
+        return BundleReader(array_of, file_of, references={"stored": stored})
 
     def _file(self, members: Members, name: str) -> Path:
         """Return the path of a mesh, unpacked if a folder is given; for other files the name."""
@@ -199,23 +197,6 @@ def sent_from(folder: Path) -> Mapping[str, Mapping[str, bytes]]:
         each.path.stem: {name: each.read(name) for name in each.names if not name.startswith(MESHES)}
         for each in found
     }
-
-
-class _Whole(Reader):
-    """Reads a value; references by key are resolved in the library."""
-
-    def __init__(
-        self,
-        library: Library,
-        array_of: Callable[[str], NDArray[np.generic]],
-        file_of: Callable[[str], Path],
-    ) -> None:
-        super().__init__(array_of, file_of)
-        self._library = library
-        self._forms = {**self._forms, "stored": self._stored}
-
-    def _stored(self, node: Node) -> object:
-        return self._library._one(node.only(("stored",))["stored"].text(), object)  # pyright: ignore[reportPrivateUsage]
 
 
 def digest(*parts: object) -> str:

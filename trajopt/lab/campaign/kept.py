@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.files.bundle.writing import versions
+from trajopt.files.bundle.bundle import versions
 from trajopt.lab.campaign.campaign import SYSTEM, Campaign, Options, Task
 from trajopt.lab.campaign.columns import Row, need_parquet, read_rows, write_tasks
 from trajopt.lab.campaign.documents import Packer

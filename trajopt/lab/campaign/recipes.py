@@ -98,10 +98,12 @@ class FromMessages:
         """Make the problem."""
         robot = shop.library.robot(self.robot)
         around = scene_of(parse_document(self.scene, f"scene of {self.name}"), robot)
+        scene = around.scene
         if self.motions:
-            motions = parse_list(self.motions, f"motions of {self.name}")
-            around = replace(around, scene=apply_motions(motions, around.scene))
-        asked = request_of(parse_document(self.request, f"request of {self.name}"), around).problem()
+            scene = apply_motions(parse_list(self.motions, f"motions of {self.name}"), scene)
+        asked = request_of(
+            parse_document(self.request, f"request of {self.name}"), scene, around.state, around.world_names
+        ).problem()
         return replace(asked, name=self.name)
 
 

@@ -3,11 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from trajopt.files.messages import document_of, is_message
-from trajopt.files.messages.builtin_interfaces import Time
-from trajopt.files.messages.geometry_msgs import Pose, PoseStamped
+from trajopt.files.messages import Header, Pose, PoseStamped, Time, document_of, is_message
 from trajopt.files.moveit.pose import pose_of, read_placement
-from trajopt.ros.commander.std_msgs.msg import Header
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.errors import shown
 from trajopt.values.placement import Placement, placement

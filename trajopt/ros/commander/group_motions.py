@@ -1,34 +1,59 @@
-"""Following lines, picking and placing: motions that are more than one plan."""
+"""Motions that are more than one plan: Cartesian paths, picking and placing, retiming."""
 
 import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import wraps
 from typing import Any, TypeVar
 
-from trajopt.files.messages import document_of, field_names, is_message
+from trajopt.files.messages import (
+    Constraints,
+    MoveItErrorCodes,
+    RobotTrajectory,
+    document_of,
+    field_names,
+    is_message,
+)
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.scene_edits import without_collisions
-from trajopt.files.moveit.trajectory_message import trajectory_message
-from trajopt.problem.requirements import Requirement
+from trajopt.files.moveit.frames import reading_at, world_names
+from trajopt.files.moveit.planning_scene import without_collisions
+from trajopt.files.moveit.pose import read_vector
+from trajopt.files.moveit.robot_state import layered_positions
+from trajopt.files.moveit.trajectories import trajectory_message
+from trajopt.optimise.methods.timing import retime_path
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import Requirement, joint_positions
 from trajopt.ros.commander.conversions import framed_placement
-from trajopt.ros.commander.group_base import GroupBase
-from trajopt.ros.commander.moveit_msgs.msg import Constraints, MoveItErrorCodes, RobotTrajectory
-from trajopt.ros.commander.pick_place import executed, grasp_of, place_of
-from trajopt.ros.commander.planning import reading_in
+from trajopt.ros.commander.group_state import GroupBase
 from trajopt.ros.commander.robot_states import state_positions
 from trajopt.ros.commander.targets import Part, PoseTarget
+from trajopt.ros.commander.world import World
+from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
+from trajopt.server.move_group.execution import Execution
 from trajopt.server.move_group.functions import followed_through, picked, put_down
 from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome
 from trajopt.tasks.cartesian import Followed
-from trajopt.tasks.grasping import PickPlaceResult, grasps_of, gripper_of
+from trajopt.tasks.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight, grasps_of, gripper_of
+from trajopt.timing import RetimeFailure
+from trajopt.values.arrays import Floats
 from trajopt.values.errors import shown
+from trajopt.values.placement import WORLD
+from trajopt.values.trajectory import Path, Trajectory
 
 R = TypeVar("R")
 _LOG = logging.getLogger("trajopt.ros.commander")
 
 THIRD = 3
 """Place of the third argument, after `self`."""
+ALGORITHMS = (
+    "iterative_time_parameterization",
+    "iterative_spline_parameterization",
+    "time_optimal_trajectory_generation",
+)
+"""Names that MoveIt has for algorithms of this kind."""
+PATH_TOLERANCE = 1e-3
+"""How far the timed motion may leave the path [m]; MoveIt's leaves it by 0.1 rad in every joint."""
 
 
 def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
@@ -85,7 +110,7 @@ class GroupMotions(GroupBase):
         start = state_positions(self._start, self._world)
         targets = [framed_placement(each, self._reference) for each in waypoints]
         message = Constraints() if path_constraints is None else path_constraints
-        reading = reading_in(self._world.scene, start)
+        reading = reading_at(self._world.scene, start)
         constraints, scene = read_constraints(
             document_of(message, "path_constraints"), self._world.scene, reading
         )
@@ -189,5 +214,129 @@ class GroupMotions(GroupBase):
 
     def _while_held(self, scene: Scene) -> tuple[tuple[Requirement, ...], Scene]:
         """Return what the path constraints require, and the scene with the frames that they need."""
-        reading = reading_in(scene, self._world.positions)
+        reading = reading_at(scene, self._world.positions)
         return read_constraints(document_of(self._path_constraints, "path constraints"), scene, reading)
+
+
+def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: str, at: Floats) -> Grasp:
+    """Return a grasp as a Grasp message says it.
+
+    Args:
+        message: The message; its pose is of the end effector, its postures are of the fingers.
+        name: The object.
+        scene: The scene.
+        gripper: The gripper.
+        link: The end effector.
+        at: Positions of all joints now [rad | m].
+
+    Raises:
+        MoveItCommanderException: If a posture leaves a finger out.
+    """
+    where, frame = framed_placement(message.grasp_pose, WORLD)
+    placed = scene.placement_of(_frame(frame, scene), at) * where
+    tool = scene.placement_of(link, at).inverse() * scene.placement_of(gripper.tool, at)
+    return Grasp(
+        placement=scene.placement_of(name, at).inverse() * placed * tool,
+        width=_opening(message.grasp_posture, "grasp_posture", scene, gripper),
+        opening=_opening(message.pre_grasp_posture, "pre_grasp_posture", scene, gripper),
+        approach=_straight(message.pre_grasp_approach, link),
+        lift=_straight(message.post_grasp_retreat, link),
+        name=message.id or "grasp",
+    )
+
+
+def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
+    """Return a place as a Pose, PoseStamped or PlaceLocation says it: where the object will be.
+
+    Args:
+        location: The message.
+        scene: The scene.
+        link: The end effector.
+        at: Positions of all joints now [rad | m].
+    """
+    whole = is_message(location, "place_pose")
+    where, frame = framed_placement(location.place_pose if whole else location, WORLD)
+    placed = scene.placement_of(_frame(frame, scene), at) * where
+    if not whole:
+        return Place(placement=placed)
+    return Place(
+        placement=placed,
+        lower=_straight(location.pre_place_approach, link),
+        retreat=_straight(location.post_place_retreat, link),
+        name=location.id or "place",
+    )
+
+
+def executed(result: PickPlaceResult, world: World, tip: str) -> bool:
+    """Execute all motions of a pick or place in order, and update the scene.
+
+    Returns:
+        Whether the robot got to the end of every one; the world's outcome is that of the last.
+    """
+    for segment in result.require():
+        reduced = segment.result.problem.reduced
+        execution = Execution(reduced, segment.trajectory, tip)
+        if not world.execute(execution, wait=True).reached:
+            return False
+    item = result.final_scene.object(result.name)
+    world.edit(lambda scene: replace(scene, objects={**scene.objects, item.name: item}))
+    return True
+
+
+def _frame(name: str, scene: Scene) -> str:
+    return WORLD if name in world_names(scene.robot) else name
+
+
+def _straight(message: Any, link: str) -> Straight:
+    """Return a straight motion; the usual one where the message leaves it open."""
+    direction = read_vector(document_of(message.direction.vector, "direction")) or (0.0, 0.0, 0.0)
+    distance = float(message.desired_distance)
+    if not any(direction):
+        return Straight(distance) if distance > 0.0 else Straight()
+    frame = str(message.direction.header.frame_id).removeprefix("/") or link
+    return Straight(distance, direction, frame)
+
+
+def _opening(posture: Any, name: str, scene: Scene, gripper: Gripper) -> float:
+    """Return how far apart a posture has the pads [m]."""
+    robot, points = scene.robot, posture.points
+    if not points or len(points[-1].positions) != len(posture.joint_names):
+        raise MoveItCommanderException(
+            f"{name}: give a position for each of {', '.join(gripper.joint_names)}"
+        )
+    named = dict(zip(posture.joint_names, points[-1].positions, strict=True))
+    missing = [joint for joint in gripper.joint_names if joint not in named]
+    if missing:
+        raise MoveItCommanderException(f"{name}: leaves out {', '.join(missing)}")
+    return gripper.opening_at(robot, layered_positions(robot, named))
+
+
+def retimed(
+    reduced: ReducedModel, trajectory: Trajectory, *, velocity: float, acceleration: float
+) -> Trajectory:
+    """Return the fastest motion along the points of a trajectory within all limits.
+
+    Args:
+        reduced: The robot in its scene, the group's joints free.
+        trajectory: Joints in the group's order; its times do not count.
+        velocity: Factor in (0, 1] on the velocity limits.
+        acceleration: Factor in (0, 1] on the acceleration limits.
+
+    Raises:
+        MoveItCommanderException: If no timing holds the limits.
+        ProblemError: If a factor is outside (0, 1].
+    """
+    last = dict(zip(reduced.joint_names, trajectory.positions[-1].tolist(), strict=True))
+    problem = Problem(
+        scene=reduced.scene,
+        group=reduced.group,
+        start=reduced.start,
+        goal=joint_positions(last),
+        velocity_scaling=velocity,
+        acceleration_scaling=acceleration,
+    )
+    path = Path(reduced.joint_names, trajectory.positions)
+    motion = retime_path(problem, path, tolerance=PATH_TOLERANCE)
+    if isinstance(motion, RetimeFailure):
+        raise MoveItCommanderException(f"retime_trajectory: {motion.reason}")
+    return motion.trajectory

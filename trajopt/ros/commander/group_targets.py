@@ -1,12 +1,15 @@
-"""Where a group is sent: joint values, poses, named and remembered states."""
+"""Targets and constraints of a group: joint values, poses, named states, path constraints."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trajopt.files.messages import document_of, is_message
+from trajopt.files.messages import Constraints, TrajectoryConstraints, decode, document_of, is_message
+from trajopt.files.moveit.constraints import read_constraints
+from trajopt.files.moveit.frames import reading_at
 from trajopt.files.moveit.robot_state import checked_joint_positions
 from trajopt.optimise.kinematics import goal_configurations
 from trajopt.problem.problem import Problem
@@ -14,11 +17,12 @@ from trajopt.problem.requirements import frame_placement
 from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.ros.commander.conversions import framed_placement
-from trajopt.ros.commander.group_base import GroupBase
+from trajopt.ros.commander.group_state import GroupBase
 from trajopt.ros.commander.targets import Part, PoseTarget
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.arrays import floats
-from trajopt.values.errors import JointNotFound, StateNotFound, shown
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.errors import JointNotFound, NameNotFound, ProblemError, StateNotFound, shown
 from trajopt.values.likely_units import meant_in_joint
 from trajopt.values.placement import placement
 from trajopt.values.printed import in_joint_position, in_range
@@ -240,3 +244,90 @@ class GroupTargets(GroupBase):
                 f"no configuration free of collisions brings {shown(link)} to {where}"
             )
         return self._by_place("joint values", found[0])
+
+
+class GroupConstraints(GroupBase):
+    """What a group holds on the way."""
+
+    def get_known_constraints(self) -> list[str]:
+        """Return the names of the stored constraints."""
+        return sorted(self._known_constraints)
+
+    def get_path_constraints(self) -> Constraints:
+        """Return what is held all the way."""
+        return self._path_constraints
+
+    def set_path_constraints(self, value: Any) -> None:
+        """Choose what is held all the way: by `plan`, and just so by `go`.
+
+        Args:
+            value: A Constraints message with joint, position, orientation and visibility constraints, the
+                name of stored ones, or None for nothing.
+
+        Raises:
+            MoveItCommanderException: If they name what does not exist, or are malformed.
+        """
+        if value is None:
+            return self.clear_path_constraints()
+        if isinstance(value, str):
+            if value not in self._known_constraints:
+                raise NameNotFound("stored constraints", value, self._known_constraints)
+            value = self._known_constraints[value]
+        self._check("set_path_constraints", value)
+        self._path_constraints = value
+        return None
+
+    def clear_path_constraints(self) -> None:
+        """Hold nothing on the way."""
+        self._path_constraints = Constraints()
+
+    def get_trajectory_constraints(self) -> TrajectoryConstraints:
+        """Return what is held on the way one after the other."""
+        return self._trajectory_constraints
+
+    def set_trajectory_constraints(self, value: Any) -> None:
+        """Choose what is held on the way one after the other: waypoints.
+
+        Args:
+            value: A TrajectoryConstraints message, or None for nothing.
+
+        Raises:
+            MoveItCommanderException: If they name what does not exist, or are malformed.
+        """
+        if value is None:
+            return self.clear_trajectory_constraints()
+        for each in value.constraints:
+            self._check("set_trajectory_constraints", each)
+        self._trajectory_constraints = value
+        return None
+
+    def clear_trajectory_constraints(self) -> None:
+        """Pass no waypoints."""
+        self._trajectory_constraints = TrajectoryConstraints()
+
+    def set_constraints_database(self, host: str, port: int) -> None:
+        """Choose where stored constraints are.
+
+        Args:
+            host: A folder of `moveit_msgs/Constraints` in YAML, each known by the name of its file.
+            port: As in MoveIt; a folder has none.
+
+        Raises:
+            MoveItCommanderException: If there is no such folder, or a file in it is malformed.
+        """
+        if not Path(host).is_dir():
+            raise ProblemError(f"set_constraints_database: {shown(host)} is not a folder")
+        stored: dict[str, Constraints] = {}
+        for path in sorted(Path(host).glob("*.yaml")):
+            document = read_document(path)
+            self._read(document)
+            stored[path.stem] = decode(Constraints, document)
+        self._known_constraints = stored
+
+    def _check(self, name: str, message: object) -> None:
+        """Make sure that constraints can be read, before they are planned with."""
+        self._read(document_of(message, name))
+
+    def _read(self, document: Node) -> None:
+        scene = self._world.scene
+        read_constraints(document, scene, reading_at(scene, self._world.positions))

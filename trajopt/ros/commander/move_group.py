@@ -4,25 +4,21 @@ import logging
 from collections.abc import Sequence
 from typing import Any
 
-from trajopt.files.moveit.trajectory_message import trajectory_message
-from trajopt.planning.result import Result
-from trajopt.ros.commander.geometry_msgs.msg import Vector3
-from trajopt.ros.commander.group_constraints import GroupConstraints
-from trajopt.ros.commander.group_motions import GroupMotions
-from trajopt.ros.commander.group_settings import GroupSettings
-from trajopt.ros.commander.group_state import GroupState
-from trajopt.ros.commander.group_targets import GroupTargets
-from trajopt.ros.commander.moveit_msgs.msg import (
+from trajopt.files.messages import (
     MotionPlanRequest,
     MoveItErrorCodes,
     RobotState,
     RobotTrajectory,
+    Vector3,
     WorkspaceParameters,
 )
-from trajopt.ros.commander.planning import problem_of
-from trajopt.ros.commander.robot_states import link_names, state_positions
+from trajopt.files.moveit.trajectories import trajectory_message, trajectory_of
+from trajopt.planning.result import Result
+from trajopt.ros.commander.group_motions import ALGORITHMS, GroupMotions, retimed
+from trajopt.ros.commander.group_state import GroupSettings, GroupState
+from trajopt.ros.commander.group_targets import GroupConstraints, GroupTargets
+from trajopt.ros.commander.robot_states import link_names, problem_of, state_positions
 from trajopt.ros.commander.targets import goal_constraints
-from trajopt.ros.commander.trajectories import ALGORITHMS, retimed, trajectory_of
 from trajopt.scene.reduced import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.execution import Execution

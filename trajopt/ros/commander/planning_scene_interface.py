@@ -7,22 +7,23 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from trajopt.files.messages import document_of, is_message
-from trajopt.files.moveit.attached_object import apply_attached
-from trajopt.files.moveit.pose import pose_of
-from trajopt.files.moveit.scene_edits import edit_object, edit_scene
-from trajopt.files.moveit.scene_messages import attached_messages, mesh_message, world_messages
-from trajopt.files.moveit.state_message import scene_message
-from trajopt.ros.commander.conversions import framed_placement
-from trajopt.ros.commander.geometry_msgs.msg import Pose
-from trajopt.ros.commander.moveit_msgs.msg import (
+from trajopt.files.messages import (
     AttachedCollisionObject,
     CollisionObject,
+    Header,
+    Plane,
     PlanningScene,
+    Pose,
+    SolidPrimitive,
+    document_of,
+    is_message,
 )
-from trajopt.ros.commander.planning import reading_in
-from trajopt.ros.commander.shape_msgs.msg import Plane, SolidPrimitive
-from trajopt.ros.commander.std_msgs.msg import Header
+from trajopt.files.moveit.frames import reading_at
+from trajopt.files.moveit.objects import apply_attached
+from trajopt.files.moveit.planning_scene import edit_object, edit_scene
+from trajopt.files.moveit.pose import pose_of
+from trajopt.files.moveit.scene_messages import attached_messages, mesh_message, scene_message, world_messages
+from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import speaks_moveit
@@ -255,7 +256,7 @@ class PlanningSceneInterface:
 
     def _apply(self, document: Node, change: Callable[[Node, Scene, Any], Scene]) -> None:
         positions = self._world.positions
-        self._world.edit(lambda scene: change(document, scene, reading_in(scene, positions)))
+        self._world.edit(lambda scene: change(document, scene, reading_at(scene, positions)))
 
 
 def _placed(name: str, pose: Any) -> CollisionObject:

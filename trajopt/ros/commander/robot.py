@@ -3,17 +3,22 @@
 from collections.abc import Sequence
 from typing import Any
 
-from trajopt.files.messages import is_message
+from trajopt.files.messages import (
+    ColorRGBA,
+    Header,
+    Marker,
+    MarkerArray,
+    PoseStamped,
+    RobotState,
+    Vector3,
+    is_message,
+)
 from trajopt.files.moveit.pose import pose_of
-from trajopt.files.moveit.state_message import state_message
+from trajopt.files.moveit.scene_messages import state_message
 from trajopt.robot.loading.urdf import MeshReference
 from trajopt.ros.commander.conversions import stamped
-from trajopt.ros.commander.geometry_msgs.msg import PoseStamped, Vector3
 from trajopt.ros.commander.move_group import MoveGroupCommander
-from trajopt.ros.commander.moveit_msgs.msg import RobotState
 from trajopt.ros.commander.robot_states import joint_names, link_names, state_positions
-from trajopt.ros.commander.std_msgs.msg import ColorRGBA, Header
-from trajopt.ros.commander.visualization_msgs.msg import Marker, MarkerArray
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit

@@ -1,18 +1,20 @@
-"""Robot state messages: where the joints are, and what the robot carries."""
+"""Robot states and motion plan requests of scripts as positions and problems."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
 
-from trajopt.files.messages import document_of
-from trajopt.files.messages.sensor_msgs import JointState
+from trajopt.files.messages import JointState, MotionPlanRequest, RobotState, document_of
+from trajopt.files.moveit.motion_plan_request import request_of
 from trajopt.files.moveit.robot_state import checked_joint_positions, layered_positions
+from trajopt.problem.problem import Problem
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.loading.pinocchio_model import joint_above, joint_frame_names
 from trajopt.robot.robot import Robot
-from trajopt.ros.commander.moveit_msgs.msg import RobotState
 from trajopt.ros.commander.world import World
+from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 
 
@@ -72,3 +74,20 @@ def state_positions(state: object, world: World) -> Floats:
     if isinstance(state, Mapping):
         return layered_positions(robot, now, cast("Mapping[str, float]", state))
     return layered_positions(robot, now, checked_joint_positions(document_of(state, "robot state"), robot))
+
+
+def problem_of(request: MotionPlanRequest, scene: Scene, positions: Floats) -> Problem:
+    """Return the problem that a request asks for.
+
+    Args:
+        request: The message.
+        scene: What is around the robot.
+        positions: Where its joints are now, which counts where the start state leaves one out [rad | m].
+
+    Raises:
+        FileFormatError: If the request does not say what it must.
+        NameNotFound: If it names a joint, link, frame or object that does not exist.
+    """
+    now = dict(zip(scene.robot.joint_names, positions.tolist(), strict=True))
+    read = request_of(document_of(request, "motion plan request"), scene, now)
+    return replace(read.problem(), name=request.group_name)

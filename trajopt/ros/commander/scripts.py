@@ -1,24 +1,28 @@
-"""Scripts as they stand: while one runs, the names of ROS and MoveIt mean the stand-ins."""
+"""Unchanged scripts: while one runs, the names of ROS and MoveIt mean the stand-ins."""
 
+import io
+import logging
 import runpy
 import sys
 import traceback
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import TextIO
+from typing import Any, TextIO
 
-from trajopt.ros.commander.unchanged import UnchangedMoveGroup, UnchangedRobot, UnchangedScene
+from trajopt.ros.commander.move_group import MoveGroupCommander
+from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
+from trajopt.ros.commander.robot import RobotCommander
 from trajopt.ros.commander.world import World
 from trajopt.server.move_group.outcome import MoveItCommanderException, NoStandIn
 from trajopt.values.errors import FileFormatError, TrajoptError, shown
 
+_LOG = logging.getLogger("trajopt.ros.commander")
 HERE = "trajopt.ros.commander"
-
 PACKAGES = {
     "moveit_commander": ("conversions", "exception", "move_group", "planning_scene_interface", "robot"),
     "rospy": (),
@@ -39,14 +43,6 @@ PACKAGES = {
     },
 }
 """What is stood in for: packages of ROS and MoveIt, and their modules."""
-
-UNCHANGED = {
-    "MoveGroupCommander": UnchangedMoveGroup,
-    "PlanningSceneInterface": UnchangedScene,
-    "RobotCommander": UnchangedRobot,
-}
-"""Classes that scripts as they stand get under MoveIt's names."""
-
 REASONS = {
     **dict.fromkeys(
         ("rospy.Subscriber", "rospy.wait_for_message"),
@@ -67,6 +63,95 @@ REASONS = {
     ),
 }
 """Why a name is not stood in for, and what does instead."""
+
+
+class Answering(io.TextIOBase):
+    """Says Enter to every question of `input()` that the source has no line for.
+
+    Reading in other ways (`for line in sys.stdin`, `sys.stdin.read()`) ends where the source ends.
+    """
+
+    def __init__(self, source: TextIO | None = None) -> None:
+        """Choose where answers come from first; from nowhere when None."""
+        self._source = source
+
+    def readable(self) -> bool:
+        """Say that it can be read."""
+        return True
+
+    def readline(self, size: int | None = -1, /) -> str:  # type: ignore[override]
+        """Return the next line, or an empty one."""
+        line = self._line()
+        if not line:
+            sys.stdout.write("\n")  # As a terminal would show Enter, so that what follows has its own line.
+        return line or "\n"
+
+    def read(self, size: int | None = -1, /) -> str:
+        """Return what is left of the source."""
+        return "" if self._source is None else self._source.read(-1 if size is None else size)
+
+    def __next__(self) -> str:  # type: ignore[override]
+        """Return the next line of the source."""
+        line = self._line()
+        if not line:
+            raise StopIteration
+        return line
+
+    def _line(self) -> str:
+        return "" if self._source is None else self._source.readline()
+
+
+def _or_warn(change: Callable[[], None], consequence: str) -> None:
+    try:
+        change()
+    except MoveItCommanderException as error:
+        _LOG.warning("%s; %s", error, consequence)
+
+
+class UnchangedMoveGroup(MoveGroupCommander):
+    """A group whose script may name OMPL's planners: they are not here, and trajopt's plans."""
+
+    def set_planner_id(self, planner_id: str) -> None:
+        """Choose a method of planning; the usual one stays, with a warning, where there is none so named."""
+        choose = super().set_planner_id
+        _or_warn(lambda: choose(planner_id), "trajopt's own plans")
+
+    def set_planning_pipeline_id(self, planning_pipeline: str) -> None:
+        """Choose the pipeline; the one there is stays, with a warning, where another is named."""
+        choose = super().set_planning_pipeline_id
+        _or_warn(lambda: choose(planning_pipeline), "trajopt's own plans")
+
+    def execute(self, trajectory: Any, wait: bool = True) -> bool:
+        """Execute a motion, or all that `plan` returned: until 2020 that was the motion alone."""
+        return super().execute(trajectory[1] if isinstance(trajectory, tuple) else trajectory, wait)
+
+
+class UnchangedRobot(RobotCommander):
+    """A robot whose groups are those of scripts as they stand."""
+
+    group_kind = UnchangedMoveGroup
+
+
+class UnchangedScene(PlanningSceneInterface):
+    """A scene whose script may clear away what is not there, as scripts do at their beginning."""
+
+    def remove_world_object(self, name: str | None = None) -> None:
+        """Remove an object from the world, or all; warn where there is none of that name."""
+        remove = super().remove_world_object
+        _or_warn(lambda: remove(name), "nothing is removed")
+
+    def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
+        """Leave what a link carries in the world; warn where there is none of that name."""
+        remove = super().remove_attached_object
+        _or_warn(lambda: remove(link, name), "nothing is detached")
+
+
+UNCHANGED = {
+    "MoveGroupCommander": UnchangedMoveGroup,
+    "PlanningSceneInterface": UnchangedScene,
+    "RobotCommander": UnchangedRobot,
+}
+"""Classes that scripts as they stand get under MoveIt's names."""
 
 
 class StandIn(ModuleType):

@@ -7,17 +7,17 @@ from itertools import zip_longest
 
 import numpy as np
 
-from trajopt.files.moveit.pose import pose_of
-from trajopt.ros.commander.geometry_msgs.msg import Pose
-from trajopt.ros.commander.moveit_msgs.msg import (
+from trajopt.files.messages import (
     BoundingVolume,
     Constraints,
+    Header,
     JointConstraint,
     OrientationConstraint,
+    Pose,
     PositionConstraint,
+    SolidPrimitive,
 )
-from trajopt.ros.commander.shape_msgs.msg import SolidPrimitive
-from trajopt.ros.commander.std_msgs.msg import Header
+from trajopt.files.moveit.pose import pose_of
 from trajopt.server.move_group.settings import Settings
 from trajopt.values.placement import Placement
 

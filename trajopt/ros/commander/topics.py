@@ -3,12 +3,13 @@
 import logging
 from typing import Any
 
-from trajopt.files.messages import field_names, is_message
-from trajopt.ros.commander.moveit_msgs.msg import (
+from trajopt.files.messages import (
     AttachedCollisionObject,
     CollisionObject,
     DisplayTrajectory,
     PlanningScene,
+    field_names,
+    is_message,
 )
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.world import world_or_current
@@ -80,7 +81,7 @@ def _is_message(value: object, kind: type) -> bool:
     return isinstance(value, kind) or bool(field_names(value))
 
 
-def _told(message: object) -> str:
+def _told(message: Any) -> str:
     """Return what the log says of a message."""
     if not isinstance(message, DisplayTrajectory) or not all(
         is_message(each, "joint_trajectory") for each in message.trajectory

@@ -1,9 +1,10 @@
-"""World: the robot, the scene and what moves it, that the names of a script belong to."""
+"""The world of a script: its robot, its scene, the executor, and the script's parameters."""
 
 import logging
 import time
 from collections.abc import Callable, Mapping
 from contextvars import ContextVar, Token
+from dataclasses import dataclass, field
 from threading import RLock
 from types import TracebackType
 from typing import ParamSpec, TypeVar
@@ -11,13 +12,12 @@ from typing import ParamSpec, TypeVar
 import numpy as np
 
 from trajopt.driving import Executor
+from trajopt.files.messages import MoveItErrorCodes
 from trajopt.robot.configuration import initial_positions
 from trajopt.robot.load import load
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.robot import Robot
 from trajopt.ros.commander.backend import Backend
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
-from trajopt.ros.commander.node import Node
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.execution import Execution, not_executed
 from trajopt.server.move_group.in_process import InProcess
@@ -25,10 +25,55 @@ from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome,
 from trajopt.values.arrays import Floats, one_of
 from trajopt.values.errors import MissingExtra, ModelError, shown
 
+OF_THE_ROBOT = ("robot_description", "robot_description_semantic")
+"""Parameters that launch files set; the robot of the world is in their place."""
 P = ParamSpec("P")
 R = TypeVar("R")
 _LOG = logging.getLogger("trajopt.ros.commander")
 _CURRENT: ContextVar["World"] = ContextVar("world")
+
+
+@dataclass
+class Node:
+    """A script's parameters, and what it does when it ends.
+
+    Attributes:
+        name: What the script calls itself.
+        parameters: Values by name, without a leading slash.
+        hooks: What is called when the script ends, the first first.
+        shut_down: Whether the script was told to end.
+    """
+
+    name: str = "script"
+    parameters: dict[str, object] = field(default_factory=dict[str, object])
+    hooks: list[Callable[[], object]] = field(default_factory=list[Callable[[], object]])
+    shut_down: bool = False
+
+    def end(self) -> None:
+        """Call what is to be called at the end, once."""
+        self.shut_down = True
+        while self.hooks:
+            self.hooks.pop(0)()
+
+    def has(self, name: str) -> bool:
+        """Say whether there is a parameter of that name."""
+        key = name.removeprefix("/")
+        return key in self.parameters or key in OF_THE_ROBOT
+
+    def parameter(self, name: str) -> object:
+        """Return the value of a parameter.
+
+        Raises:
+            KeyError: If there is none of that name.
+            MoveItCommanderException: If it is a text of the robot's files, which are not kept.
+        """
+        key = name.removeprefix("/")
+        if key not in self.parameters and key in OF_THE_ROBOT:
+            raise MoveItCommanderException(
+                f"rospy.get_param({key!r}): the text of the robot's files is not kept; RobotCommander knows "
+                "its groups, joints and links"
+            )
+        return self.parameters[key]
 
 
 class World:

@@ -1,28 +1,24 @@
 """How goals of an action are sent and cancelled, and how their results arrive, in ROS 2 and in ROS 1."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Protocol, cast
 
-from trajopt.files.messages import Generation, decode, encode
-from trajopt.files.messages.actionlib_msgs import GoalID, GoalStatus
-from trajopt.files.messages.builtin_interfaces import Time
-from trajopt.files.messages.control_msgs import FollowJointTrajectoryGoal, FollowJointTrajectoryResult
-from trajopt.files.messages.std_msgs import Header
+from trajopt.files.messages import (
+    FollowJointTrajectoryActionResult,
+    FollowJointTrajectoryGoal,
+    Generation,
+    GoalID,
+    GoalStatus,
+    Header,
+    Time,
+    decode,
+    encode,
+)
 from trajopt.ros.driver.client import RosbridgeClient
 from trajopt.ros.rosbridge.wire import Incoming, plain
 
 SUCCEEDED = 4
 """Status of a goal that was reached (`action_msgs/GoalStatus`)."""
-
-
-@dataclass(slots=True)
-class _Ended:
-    """A `control_msgs/FollowJointTrajectoryActionResult`."""
-
-    header: Header = field(default_factory=Header)
-    status: GoalStatus = field(default_factory=GoalStatus)
-    result: FollowJointTrajectoryResult = field(default_factory=FollowJointTrajectoryResult)
 
 
 class TrajectoryAction(Protocol):
@@ -112,7 +108,9 @@ class Ros1Action:
         """Return the id of the goal that a message ends, and why it failed; None if it ends none."""
         if incoming.op != "publish" or incoming.topic != self._result:
             return None
-        status = decode(_Ended, plain(incoming.msg), Generation.ROS1, name=self._result).status
+        status = decode(
+            FollowJointTrajectoryActionResult, plain(incoming.msg), Generation.ROS1, name=self._result
+        ).status
         reason = status.text or f"its status is {status.status}"
         return status.goal_id.id, "" if status.status == GoalStatus.SUCCEEDED else reason
 

@@ -13,12 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.driving import CommittedMotion, RobotState
-from trajopt.files.messages import Generation, decode
-from trajopt.files.messages.builtin_interfaces import Time
-from trajopt.files.messages.control_msgs import FollowJointTrajectoryGoal
-from trajopt.files.messages.sensor_msgs import JointState
-from trajopt.files.moveit.planar_joints import planar_joints
-from trajopt.files.moveit.trajectory_message import trajectory_message
+from trajopt.files.messages import FollowJointTrajectoryGoal, Generation, JointState, Time, decode
+from trajopt.files.moveit.trajectories import planar_joints, trajectory_message
 from trajopt.ros.driver.actions import Ros1Action, Ros2Action, TrajectoryAction
 from trajopt.ros.driver.client import RosbridgeClient
 from trajopt.ros.rosbridge.wire import Incoming, plain

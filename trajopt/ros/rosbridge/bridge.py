@@ -6,15 +6,16 @@ from typing import Any, Protocol
 
 import msgspec
 
-from trajopt.files.messages import Generation, encode
-from trajopt.files.messages.builtin_interfaces import Time
-from trajopt.files.messages.moveit_msgs import (
+from trajopt.files.messages import (
+    Generation,
+    Header,
+    JointState,
     PlannerInterfaceDescription,
     QueryPlannerInterfacesResponse,
+    Time,
+    encode,
+    plain_name,
 )
-from trajopt.files.messages.names import plain_name
-from trajopt.files.messages.sensor_msgs import JointState
-from trajopt.files.messages.std_msgs import Header
 from trajopt.optimise.methods import METHODS
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.description import RobotDescription

@@ -11,12 +11,11 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from trajopt.ros.rosbridge.bridge import Bridge
-from trajopt.ros.rosbridge.fragments import Fragments
 from trajopt.ros.rosbridge.goals import Goal
 from trajopt.ros.rosbridge.offered_actions import RelayedGoal
 from trajopt.ros.rosbridge.services import ACTIONS, same_type
 from trajopt.ros.rosbridge.topics import no_compression
-from trajopt.ros.rosbridge.wire import Incoming, Unusable, named, parsed, pieces, status, written
+from trajopt.ros.rosbridge.wire import Fragments, Incoming, Unusable, named, parsed, pieces, status, written
 from trajopt.values.errors import TrajoptError, listed, shown
 
 _LOG = logging.getLogger("trajopt.server")

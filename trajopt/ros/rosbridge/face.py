@@ -1,26 +1,92 @@
-"""Serving clients made for ROS until the server is told to end: rosbridge on one port, meshes on another."""
+"""Serving clients made for ROS: rosbridge on one port, the robot's meshes over HTTP on another."""
 
 import asyncio
 from collections.abc import Callable
 from contextlib import AsyncExitStack
 from functools import partial
 from http import HTTPStatus
+from urllib.parse import unquote
 
 from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from trajopt.ros.rosbridge.bridge import Bridge
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.connection import converse
 from trajopt.ros.rosbridge.description import RobotDescription
-from trajopt.ros.rosbridge.mesh_files import MeshFiles, admission_error, refusal
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.server.service import Service
 
+TYPES = {
+    ".stl": "model/stl",
+    ".dae": "model/vnd.collada+xml",
+    ".obj": "model/obj",
+    ".glb": "model/gltf-binary",
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+}
+OTHER = "application/octet-stream"
 ANSWERS = "trajopt.ros.rosbridge.answers"
 """The module of the operations that a service needs for this."""
 CLOSING = 1.0
 """Clients are waited for so long when the server ends [s]."""
+
+
+def http_response(status: HTTPStatus, body: bytes, kind: str, origin: str = "") -> Response:
+    """Return an answer after which the connection is closed.
+
+    Args:
+        status: How it went.
+        body: What is answered.
+        kind: Its media type.
+        origin: Where the page is from that may read it.
+    """
+    headers = Headers()
+    headers["Content-Type"] = kind
+    headers["Content-Length"] = str(len(body))
+    headers["X-Content-Type-Options"] = "nosniff"
+    headers["Connection"] = "close"
+    if origin:
+        headers["Access-Control-Allow-Origin"] = origin
+    return Response(status.value, status.phrase, headers, body)
+
+
+def refusal(status: HTTPStatus, reason: str) -> Response:
+    """Return a refusal with its reason."""
+    return http_response(status, f"{reason}\n".encode(), "text/plain; charset=utf-8")
+
+
+def admission_error(options: RosbridgeOptions, headers: Headers) -> Response | None:
+    """Return the refusal of a request by its Host and Origin, None if its client is admitted."""
+    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(hosts) > 1 or len(origins) > 1:
+        return refusal(HTTPStatus.BAD_REQUEST, "needs one Host and at most one Origin")
+    if not options.admits("".join(hosts), "".join(origins)):
+        return refusal(HTTPStatus.FORBIDDEN, "this page or this name of the server is not admitted")
+    return None
+
+
+class MeshFiles:
+    """Answers requests for the files of a robot's meshes, and for no others."""
+
+    def __init__(self, description: RobotDescription, options: RosbridgeOptions) -> None:
+        """Choose the robot."""
+        self._description, self._options = description, options
+
+    async def answer(self, connection: ServerConnection, request: Request) -> Response:
+        """Answer a request."""
+        not_admitted = admission_error(self._options, request.headers)
+        if not_admitted is not None:
+            return not_admitted
+        name = unquote(request.path.partition("?")[0]).removeprefix("/")
+        found = await asyncio.to_thread(self._description.file, name)
+        if found is None:
+            return refusal(HTTPStatus.NOT_FOUND, "no file of the robot's packages has that name")
+        body = await asyncio.to_thread(found.read_bytes)
+        return http_response(
+            HTTPStatus.OK, body, TYPES.get(found.suffix.lower(), OTHER), request.headers.get("Origin", "")
+        )
 
 
 async def serve_rosbridge(

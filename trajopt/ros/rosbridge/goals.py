@@ -7,8 +7,7 @@ from typing import Any
 
 import msgspec
 
-from trajopt.files.messages import Generation, encode
-from trajopt.files.messages.moveit_msgs import MoveGroupResult, MoveItErrorCodes
+from trajopt.files.messages import Generation, MoveGroupResult, MoveItErrorCodes, encode
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.services import ActionServer
 from trajopt.ros.rosbridge.wire import Unusable

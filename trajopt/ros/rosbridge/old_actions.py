@@ -9,10 +9,16 @@ from typing import Any
 
 import msgspec
 
-from trajopt.files.messages import Generation, decode, encode
-from trajopt.files.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray
-from trajopt.files.messages.builtin_interfaces import Time
-from trajopt.files.messages.std_msgs import Header
+from trajopt.files.messages import (
+    Generation,
+    GoalID,
+    GoalStatus,
+    GoalStatusArray,
+    Header,
+    Time,
+    decode,
+    encode,
+)
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.goals import Ending, Goal
 from trajopt.ros.rosbridge.services import ACTIONS, ActionServer

@@ -7,14 +7,12 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias, cast
 
-from trajopt.files.messages import Generation, encode, message_named
-from trajopt.files.messages.builtin_interfaces import Time
-from trajopt.files.messages.names import plain_name
+from trajopt.files.messages import Generation, Time, definitions, encode, message_named, plain_name
+from trajopt.files.messages.definitions import INITIAL
 from trajopt.ros.rosbridge.description import RobotDescription
 from trajopt.ros.rosbridge.offered import Offered
 from trajopt.ros.rosbridge.offered_actions import OfferedActions
 from trajopt.ros.rosbridge.options import RosbridgeOptions
-from trajopt.ros.rosbridge.rosapi_types import typedefs
 from trajopt.ros.rosbridge.services import ACTIONS, SERVICES
 from trajopt.ros.rosbridge.topics import Topics
 from trajopt.ros.rosbridge.wire import Unusable
@@ -180,3 +178,34 @@ def _parameter(asked: Mapping[str, Any]) -> str:
     """Return the full name of a parameter; ROS 2 writes "node:name"."""
     name = _text(asked, "name").rpartition(":")[2]
     return name if name.startswith("/") else f"/{name}"
+
+
+def typedefs(kind: type[Any]) -> list[dict[str, object]]:
+    """Return the definition of a message, and those of all messages in it, as `rosapi` writes them."""
+    found: dict[str, dict[str, object]] = {}
+    _collect(kind.definition.name, found)
+    return list(found.values())
+
+
+def _collect(name: str, found: dict[str, dict[str, object]]) -> None:
+    if name in found or name.startswith("builtin_interfaces/"):
+        return
+    definition = definitions()[name]
+    elements = [each.kind.removesuffix("[]") for each in definition.fields]
+    found[name] = {
+        "type": name,
+        "fieldnames": [each.name for each in definition.fields],
+        "fieldtypes": elements,
+        "fieldarraylen": [0 if each.kind.endswith("[]") else -1 for each in definition.fields],
+        "examples": ["[]" if each.kind.endswith("[]") else _example(each.kind) for each in definition.fields],
+        "constnames": list(definition.constants),
+        "constvalues": [str(value) for value in definition.constants.values()],
+    }
+    for element in elements:
+        if element in definitions():
+            _collect(element, found)
+
+
+def _example(kind: str) -> str:
+    initial = INITIAL.get(kind, "{}")
+    return "false" if initial is False else str(initial)

@@ -3,7 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trajopt.files.messages.names import plain_name
+from trajopt.files.messages import plain_name
+
+EDITS: Mapping[str, tuple[str, str]] = {
+    "/planning_scene": ("moveit_msgs/PlanningScene", "moveit/apply_planning_scene"),
+    "/collision_object": ("moveit_msgs/CollisionObject", "moveit/collision_object"),
+    "/attached_collision_object": ("moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"),
+}
+"""Topics that change the scene: the type of each, and what a worker does."""
+CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
+"""The same of a topic on which a camera is told to publish."""
 
 
 @dataclass(frozen=True)
@@ -32,14 +41,6 @@ SERVICES: Mapping[str, Service] = {
     }.items()
 }
 """MoveIt's services by name."""
-EDITS: Mapping[str, tuple[str, str]] = {
-    "/planning_scene": ("moveit_msgs/PlanningScene", "moveit/apply_planning_scene"),
-    "/collision_object": ("moveit_msgs/CollisionObject", "moveit/collision_object"),
-    "/attached_collision_object": ("moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"),
-}
-"""Topics that change the scene: the type of each, and what a worker does."""
-CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
-"""The same of a topic on which a camera is told to publish."""
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import Protocol
 
 import msgspec
 
-from trajopt.files.messages import Generation, decode, message_named
-from trajopt.files.messages.names import plain_name
+from trajopt.files.messages import Generation, decode, message_named, plain_name
 from trajopt.ros.rosbridge.wire import Unusable, plain, written
 from trajopt.values.errors import FileFormatError, MessageNotFound, listed, shown
 

@@ -1,6 +1,7 @@
-"""What goes over the wire: the operations of the rosbridge protocol, version 2, as JSON."""
+"""Operations of the rosbridge protocol, version 2, as JSON, and messages in fragments."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from math import ceil
 from typing import Any
 
@@ -12,6 +13,11 @@ RAW = msgspec.Raw
 NOTHING = RAW(b"{}")
 LARGEST_ID = 1000
 """Characters of an id, a topic or another name."""
+_ENCODER = msgspec.json.Encoder()
+MESSAGES = 8
+"""Messages of a client that may be incomplete at a time."""
+PIECES = 10_000
+"""Pieces of one message."""
 
 
 class Incoming(msgspec.Struct):
@@ -69,7 +75,6 @@ class Unusable(TrajoptError):
 
 
 _DECODER = msgspec.json.Decoder(Incoming)
-_ENCODER = msgspec.json.Encoder()
 
 
 def parsed(text: str | bytes) -> Incoming:
@@ -144,3 +149,43 @@ def pieces(text: bytes, size: int | None, name: str) -> Iterator[bytes]:
     for num in range(total):
         data = whole[num * size : (num + 1) * size]
         yield written({"op": "fragment", "id": name, "data": data, "num": num, "total": total})
+
+
+@dataclass
+class _Parts:
+    total: int
+    pieces: dict[int, str] = field(default_factory=dict[int, str])
+
+
+class Fragments:
+    """The pieces that a client has sent of messages that are not complete."""
+
+    def __init__(self, largest: int) -> None:
+        """Bound the size of all of them together [bytes]."""
+        self._largest, self._size = largest, 0
+        self._parts: dict[str | int | None, _Parts] = {}
+
+    def add(self, fragment: Incoming) -> str | None:
+        """Keep a piece; return the whole message once it is complete.
+
+        Raises:
+            Unusable: If the piece has no place in its message, or they are too many or too large.
+        """
+        name, total = fragment.id, fragment.total
+        if not 0 < total <= PIECES or not 0 <= fragment.num < total:
+            raise Unusable(f"fragment {fragment.num} of {total}: of 1 to {PIECES} pieces, counted from 0")
+        parts = self._parts.setdefault(name, _Parts(total))
+        size = self._size + len(fragment.data) - len(parts.pieces.get(fragment.num, ""))
+        if parts.total != total or len(self._parts) > MESSAGES or size > self._largest:
+            self._drop(name)
+            raise Unusable(f"fragments: {MESSAGES} messages and {self._largest} bytes in all at most")
+        parts.pieces[fragment.num], self._size = fragment.data, size
+        if len(parts.pieces) < total:
+            return None
+        whole = "".join(parts.pieces[num] for num in range(total))
+        self._drop(name)
+        return whole
+
+    def _drop(self, name: str | int | None) -> None:
+        gone = self._parts.pop(name)
+        self._size -= sum(len(piece) for piece in gone.pieces.values())

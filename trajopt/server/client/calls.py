@@ -10,7 +10,7 @@ import httpx
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.files.moveit.joint_trajectory import read_points
+from trajopt.files.moveit.trajectories import read_points
 from trajopt.values.arrays import Value
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError, ShapeError, TrajoptError, shown

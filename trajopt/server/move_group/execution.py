@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.files.messages.moveit_msgs import MoveItErrorCodes
+from trajopt.files.messages import MoveItErrorCodes
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.server.move_group.outcome import Outcome

@@ -6,7 +6,7 @@ from functools import wraps
 from inspect import getmembers_static, isfunction
 from typing import ParamSpec, TypeVar
 
-from trajopt.files.messages.moveit_msgs import MoveItErrorCodes
+from trajopt.files.messages import MoveItErrorCodes
 from trajopt.planning.result import Result, Status
 from trajopt.values.errors import NameNotFound, TrajoptError, shown
 

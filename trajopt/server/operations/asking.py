@@ -1,13 +1,9 @@
 """The subject of a request: the session's scene with the request's edits, and the problem."""
 
 from dataclasses import replace
-from pathlib import Path
 
-from trajopt.files.moveit.frames import world_names
-from trajopt.files.moveit.joint_trajectory import read_points
 from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
-from trajopt.files.moveit.planning_scene import SceneFile
-from trajopt.files.moveit.robot_trajectory import read_joint_trajectory
+from trajopt.files.moveit.trajectories import read_joint_trajectory, read_points
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import only_group
 from trajopt.robot.configuration import stated_configuration
@@ -29,10 +25,7 @@ def changed(state: SessionState, arguments: Node) -> SessionState:
 
 def request_in(state: SessionState, node: Node) -> RequestFile:
     """Return a `moveit_msgs/MotionPlanRequest` as a problem in a session's scene."""
-    robot = state.scene.robot
-    return request_of(
-        node, SceneFile(Path("request"), state.scene, state.named_positions, world_names(robot), ())
-    )
+    return request_of(node, state.scene, state.named_positions)
 
 
 def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str, ...]]:

@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
-from trajopt.files.moveit.frames import Reading, world_names
+from trajopt.files.moveit.frames import reading_at
+from trajopt.files.moveit.planning_scene import edit_scene
 from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
-from trajopt.files.moveit.scene_edits import edit_scene
 from trajopt.scene.scene import Scene
 from trajopt.server.operations.words import called, value_of
 from trajopt.server.state import SessionState
@@ -93,5 +93,5 @@ def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, 
     robot, notes = state.scene.robot, list[str]()
     told = read_joint_positions(message["robot_state"], robot, notes)
     positions = layered_positions(robot, state.named_positions, told)
-    scene = edit_scene(message, state.scene, Reading(world_names(robot), positions, None, notes))
+    scene = edit_scene(message, state.scene, reading_at(state.scene, positions, notes))
     return replace(state, scene=scene, positions=positions), tuple(notes)

@@ -10,7 +10,8 @@ from inspect import signature
 from typing import Any, TypeVar, cast
 
 from trajopt.driving import SimulatedExecutor
-from trajopt.files.bundle.message import message_of, request_kinds, value_of_message
+from trajopt.files.bundle.kinds import request_kinds
+from trajopt.files.bundle.message import message_of, value_of_message
 from trajopt.planning.budget import Budget
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import reduce_model

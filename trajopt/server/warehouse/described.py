@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from trajopt.files.bundle import Bundle
+from trajopt.files.bundle.codec import BundleWriter
 from trajopt.files.bundle.fingerprint import digest_as_written
-from trajopt.files.bundle.to_document import Writer
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.result import Plan, Result
 from trajopt.problem.problem import Problem
@@ -90,7 +90,7 @@ def described(value: Keepable | Bundle) -> Described:
 
 def scene_fingerprint(scene: Scene) -> str:
     """Return a fingerprint of a scene and its robot, equal for equal numbers."""
-    return digest_as_written(Writer(), scene)
+    return digest_as_written(BundleWriter(), scene)
 
 
 def _of_problem(problem: Problem) -> Described:

@@ -8,12 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
 
-from trajopt.files.bundle.archive import MOST_MEMBERS, is_plain
-from trajopt.files.bundle.bundle import DESCRIPTION
-from trajopt.files.bundle.members import LARGEST, Members, digest
-from trajopt.files.bundle.reading import bundle_of
-from trajopt.files.bundle.values import value_members, value_of
-from trajopt.files.bundle.writing import bundle_members
+from trajopt.files.bundle.bundle import DESCRIPTION, bundle_members, bundle_of, value_members, value_of
+from trajopt.files.bundle.members import LARGEST, MOST_MEMBERS, Members, digest, is_plain
 from trajopt.planning.result import Plan, Result
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.files.bundle import Bundle, Holds
-from trajopt.files.bundle.writing import versions
+from trajopt.files.bundle.bundle import versions
 from trajopt.optimise.methods import Knots, method_named, method_names
 from trajopt.planning.result import Plan, Result
 from trajopt.problem.problem import Problem

@@ -12,7 +12,7 @@ from trajopt.ros.commander.moveit.core.robot_trajectory import RobotTrajectory
 from trajopt.ros.commander.moveit_msgs.msg import Constraints, MotionPlanRequest, MoveItErrorCodes
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.robot_states import state_positions
-from trajopt.ros.commander.unchanged import UnchangedMoveGroup
+from trajopt.ros.commander.scripts import UnchangedMoveGroup
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
 from trajopt.values.errors import shown

@@ -5,9 +5,8 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from trajopt.files.messages.builtin_interfaces import Duration as Duration
-from trajopt.files.messages.builtin_interfaces import Time as Time
-from trajopt.ros.commander.clock import Rate as Rate
+from trajopt.files.messages import Duration as Duration
+from trajopt.files.messages import Time as Time
 from trajopt.ros.commander.topics import Publisher as Publisher
 from trajopt.ros.commander.world import current_world, world_or_current
 
@@ -23,6 +22,32 @@ class ROSException(Exception):
 
 class ROSInterruptException(ROSException):
     """Never raised; here so that scripts may catch it."""
+
+
+class Rate:
+    """Keeps a loop to so many rounds in a second."""
+
+    def __init__(self, hz: float, reset: bool = False) -> None:
+        """Begin the first round now.
+
+        Args:
+            hz: Rounds in a second, > 0.
+            reset: As in ROS, for clocks that jump back; this one does not.
+        """
+        self.sleep_dur = Duration(1.0 / hz)
+        self._begun = time.monotonic()
+
+    def remaining(self) -> Duration:
+        """Return what is left of the round; nothing if it took too long."""
+        left = self._begun + self.sleep_dur.to_sec() - time.monotonic()
+        return Duration(max(left, 0.0))
+
+    def sleep(self) -> None:
+        """Sleep until the round ends, and begin the next."""
+        left = self.remaining().to_sec()
+        time.sleep(left)
+        round_length = self.sleep_dur.to_sec()
+        self._begun = self._begun + round_length if left > 0.0 else time.monotonic()
 
 
 def init_node(

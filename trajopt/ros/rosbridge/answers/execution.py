@@ -1,31 +1,29 @@
-"""Execution: `/execute_trajectory` and `/joint_trajectory_action`, by the simulated robot of the session."""
+"""Execution: `/execute_trajectory` and `/joint_trajectory_action`, by the session's simulated robot."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from trajopt.driving import SimulatedExecutor
-from trajopt.files.messages import encode
-from trajopt.files.messages.builtin_interfaces import Duration
-from trajopt.files.messages.control_msgs import (
-    FollowJointTrajectoryFeedback,
-    FollowJointTrajectoryGoal,
-    FollowJointTrajectoryResult,
-)
-from trajopt.files.messages.moveit_msgs import (
+from trajopt.files.messages import (
+    Duration,
     ExecuteTrajectoryFeedback,
     ExecuteTrajectoryGoal,
     ExecuteTrajectoryResult,
+    FollowJointTrajectoryFeedback,
+    FollowJointTrajectoryGoal,
+    FollowJointTrajectoryResult,
+    JointTolerance,
+    JointTrajectory,
+    JointTrajectoryPoint,
     MoveItErrorCodes,
     RobotTrajectory,
+    encode,
 )
-from trajopt.files.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from trajopt.files.moveit.trajectories import trajectory_of
 from trajopt.robot.bases import PLANAR
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.robot import Robot
-from trajopt.ros.commander.trajectories import trajectory_of
-from trajopt.ros.rosbridge.answers.codes import code_of_error, failed
-from trajopt.ros.rosbridge.answers.service_call import read_call
-from trajopt.ros.rosbridge.answers.tolerances import tolerances_of
+from trajopt.ros.rosbridge.answers.service_call import code_of_error, failed, read_call
 from trajopt.scene.reduced import reduce_model
 from trajopt.server.move_group.driving import Drive
 from trajopt.server.move_group.execution import Execution
@@ -40,6 +38,57 @@ from trajopt.values.trajectory import Trajectory
 
 STATES = ("MONITOR", "IDLE")
 """What MoveIt says of an execution that is under way, and of one that is over."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """How far joints may be off; joints that are not named may be anywhere.
+
+    Attributes:
+        stated: What is stated of joints.
+    """
+
+    stated: Sequence[JointTolerance]
+
+    def broken(
+        self, joints: Sequence[str], desired: JointTrajectoryPoint, actual: JointTrajectoryPoint
+    ) -> str:
+        """Say which joint is too far from where it should be; nothing where none is.
+
+        Args:
+            joints: Names of the joints of both points.
+            desired: Where they should be; how fast, where that is said.
+            actual: Where they are, and how fast.
+        """
+        for each in self.stated:
+            place = joints.index(each.name)
+            for what, most, wanted, found in (
+                ("position", each.position, desired.positions, actual.positions),
+                ("velocity", each.velocity, desired.velocities, actual.velocities),
+            ):
+                off = abs(wanted[place] - found[place]) if wanted else 0.0
+                if 0.0 < most < off:
+                    return f"{each.name}: its {what} is off by {off:.3g}, and may be by {most:.3g}"
+        return ""
+
+
+def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Tolerances]:
+    """Return the tolerances of a goal: on the way, and at its end.
+
+    0 leaves it to the controller and -1 frees the joint: both mean no bound here.
+
+    Raises:
+        JointNotFound: If one is of a joint that the trajectory does not move.
+        ProblemError: If one cannot be watched.
+    """
+    if goal.component_path_tolerance or goal.component_goal_tolerance:
+        raise ProblemError("tolerances of joints of several degrees of freedom are not supported")
+    for each in (*goal.path_tolerance, *goal.goal_tolerance):
+        if each.name not in goal.trajectory.joint_names:
+            raise JointNotFound("joint", each.name, goal.trajectory.joint_names)
+        if each.acceleration > 0.0:
+            raise ProblemError(f"{each.name}: the acceleration is not measured, so has no tolerance")
+    return Tolerances(goal.path_tolerance), Tolerances(goal.goal_tolerance)
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,10 @@
 import time
 from dataclasses import replace
 from math import inf
-from pathlib import Path
 
 import numpy as np
 
-from trajopt.files.messages import decode, document_of
-from trajopt.files.messages.moveit_msgs import (
+from trajopt.files.messages import (
     GetCartesianPathRequest,
     GetCartesianPathResponse,
     GetMotionPlanRequest,
@@ -17,22 +15,30 @@ from trajopt.files.messages.moveit_msgs import (
     MotionPlanResponse,
     MoveItErrorCodes,
     PlanningScene,
+    decode,
+    document_of,
 )
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.frames import placement_in_world, read_frame, world_names
+from trajopt.files.moveit.frames import placement_in_world, read_frame, reading_at
 from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
-from trajopt.files.moveit.planning_scene import SceneFile
+from trajopt.files.moveit.planning_scene import edit_scene, without_collisions
 from trajopt.files.moveit.pose import read_placement
-from trajopt.files.moveit.scene_edits import edit_scene, without_collisions
-from trajopt.files.moveit.state_message import state_message
-from trajopt.files.moveit.trajectory_message import trajectory_message
+from trajopt.files.moveit.scene_messages import state_message
+from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.optimise.methods import METHODS, method_named
 from trajopt.planning.budget import Budget
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result, Status
 from trajopt.problem.tool_speed import tool_speed
-from trajopt.ros.rosbridge.answers.codes import SOURCE, code_of_error, success, with_notes
-from trajopt.ros.rosbridge.answers.service_call import positions_in, read_call, reading_in, stated_in
+from trajopt.ros.rosbridge.answers.service_call import (
+    SOURCE,
+    code_of_error,
+    positions_in,
+    read_call,
+    stated_in,
+    success,
+    with_notes,
+)
 from trajopt.server.move_group.functions import followed_through
 from trajopt.server.move_group.outcome import CODES
 from trajopt.server.move_group.settings import Settings
@@ -58,8 +64,7 @@ def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> A
     response = MotionPlanResponse(group_name=message.group_name)
     try:
         state = _different(state, arguments["difference"])
-        around = SceneFile(Path(), state.scene, state.named_positions, world_names(state.scene.robot), ())
-        read = request_of(document_of(message, "motion_plan_request"), around)
+        read = request_of(document_of(message, "motion_plan_request"), state.scene, state.named_positions)
         result, spent = _planned(read, message, watch)
     except TrajoptError as error:
         response.error_code = code_of_error(error)
@@ -97,7 +102,7 @@ def _different(state: SessionState, document: Node) -> SessionState:
     positions = positions_in(message.robot_state, state, "planning_scene_diff.robot_state")
     node = document_of(message, "planning_scene_diff")
     return replace(
-        state, scene=edit_scene(node, state.scene, reading_in(state.scene, positions)), positions=positions
+        state, scene=edit_scene(node, state.scene, reading_at(state.scene, positions)), positions=positions
     )
 
 

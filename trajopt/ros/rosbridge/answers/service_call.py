@@ -1,11 +1,12 @@
-"""What a client made for ROS asks: a message in its ROS' way of writing, and where the robot stands by it."""
+"""Requests of clients made for ROS: the message, the robot state in it, and MoveIt's error codes."""
 
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
-from trajopt.files.messages import Generation, decode, document_of, encode
-from trajopt.files.moveit.attached_object import apply_attached
-from trajopt.files.moveit.frames import Reading, world_names
+from trajopt.files.messages import Generation, MoveItErrorCodes, decode, document_of, encode
+from trajopt.files.moveit.frames import Reading, reading_at
+from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.scene.scene import Scene
 from trajopt.server.memory import check_sizes
@@ -14,12 +15,64 @@ from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
+from trajopt.values.errors import (
+    FrameNotFound,
+    GroupNotFound,
+    NameNotFound,
+    ObjectNotFound,
+    TrajoptError,
+)
 
-M = TypeVar("M")
+SOURCE = "trajopt"
+"""Who says so."""
+BY_PART = {
+    "goal_constraints": MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS,
+    "path_constraints": MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS,
+    "trajectory_constraints": MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS,
+    "start_state": MoveItErrorCodes.INVALID_ROBOT_STATE,
+    "robot_state": MoveItErrorCodes.INVALID_ROBOT_STATE,
+}
+"""The code of what is wrong in a part of a request; MoveIt has one code for all constraints."""
+
+
+def success(message: str = "") -> MoveItErrorCodes:
+    """Return the code of what was done, with a remark."""
+    return MoveItErrorCodes(MoveItErrorCodes.SUCCESS, message, SOURCE)
+
+
+def with_notes(code: MoveItErrorCodes, notes: Sequence[str]) -> MoveItErrorCodes:
+    """Return a code whose message says too what was taken differently from how it was asked, or left out."""
+    return replace(code, message="; ".join(each for each in (code.message, *notes) if each))
+
+
+def failed(code: int, reason: str) -> MoveItErrorCodes:
+    """Return the code of what was not done, with the reason."""
+    return MoveItErrorCodes(code, reason, SOURCE)
+
+
+def code_of_error(error: TrajoptError) -> MoveItErrorCodes:
+    """Return the code of a request that names what does not exist, or cannot be read.
+
+    A group, a link, an object and a frame have codes of their own; other names, and what is malformed, have
+    that of the part of the request.
+    """
+    return failed(_code(error), str(error))
+
+
+def _code(error: TrajoptError) -> int:
+    if isinstance(error, GroupNotFound):
+        return MoveItErrorCodes.INVALID_GROUP_NAME
+    if isinstance(error, ObjectNotFound):
+        return MoveItErrorCodes.INVALID_OBJECT_NAME
+    if isinstance(error, FrameNotFound):
+        header = "header" in error.kind
+        return MoveItErrorCodes.FRAME_TRANSFORM_FAILURE if header else MoveItErrorCodes.INVALID_LINK_NAME
+    where = error.kind if isinstance(error, NameNotFound) else str(error)
+    return next((code for part, code in BY_PART.items() if part in where), MoveItErrorCodes.FAILURE)
 
 
 @dataclass(frozen=True)
-class ServiceCall(Generic[M]):
+class ServiceCall:
     """A request.
 
     Attributes:
@@ -27,7 +80,7 @@ class ServiceCall(Generic[M]):
         generation: How the client's ROS writes messages.
     """
 
-    message: M
+    message: Any
     generation: Generation
 
     def answer(self, response: object, state: SessionState | None = None) -> Answer:
@@ -40,7 +93,7 @@ class ServiceCall(Generic[M]):
         return Answer(encode(response, self.generation), state)
 
 
-def read_call(kind: type[M], arguments: Node, watch: Watch) -> ServiceCall[M]:
+def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
     """Return what is asked.
 
     Args:
@@ -56,11 +109,6 @@ def read_call(kind: type[M], arguments: Node, watch: Watch) -> ServiceCall[M]:
     check_sizes(arguments["args"].value, watch)
     message = decode(kind, arguments["args"].value, generation, name="args")
     return ServiceCall(message, generation)
-
-
-def reading_in(scene: Scene, positions: Floats) -> Reading:
-    """Return what names and frames in a message mean while the robot stands at positions."""
-    return Reading(world_names(scene.robot), positions)
 
 
 @dataclass(frozen=True)
@@ -95,7 +143,7 @@ def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
     notes, robot, document = list[str](), state.scene.robot, document_of(message, place)
     stated = read_joint_positions(document, robot, notes)
     positions = layered_positions(robot, state.named_positions, stated)
-    reading, scene = Reading(world_names(robot), positions, None, notes), state.scene
+    reading, scene = reading_at(state.scene, positions, notes), state.scene
     for element in document["attached_collision_objects"].elements():
         scene = apply_attached(element, scene, reading)
     return RobotStated(scene, positions, reading)

@@ -5,13 +5,13 @@ from typing import Any
 
 from trajopt.files.messages import document_of
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.state_message import scene_message
+from trajopt.files.moveit.frames import reading_at
+from trajopt.files.moveit.scene_messages import scene_message
 from trajopt.optimise.kinematics import Validity
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
 from trajopt.ros.commander.moveit.core.robot_state import RobotState, judged, of_robot
 from trajopt.ros.commander.moveit_msgs.msg import Constraints
 from trajopt.ros.commander.moveit_msgs.msg import PlanningScene as PlanningSceneMessage
-from trajopt.ros.commander.planning import reading_in
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.world import World
 from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
@@ -119,7 +119,7 @@ class PlanningScene(InPart):
         if isinstance(state, str):  # MoveIt leaves the state out in front of the group
             state, group = None, state
         positions = self._world.positions if state is None else of_robot(state).positions
-        scene, reading = self._world.scene, reading_in(self._world.scene, positions)
+        scene, reading = self._world.scene, reading_at(self._world.scene, positions)
         required, scene = read_constraints(
             document_of(constraints or Constraints(), "constraints"), scene, reading
         )

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from trajopt.files.moveit.planning_scene import without_collisions
 from trajopt.files.moveit.pose import pose_of
-from trajopt.files.moveit.scene_edits import without_collisions
-from trajopt.files.moveit.state_message import state_message
+from trajopt.files.moveit.scene_messages import state_message
 from trajopt.optimise.kinematics import Validity, inverse_kinematics, validity
 from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.ros.commander.conversions import placement_of

@@ -1,0 +1,285 @@
+"""Collision object messages: objects of the world, and objects attached to links."""
+
+from dataclasses import dataclass, replace
+
+from trajopt.files.messages import AttachedCollisionObject, CollisionObject, field_names
+from trajopt.files.moveit.frames import Reading, placement_in_world, read_frame, require
+from trajopt.files.moveit.pose import read_placement
+from trajopt.files.moveit.shapes import read_parts
+from trajopt.scene.scene import Scene
+from trajopt.scene.scene_object import Part
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import FrameNotFound, ModelError, NameNotFound, ObjectNotFound, shown
+from trajopt.values.placement import IDENTITY, WORLD, Placement
+
+OPERATIONS = ("ADD", "REMOVE", "APPEND", "MOVE")
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectMessage:
+    """A collision object message.
+
+    Attributes:
+        node: Its place in the file.
+        name: The object's id.
+        operation: ADD, REMOVE, APPEND or MOVE.
+        placement: Of the object in the frame of its header.
+        parts: Its shapes with their placements in the object's frame.
+        subframes: Frames on it by name, in the object's frame.
+    """
+
+    node: Node
+    name: str
+    operation: str
+    placement: Placement
+    parts: tuple[Part, ...]
+    subframes: tuple[tuple[str, Placement], ...]
+
+
+def read_object(node: Node, reading: Reading) -> ObjectMessage:
+    """Return the content of a collision object message.
+
+    As in MoveIt, an object without a pose takes the pose of its single shape, if it has exactly one; the
+    object's id used as a frame then means this pose.
+
+    Raises:
+        FileFormatError: If the message is malformed.
+    """
+    node.only(field_names(CollisionObject))
+    parts = read_parts(node, reading.notes)
+    where = read_placement(node["pose"], reading.notes)
+    if len(parts) == 1 and where == IDENTITY:
+        shape, where = parts[0]
+        parts = ((shape, IDENTITY),)
+    names, poses = node["subframe_names"].elements(), node["subframe_poses"].elements()
+    if len(names) != len(poses):
+        raise node["subframe_names"].error(f"{len(names)} names, but {len(poses)} poses")
+    subframes = tuple(
+        (name.text(), read_placement(pose, reading.notes)) for name, pose in zip(names, poses, strict=True)
+    )
+    operation = read_operation(node["operation"])
+    return ObjectMessage(node, node["id"].text(""), operation, where, parts, subframes)
+
+
+def read_operation(node: Node) -> str:
+    """Return the name of an operation that is written as a name, a number or a byte."""
+    value = node.value
+    if isinstance(value, bytes | str) and len(value) == 1:
+        value = ord(value)
+    if value is None:
+        return OPERATIONS[0]
+    if isinstance(value, int) and value in range(len(OPERATIONS)) and not isinstance(value, bool):
+        return OPERATIONS[value]
+    if isinstance(value, str) and value.upper() in OPERATIONS:
+        return value.upper()
+    raise node.error(f"unknown operation {shown(value)}; known: {', '.join(OPERATIONS)}")
+
+
+def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene after a collision object message on a world object.
+
+    A frame of the robot or of an object is taken at its current pose; the object stays fixed in the world.
+
+    Raises:
+        FileFormatError: If the message cannot be applied.
+        NameNotFound: If it names an unknown frame, or moves an unknown object.
+    """
+    node, name = message.node, message.name
+    if message.operation == "REMOVE":
+        if not name:
+            return _emptied(scene)
+        if name not in scene.objects:
+            reading.notes.append(f"{node.place}: there is no object {name!r} to remove")
+        return _without_lost_tools(without(scene, name), scene)
+    frame = read_frame(node["header"], scene, reading)
+    where = placement_in_world(frame, scene, reading) * message.placement
+    if message.operation == "MOVE":
+        require(node["id"], ObjectNotFound, "object", name, scene.objects)
+        if message.parts:
+            reading.notes.append(f"{node.place}: the shapes of an object that moves are ignored")
+        return scene.move(name, where, frame=WORLD)
+    if message.operation == "APPEND" and name in scene.objects:
+        here = placement_in_world(name, scene, reading).inverse() * where
+        return append(message, here, scene, reading)
+    if name in scene.objects:
+        reading.notes.append(f"{node.place}: replaces the object {name!r} above it")
+    return add(message, scene, reading, placement=where, frame=WORLD)
+
+
+def add(
+    message: ObjectMessage,
+    scene: Scene,
+    reading: Reading,
+    *,
+    placement: Placement,
+    frame: str,
+    touch_links: frozenset[str] = frozenset(),
+) -> Scene:
+    """Return the scene with the message's object, replacing any object of the same id.
+
+    Args:
+        message: The message.
+        scene: The scene.
+        reading: Meaning of names.
+        placement: Of the object in `frame`.
+        frame: "world" or a frame of the robot.
+        touch_links: Links that may touch the object.
+
+    Raises:
+        FileFormatError: If the object has no shape, or its id is the name of a frame of the robot.
+    """
+    name = message.name
+    if not message.parts:
+        raise message.node.error(f"object {name!r} has no shape")
+    try:
+        scene = without(scene, name).add(
+            name,
+            message.parts,
+            placement,
+            frame=frame,
+            touch_links=touch_links,
+            meshes=reading.meshes,
+        )
+    except NameNotFound:
+        raise
+    except ModelError as error:
+        raise message.node.error(str(error)) from error
+    return with_subframes(message, IDENTITY, scene)
+
+
+def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene with the message's shapes added to an object at the message's poses.
+
+    Args:
+        message: The message.
+        placement: Of the message's object frame in the object.
+        scene: The scene.
+        reading: Meaning of names.
+    """
+    name = message.name
+    try:
+        added = Scene(scene.robot).add(name, message.parts, meshes=reading.meshes).object(name)
+    except ModelError as error:
+        raise message.node.error(str(error)) from error
+    item = scene.object(name)
+    moved = tuple((shape, placement * inner) for shape, inner in added.parts)
+    item = replace(item, parts=(*item.parts, *moved), notes=(*item.notes, *added.notes))
+    scene = replace(scene, objects={**scene.objects, name: item})
+    return with_subframes(message, placement, scene)
+
+
+def with_subframes(message: ObjectMessage, placement: Placement, scene: Scene) -> Scene:
+    """Return the scene with the frames on an object: frame f of object o is named "o/f"."""
+    for name, where in message.subframes:
+        frame = f"{message.name}/{name}"
+        scene = without(scene, frame).add(frame, (), placement * where, frame=message.name)
+    return scene
+
+
+def without(scene: Scene, name: str) -> Scene:
+    """Return the scene without an object and its frames, if the object exists."""
+    if name not in scene.objects:
+        return scene
+    kept = {
+        key: item
+        for key, item in scene.objects.items()
+        if key != name and not (item.frame == name and key.startswith(f"{name}/"))
+    }
+    return replace(scene, objects=kept)
+
+
+def _emptied(scene: Scene) -> Scene:
+    kept = {
+        key: item
+        for key, item in scene.objects.items()
+        if scene.holder(key).link != WORLD or (item.frame == WORLD and not item.parts)
+    }
+    return _without_lost_tools(replace(scene, objects=kept), scene)
+
+
+def _without_lost_tools(scene: Scene, before: Scene) -> Scene:
+    """Return the scene without tool frames on removed objects."""
+    owners = {name: before.owner(name) for name in scene.tools}
+    gone = set(before.objects) - set(scene.objects)
+    return replace(scene, tools={name: scene.tools[name] for name in owners if owners[name] not in gone})
+
+
+def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene after an attached collision object message.
+
+    A message with shapes creates the object; without shapes, it attaches the world object of that id at its
+    current pose. APPEND adds shapes to the attached object. REMOVE leaves the object in the world at its
+    pose.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: Meaning of names; its positions are the configuration of attaching.
+
+    Raises:
+        FileFormatError: If the message cannot be applied.
+        NameNotFound: If it names an unknown link, frame or object.
+    """
+    node.only(field_names(AttachedCollisionObject))
+    message = read_object(node["object"], reading)
+    if message.operation == "REMOVE":
+        return _detach(node, message.name, scene, reading)
+    if message.operation == "MOVE":
+        raise node["object"].error(f"{message.operation} of an attached object is not supported")
+    if node["weight"].number(0.0) != 0.0:
+        reading.notes.append(f"{node.place}: the weight of {message.name!r} is ignored")
+    link = node["link_name"].text()
+    require(node["link_name"], FrameNotFound, "link", link, scene.frame_names)
+    touch = [link_node.text() for link_node in node["touch_links"].elements()]
+    for link_node in node["touch_links"].elements():
+        require(link_node, FrameNotFound, "link", link_node.text(), (*scene.frame_names, *scene.objects))
+    if message.operation == "APPEND" and _carries(link, message.name, scene):
+        return _append(message, frozenset(touch), scene, reading)
+    if message.parts:
+        return _attach_new(message, link, frozenset(touch), scene, reading)
+    require(node["object"]["id"], ObjectNotFound, "object", message.name, scene.objects)
+    return scene.attach(message.name, link, at=reading.positions, touch_links=touch)
+
+
+def _carries(link: str, name: str, scene: Scene) -> bool:
+    return name in scene.objects and link in (scene.object(name).frame, scene.holder(name).link)
+
+
+def _append(message: ObjectMessage, touch: frozenset[str], scene: Scene, reading: Reading) -> Scene:
+    """Return the scene with more shapes and touch links on an attached object."""
+    frame = read_frame(message.node["header"], scene, reading)
+    here = placement_in_world(message.name, scene, reading).inverse()
+    there = here * placement_in_world(frame, scene, reading) * message.placement
+    scene = append(message, there, scene, reading)
+    item = scene.object(message.name)
+    item = replace(item, touch_links=frozenset(item.touch_links) | touch)
+    return replace(scene, objects={**scene.objects, message.name: item})
+
+
+def _attach_new(
+    message: ObjectMessage, link: str, touch: frozenset[str], scene: Scene, reading: Reading
+) -> Scene:
+    frame = read_frame(message.node["header"], scene, reading)
+    where = message.placement
+    if frame != link:
+        at_link = placement_in_world(link, scene, reading)
+        where = at_link.inverse() * placement_in_world(frame, scene, reading) * where
+    touch |= {scene.holder(link).link}
+    return add(message, scene, reading, placement=where, frame=link, touch_links=touch)
+
+
+def _detach(node: Node, name: str, scene: Scene, reading: Reading) -> Scene:
+    link = node["link_name"].text("")
+    held = [
+        key
+        for key, item in scene.objects.items()
+        if item.frame in scene.frame_names
+        and scene.holder(key).link != WORLD
+        and name in ("", key)
+        and link in ("", item.frame)
+    ]
+    if name and not held:
+        reading.notes.append(f"{node.place}: there is no attached object {name!r} to detach")
+    for key in held:
+        scene = scene.detach(key, at=reading.positions)
+    return scene

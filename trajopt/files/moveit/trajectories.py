@@ -1,0 +1,408 @@
+"""Trajectories as messages and from messages: JointTrajectory and RobotTrajectory."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import inf
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import yaml
+
+from trajopt.files.messages import (
+    Duration,
+    Header,
+    JointTrajectory,
+    JointTrajectoryPoint,
+    MultiDOFJointTrajectory,
+    MultiDOFJointTrajectoryPoint,
+    RobotTrajectory,
+    Twist,
+    Vector3,
+    document_of,
+    encode,
+    field_names,
+    is_message,
+)
+from trajopt.files.moveit.pose import read_placement, read_vector, transform_of
+from trajopt.robot.bases import PLANAR
+from trajopt.robot.loading.groups import Group
+from trajopt.values.arrays import Floats
+from trajopt.values.documents.document import Node, write_text
+from trajopt.values.errors import ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement, from_rpy, placement
+from trajopt.values.trajectory import Trajectory
+
+NANOSECONDS = 10**9
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+OFF_THE_PLANE = 1e-4
+"""Largest deviation of a planar joint's transform from its plane: height or sine of the tilt [m | rad]."""
+_TURN = 2.0 * np.pi
+
+
+def write_message(path: Path | str, document: dict[str, object]) -> None:
+    """Write a message for `read_document`: JSON if the file name ends in .json, YAML otherwise.
+
+    Raises:
+        FileFormatError: If the file cannot be written.
+    """
+    if Path(path).suffix == ".json":
+        text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    else:
+        text = yaml.dump_all([document], Dumper=_DUMPER, sort_keys=False, default_flow_style=None, width=110)
+    write_text(path, text)
+
+
+def read_points(node: Node) -> Trajectory:
+    """Return the trajectory of `joint_names` and `points`; other members are ignored.
+
+    Points are interpolated by quintic polynomials if they have accelerations, by cubic polynomials if they
+    have only velocities, else linearly. An empty list counts as absent.
+
+    Raises:
+        FileFormatError: If something is missing or malformed, points differ in their quantities,
+            or time does not increase from 0.
+    """
+    names = tuple(name.text() for name in node["joint_names"].elements())
+    if not names or len(set(names)) != len(names):
+        raise node["joint_names"].error("must name every joint once")
+    points = node["points"].elements()
+    times = read_times(node["points"])
+    positions = _read_rows(points, "positions", names)
+    velocities = _read_rows(points, "velocities", names)
+    accelerations = _read_rows(points, "accelerations", names)
+    if positions is None:
+        raise points[0].error("has no positions")
+    if accelerations is not None and velocities is None:
+        raise points[0].error("has accelerations, but no velocities")
+    return Trajectory(names, times, positions, velocities, accelerations)
+
+
+def read_times(node: Node) -> Floats:
+    """Return the times of a list of points, shape (k,) [s].
+
+    Raises:
+        FileFormatError: If there are less than two, or time does not increase from 0.
+    """
+    points = node.elements()
+    if len(points) < 2:
+        raise node.error(f"a trajectory has two points at least, not {len(points)}")
+    times = [_read_time(point["time_from_start"]) for point in points]
+    if times[0] != 0.0:
+        raise points[0]["time_from_start"].error(f"must be 0 at the first point, is {times[0]:g} s")
+    for point, (before, after) in zip(points[1:], pairwise(times), strict=True):
+        if after <= before:
+            raise point["time_from_start"].error(f"{after:g} s does not come after {before:g} s")
+    return np.array(times)
+
+
+def _read_time(node: Node) -> float:
+    """Return a time in seconds, written as a number or as {sec:, nanosec:} (or secs, nsecs)."""
+    if not isinstance(node.value, dict):
+        return node.number()
+    node.only(("sec", "nanosec", "secs", "nsecs"))
+    seconds = node["secs"] if node.has("secs") else node["sec"]
+    rest = node["nsecs"] if node.has("nsecs") else node["nanosec"]
+    time = (seconds.number(0.0) * NANOSECONDS + rest.number(0.0)) / NANOSECONDS
+    if time == inf:
+        raise node.error("must be finite")
+    return time
+
+
+def _read_rows(points: list[Node], key: str, names: tuple[str, ...]) -> Floats | None:
+    rows = [point[key].numbers() for point in points]
+    for point, row in zip(points, rows, strict=True):
+        if bool(row) != bool(rows[0]):
+            has, other = ("has", "has none") if row else ("has no", "has some")
+            raise point.error(f"{has} {key}, but the first point {other}")
+        if row and len(row) != len(names):
+            raise point[key].error(f"{len(row)} numbers for {len(names)} joints")
+    return np.array(rows) if rows[0] else None
+
+
+def on_whole_nanoseconds(trajectory: Trajectory) -> Trajectory:
+    """Return a motion with its points at whole nanoseconds, the resolution of messages.
+
+    Each point is evaluated on the motion at its rounded time. With the original positions at rounded times,
+    the interpolating polynomials would have to compensate the rounding and could exceed the limits.
+
+    Raises:
+        ShapeError: If two points are less than a nanosecond apart.
+    """
+    times = np.round(trajectory.times * NANOSECONDS) / NANOSECONDS
+    if (np.diff(times) <= 0.0).any():
+        raise ShapeError("times", "two points are less than a nanosecond apart")
+    rounded = times != trajectory.times
+
+    def at(order: int, given: Floats | None) -> Floats | None:
+        return None if given is None else np.where(rounded[:, None], trajectory(times, order), given)
+
+    positions = np.where(rounded[:, None], trajectory(times), trajectory.positions)
+    rates = at(1, trajectory.velocities), at(2, trajectory.accelerations)
+    return Trajectory(trajectory.joint_names, times, positions, *rates)
+
+
+def planar_joints(joint_names: Sequence[str]) -> tuple[str, ...]:
+    """Return the planar joints whose x, y and theta are all given, by MoveIt's variable names."""
+    x, *others = PLANAR
+    stems = (name.removesuffix(x) for name in joint_names if name.endswith(x))
+    return tuple(stem for stem in stems if all(stem + suffix in joint_names for suffix in others))
+
+
+def planar_placement(x: float, y: float, yaw: float) -> Placement:
+    """Return the placement of a planar joint's link in the parent frame."""
+    turned = from_rpy(0.0, 0.0, yaw)  # yaw may include full turns
+    return placement((x, y, 0.0), rotation=turned)
+
+
+def in_the_plane(node: Node, notes: list[str]) -> tuple[float, float, float]:
+    """Return x [m], y [m] and yaw [rad], in (-pi, pi], of a planar joint's transform.
+
+    Args:
+        node: The transform.
+        notes: Receives a sentence for a quaternion not of unit length.
+
+    Raises:
+        FileFormatError: If it is malformed, or lies off the plane.
+    """
+    where = read_placement(node, notes)
+    x, y, z = where.translation.tolist()
+    tilt = float(np.linalg.norm(where.rotation[:2, 2]))
+    if max(abs(z), tilt) > OFF_THE_PLANE or where.rotation[2, 2] < 0.0:
+        raise node.error("a planar joint cannot raise or tilt the robot")
+    return x, y, float(np.arctan2(where.rotation[1, 0], where.rotation[0, 0]))
+
+
+def split(trajectory: Trajectory) -> tuple[Trajectory | None, Trajectory | None]:
+    """Return the trajectories of single and of planar joints; None for an empty part."""
+    several = [stem + suffix for stem in planar_joints(trajectory.joint_names) for suffix in PLANAR]
+    single = [name for name in trajectory.joint_names if name not in several]
+    return _part(trajectory, single), _part(trajectory, several)
+
+
+def joined(node: Node, single: Trajectory, several: Trajectory | None) -> Trajectory:
+    """Return one trajectory of both; it has velocities and accelerations if both parts have them.
+
+    Args:
+        node: The message, for errors.
+        single: Trajectory of single joints.
+        several: Trajectory of planar joints, if any.
+
+    Raises:
+        FileFormatError: If they have points at different times.
+    """
+    if several is None:
+        return single
+    if not np.array_equal(single.times, several.times):
+        raise node.error("its two lists of points are at different times")
+
+    def both(one: Floats | None, other: Floats | None) -> Floats | None:
+        return None if one is None or other is None else np.hstack((other, one))
+
+    return Trajectory(
+        (*several.joint_names, *single.joint_names),
+        single.times,
+        np.hstack((several.positions, single.positions)),
+        both(single.velocities, several.velocities),
+        both(single.accelerations, several.accelerations),
+    )
+
+
+def turned_from(start: Mapping[str, float], trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory with the yaw of its planar joints shifted by full turns to match the start.
+
+    Args:
+        start: Joint -> start position [rad | m].
+        trajectory: The trajectory; joints that are not in `start` are unchanged.
+    """
+    positions = np.array(trajectory.positions)
+    for stem in planar_joints(trajectory.joint_names):
+        yaw = stem + PLANAR[-1]
+        if yaw in start:
+            column = trajectory.joint_names.index(yaw)
+            positions[:, column] += _TURN * np.round((start[yaw] - positions[0, column]) / _TURN)
+    return replace(trajectory, positions=positions)
+
+
+def read_multi_dof(node: Node) -> Trajectory | None:
+    """Return the trajectory of planar joints in a `trajectory_msgs/MultiDOFJointTrajectory`, or None.
+
+    The yaw starts in (-pi, pi] and continues with the nearest full turn at each point.
+
+    Raises:
+        FileFormatError: If it is malformed, or a transform lies off the plane.
+    """
+    points = node["points"].elements()
+    if not points:
+        return None
+    names = [name.text() for name in node["joint_names"].elements()]
+    if not names or len(set(names)) != len(names):
+        raise node["joint_names"].error("must name every joint once")
+    columns = [_rows(points, key, len(names)) for key in ("transforms", "velocities", "accelerations")]
+    positions, velocities, accelerations = columns
+    if positions is None:
+        raise points[0].error("has no transforms")
+    positions[:, 2::3] = np.unwrap(positions[:, 2::3], axis=0)
+    every = tuple(name + suffix for name in names for suffix in PLANAR)
+    kept = accelerations if velocities is not None else None
+    return Trajectory(every, read_times(node["points"]), positions, velocities, kept)
+
+
+def _part(trajectory: Trajectory, names: Sequence[str]) -> Trajectory | None:
+    if not names:
+        return None
+    order = [trajectory.joint_names.index(name) for name in names]
+    rates = (trajectory.velocities, trajectory.accelerations)
+    return Trajectory(
+        tuple(names),
+        trajectory.times,
+        trajectory.positions[:, order],
+        *(None if rows is None else rows[:, order] for rows in rates),
+    )
+
+
+def _rows(points: Sequence[Node], key: str, count: int) -> Floats | None:
+    """Return x, y and yaw of all joints at all points, or their rates, shape (k, 3 count); None if absent."""
+    rows: list[list[float]] = []
+    for point in points:
+        elements = point[key].elements()
+        if bool(elements) != bool(points[0][key].elements()):
+            raise point.error(f"has other {key} than the first point")
+        if elements and len(elements) != count:
+            raise point[key].error(f"{len(elements)} {key} for {count} joints")
+        read = (in_the_plane(each, []) if key == "transforms" else _rates(each) for each in elements)
+        rows.append([number for each in read for number in each])
+    return np.array(rows) if rows[0] else None
+
+
+def _rates(node: Node) -> tuple[float, float, float]:
+    node.only(field_names(Twist))
+    nothing = (0.0, 0.0, 0.0)
+    x, y, z = read_vector(node["linear"]) or nothing
+    roll, pitch, yaw = read_vector(node["angular"]) or nothing
+    if any((z, roll, pitch)):
+        raise node.error("a planar joint cannot raise or tilt the robot")
+    return x, y, yaw
+
+
+@checked
+def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
+    """Write a trajectory as `moveit_msgs/RobotTrajectory`: JSON if the file name ends in .json, else YAML.
+
+    Points are at whole nanoseconds (`on_whole_nanoseconds`); numbers are written exactly. A planar base
+    (joints `NAME/x`, `NAME/y` and `NAME/theta`) is written as in MoveIt: as a joint of several degrees of
+    freedom, by its transforms, which lose full turns.
+
+    Raises:
+        FileFormatError: If the file cannot be written.
+        ShapeError: If two points are less than a nanosecond apart.
+    """
+    write_message(path, trajectory_document(trajectory_message(trajectory)))
+
+
+def read_joint_trajectory(document: Node) -> Trajectory:
+    """Return the trajectory of a robot trajectory message.
+
+    Planar joints become `NAME/x`, `NAME/y` and `NAME/theta`, before the others; see `read_multi_dof`.
+
+    Raises:
+        FileFormatError: If it is malformed, or a joint of several degrees of freedom leaves the plane.
+    """
+    document.only(field_names(RobotTrajectory))
+    several = read_multi_dof(document["multi_dof_joint_trajectory"])
+    single = document["joint_trajectory"]
+    if several is not None and not single["points"].elements():
+        return several
+    return joined(document, read_points(single), several)
+
+
+def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotTrajectory:
+    """Return a trajectory as a message with its points at whole nanoseconds; an empty message for None.
+
+    Velocities and accelerations of planar joints are derivatives of x, y and yaw: MoveIt, too, states them in
+    the frame of the transforms.
+
+    Raises:
+        ShapeError: If two points are less than a nanosecond apart.
+    """
+    if trajectory is None:
+        return RobotTrajectory()
+    single, several = split(on_whole_nanoseconds(trajectory))
+    message = RobotTrajectory()
+    if single is not None:
+        names = list(single.joint_names)
+        message.joint_trajectory = JointTrajectory(Header(frame_id=frame), names, _points(single))
+    if several is not None:
+        message.multi_dof_joint_trajectory = MultiDOFJointTrajectory(
+            Header(frame_id=frame), list(planar_joints(several.joint_names)), _transforms(several)
+        )
+    return message
+
+
+def trajectory_document(message: RobotTrajectory | JointTrajectory) -> dict[str, object]:
+    """Return a trajectory's message as plain data in ROS 2's spelling, without empty lists in its points."""
+    document = encode(message)
+    for inner in (document, *document.values()):
+        if isinstance(inner, dict) and "points" in inner:
+            points = cast("list[dict[str, object]]", inner["points"])
+            inner["points"] = [{key: each for key, each in point.items() if each != []} for point in points]
+    return document
+
+
+def _points(trajectory: Trajectory) -> list[JointTrajectoryPoint]:
+    return [
+        JointTrajectoryPoint(
+            trajectory.positions[place].tolist(),
+            [] if trajectory.velocities is None else trajectory.velocities[place].tolist(),
+            [] if trajectory.accelerations is None else trajectory.accelerations[place].tolist(),
+            time_from_start=Duration(moment),
+        )
+        for place, moment in enumerate(trajectory.times.tolist())
+    ]
+
+
+def _transforms(trajectory: Trajectory) -> list[MultiDOFJointTrajectoryPoint]:
+    return [
+        MultiDOFJointTrajectoryPoint(
+            [transform_of(planar_placement(*row)) for row in _by_joint(trajectory.positions[place])],
+            _twists(trajectory.velocities, place),
+            _twists(trajectory.accelerations, place),
+            Duration(moment),
+        )
+        for place, moment in enumerate(trajectory.times.tolist())
+    ]
+
+
+def _twists(rows: Floats | None, place: int) -> list[Twist]:
+    rates = [] if rows is None else _by_joint(rows[place])
+    return [Twist(Vector3(x, y, 0.0), Vector3(0.0, 0.0, yaw)) for x, y, yaw in rates]
+
+
+def _by_joint(row: Floats) -> list[list[float]]:
+    return row.reshape(-1, len(PLANAR)).tolist()
+
+
+def trajectory_of(message: object, name: str, group: Group, start: Mapping[str, float]) -> Trajectory | None:
+    """Return the trajectory of a RobotTrajectory or JointTrajectory message; None where it has no points.
+
+    Args:
+        message: The message.
+        name: What complaints call it.
+        group: Whose joints it is of.
+        start: Joint -> where it is [rad | m]: a base's whole turns, which no message tells, are those from
+            there.
+
+    Raises:
+        FileFormatError: If it is malformed.
+        JointNotFound: If a joint of the group is missing.
+        ShapeError: If it moves other joints.
+    """
+    whole = message if is_message(message, "joint_trajectory") else RobotTrajectory(message)  # pyright: ignore[reportArgumentType]
+    document = document_of(whole, name)
+    lists = ("joint_trajectory", "multi_dof_joint_trajectory")
+    if not any(document[each]["points"].elements() for each in lists):
+        return None
+    return turned_from(start, read_joint_trajectory(document)).ordered(group.joints)
