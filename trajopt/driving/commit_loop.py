@@ -226,7 +226,6 @@ class Commitment(Printed):
         return CommittedStop(taken, begin, on_path if motion is along else None)
 
     def _brake(self, why: str) -> StopTaken:
-        """Have all motors brake."""
         ahead = self.motion.ahead(self.soonest, self.joint_names)
         self.executor.stop()
         self.journal.note(EventKind.STOPPING, f"{why}; all motors brake")

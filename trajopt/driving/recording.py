@@ -176,7 +176,6 @@ class Recording(Value):
         return (1.0 - share) * self.positions[after - 1] + share * self.positions[after]
 
     def _stop(self, now: float) -> Trajectory | None:
-        """Return the committed motion."""
         last = bisect_right(self.committed, now, key=lambda each: each.since)
         first = last
         while first and (first == last or self.committed[first].begin > now):
@@ -188,7 +187,6 @@ class Recording(Value):
         return motion.ahead(now, self.joint_names)
 
     def _plan(self, now: float) -> Trajectory | None:
-        """Return the rest of the motion to the goal."""
         last = bisect_right(self.intended, now, key=lambda each: each.since)
         each = self.intended[last - 1] if last else None
         if each is None or each.trajectory is None or now >= each.begin + each.trajectory.duration:

@@ -240,7 +240,6 @@ class Servo(CommitLoop):
         return stop_after(state, end, period, limits)
 
     def _twist(self, command: Twist | Pose, tool: Tool) -> Floats:
-        """Return the commanded twist of the tool in the world."""
         if isinstance(command, Pose):
             delay = self.executor.latency + float(self._braking.delay.max())
             twist = twist_to(command.target, tool.placement(self.frame), self.options, delay)

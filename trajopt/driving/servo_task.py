@@ -197,7 +197,6 @@ def in_world(twist: Floats, frame: Placement) -> Floats:
 
 
 def _shaped(values: Floats, options: ServoOptions) -> Floats:
-    """Apply dead zone and scaling."""
     beyond = np.maximum(np.abs(values) - options.dead_zone, 0.0)
     return options.scaling * np.sign(values) * beyond
 

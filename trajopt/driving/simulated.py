@@ -40,7 +40,7 @@ class Fault(Value):
 
     Attributes:
         kind: Kind of fault.
-        begin: Begin of the interval [s].
+        begin: Beginning of the interval [s].
         end: End of the interval [s].
         joint: The joint; empty for lost commands.
         size: Offset of a drift [rad | m].

@@ -125,7 +125,6 @@ def _half_space(*, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
 
 
 def _pyramid(shape: Cone) -> tuple[tuple[MujocoGeom, ...], str]:
-    """Return a regular pyramid that contains a cone."""
     least = np.pi * np.sqrt(shape.radius / (2.0 * CONE_TOLERANCE))
     sides = int(np.clip(np.ceil(least), 16, MOST_CONE_SIDES))
     outer = shape.radius / np.cos(np.pi / sides)

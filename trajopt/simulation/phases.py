@@ -135,7 +135,6 @@ class _Run:
         return phase.reduced.all_positions(trajectory(trajectory.duration))
 
     def _store(self, phase: int) -> None:
-        """Store the state at the sample period."""
         options, plant = self._options, self._plant
         if self._steps % max(1, round(options.sample_period / options.dt)) == 0:
             positions = self._whole.all_positions(plant.positions[self._driven])
@@ -144,7 +143,6 @@ class _Run:
             self._touching.append(self._last_touching)
 
     def _advance(self, torques: Floats) -> None:
-        """Simulate a step, and record its contacts."""
         touching = self._plant.step(torques)
         now, loose = self._steps * self._options.dt, self._loose
         self._limited += self._options.dt * (np.abs(torques) > self._whole.limits.effort)

@@ -199,7 +199,6 @@ def _visual_shape(visual: LinkGeometry) -> Shape:
 
 
 def _link_colour(reduced: ReducedModel, link: str) -> Colour:
-    """Return light for the arm, dark for the hand."""
     robot = reduced.scene.robot
     hands = {name for effector in robot.end_effectors.values() for name in _links_of(reduced, effector.group)}
     return DARK_LINK if link in hands else LIGHT_LINK

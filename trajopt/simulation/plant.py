@@ -95,7 +95,6 @@ class Plant:
         self.model.dof_damping[place] = HELD if held else 0.0
 
     def _put(self, time: float) -> None:
-        """Place or remove dynamic obstacles."""
         self._changing.put(self.model, self.data, time)
         self._presence.show(time)
 

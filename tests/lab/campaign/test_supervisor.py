@@ -19,7 +19,7 @@ from trajopt.lab.campaign.campaign import Task
 from trajopt.lab.campaign.engine import MARK, Block, Planned, Ready
 from trajopt.lab.campaign.local import LocalPool, setup_of
 from trajopt.lab.campaign.row import BUNCH, serve
-from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, Supervisor, Worked
+from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, Worked, WorkerSupervisor
 from trajopt.values.errors import CampaignError
 
 pytestmark = pytest.mark.timeout(200)
@@ -28,17 +28,17 @@ pytestmark = pytest.mark.timeout(200)
 @contextmanager
 def watched(
     sources: list[Source], path: Path, most_seconds: float = 300.0
-) -> Iterator[tuple[Supervisor, list[Task]]]:
+) -> Iterator[tuple[WorkerSupervisor, list[Task]]]:
     """Yield a worker, and the problems of a campaign that it does not have yet."""
     folder = CampaignFolder.begin(Campaign("x", sources, most_seconds=most_seconds), path)
-    supervisor = Supervisor(setup_of(folder))
+    supervisor = WorkerSupervisor(setup_of(folder))
     try:
         yield supervisor, list(folder.tasks())
     finally:
         supervisor.close()
 
 
-def next_of(supervisor: Supervisor) -> Worked:
+def next_of(supervisor: WorkerSupervisor) -> Worked:
     """Return what comes of the worker's first block."""
     while (worked := supervisor.advance()) is None:
         supervisor.pipe.poll(0.2)
@@ -76,13 +76,13 @@ def test_workers_that_are_always_killed_while_they_start_are_an_error(
     scene: to.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with watched([random_motions(scene, 3)], tmp_path) as (supervisor, tasks):
-        start = Supervisor._start
+        start = WorkerSupervisor._start
 
-        def killed(self: Supervisor) -> None:
+        def killed(self: WorkerSupervisor) -> None:
             start(self)
             self._process.kill()
 
-        monkeypatch.setattr(Supervisor, "_start", killed)
+        monkeypatch.setattr(WorkerSupervisor, "_start", killed)
         supervisor._process.kill()
         with pytest.raises(CampaignError, match=r"before it was ready \(signal SIGKILL\)"):
             supervisor.run(tasks)

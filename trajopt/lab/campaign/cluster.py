@@ -20,7 +20,7 @@ from trajopt.lab.campaign.documents import sent_from
 from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.local import cores, planned, setup_of
-from trajopt.lab.campaign.supervisor import Supervisor
+from trajopt.lab.campaign.supervisor import WorkerSupervisor
 from trajopt.values.errors import CampaignError, MissingExtra
 from trajopt.values.errors.arguments import checked
 
@@ -95,7 +95,7 @@ class Planner:
 
     def __init__(self, setup: Setup) -> None:
         """Start the worker."""
-        self._supervisor = Supervisor(setup)
+        self._supervisor = WorkerSupervisor(setup)
 
     def ready(self) -> None:
         """Do nothing: who gets an answer knows that the actor is there."""

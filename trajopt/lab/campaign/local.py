@@ -11,7 +11,7 @@ from multiprocessing.connection import wait
 from trajopt.lab.campaign.columns import encoded
 from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
-from trajopt.lab.campaign.supervisor import Supervisor, Worked
+from trajopt.lab.campaign.supervisor import Worked, WorkerSupervisor
 from trajopt.values.errors.arguments import checked
 
 
@@ -50,7 +50,7 @@ class LocalPool:
     def __init__(self, setup: Setup, workers: int) -> None:
         """Store the number of workers; each is started with its first block."""
         self._setup, self.workers = setup, workers
-        self._blocks: dict[Supervisor, deque[Block]] = {}
+        self._blocks: dict[WorkerSupervisor, deque[Block]] = {}
 
     @property
     def idle(self) -> int:
@@ -61,7 +61,7 @@ class LocalPool:
         """Hand a block to the worker that has least."""
         least = min(self._blocks, key=lambda each: len(self._blocks[each]), default=None)
         if least is None or (self._blocks[least] and len(self._blocks) < self.workers):
-            least = Supervisor(self._setup)
+            least = WorkerSupervisor(self._setup)
             self._blocks[least] = deque()
         self._blocks[least].append(block)
         least.give(block.tasks)

@@ -46,7 +46,7 @@ class Worked:
     waited: float
 
 
-class Supervisor:
+class WorkerSupervisor:
     """Manages one worker, passes blocks of problems to it, and writes the rows of crashed problems."""
 
     def __init__(self, setup: Setup) -> None:
