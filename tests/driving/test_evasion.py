@@ -32,7 +32,10 @@ def surprised(problem: to.Problem, place: tuple[float, float, float]) -> tuple[I
     return arm, supervisor
 
 
-@pytest.mark.parametrize("place", [(0.432, -0.111, 0.53), (0.432, -0.137, 0.616)])
+@pytest.mark.parametrize(
+    "place",
+    [(0.432, -0.111, 0.53), (0.432, -0.137, 0.616), (0.374, -0.176, 0.593), (0.495, -0.187, 0.46)],
+)
 def test_robot_turns_away_if_no_other_stop_is_clear(
     problem: to.Problem, place: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,6 +25,9 @@ MEASURED_AT = (0.5, 1.0)
 PUSHES = (0.06, 0.1)
 """Durations of the push away from an obstacle before braking [s]. In hostile worlds where a search over 800
 other stops found a proven one, one of these was proven in every case."""
+URGENT = 0.3
+"""Pairs may approach each other more slowly the nearer they are; those within this speed of the slowest are
+pushed apart together [m/s]."""
 SAMPLE_TIME = 0.01
 """Time step for the measured distances [s]."""
 REST_TIME = 1e-3
@@ -137,7 +140,8 @@ def evading_stops(
             continue
         gains = near.jacobian * limits.acceleration
         gains = gains / np.maximum(np.abs(gains).max(axis=1, keepdims=True), np.finfo(np.float64).tiny)
-        for away in (gains[int(near.lower.argmax())], gains.sum(axis=0)):
+        urgent = near.lower >= near.lower.max() - URGENT
+        for away in (gains[int(near.lower.argmax())], gains[urgent].sum(axis=0), gains.sum(axis=0)):
             largest = float(np.abs(away).max())
             for shares in (np.sign(away), away / largest) if largest > 0.0 else ():
                 for push in PUSHES:
