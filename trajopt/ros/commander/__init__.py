@@ -1,10 +1,9 @@
-"""For people who come from MoveIt: `moveit_commander`, its messages, and a world for them to act in.
+"""Stand-ins for MoveIt's Python API: `moveit_commander`, its messages, and a simulated world.
 
-A script keeps its text but for its imports (`from trajopt.ros import commander as moveit_commander`,
+A script changes only its imports (`from trajopt.ros import commander as moveit_commander`,
 `from trajopt.ros.commander import rospy`, `from trajopt.ros.commander.geometry_msgs.msg import Pose`,
-...) and one line,
-`with commander.World("panda"):`, which says whose names it uses. `docs/from-moveit.md` has every call
-side by side with what it becomes.
+...) and adds one line, `with commander.World("panda"):`, which selects the robot and scene.
+`docs/from-moveit.md` lists every call with its counterpart here.
 """
 
 from collections.abc import Sequence
@@ -29,8 +28,8 @@ from trajopt.server.move_group.outcome import Outcome as Outcome
 
 
 def roscpp_initialize(args: Sequence[str]) -> None:
-    """Do nothing: there is no middleware to start."""
+    """Do nothing; no middleware is used."""
 
 
 def roscpp_shutdown() -> None:
-    """Do nothing: there is no middleware to end."""
+    """Do nothing; no middleware is used."""

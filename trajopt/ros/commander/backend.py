@@ -1,4 +1,4 @@
-"""Backend: what a world must answer; this process does, or a server in another."""
+"""Backend: plans and moves a world's robot, in this process or through a server."""
 
 from collections.abc import Callable
 from typing import ParamSpec, Protocol, TypeVar
@@ -15,10 +15,10 @@ R = TypeVar("R")
 
 
 class Backend(Protocol):
-    """Plans for a world, and moves its robot.
+    """Plans for a world and moves its robot.
 
-    What can be asked of a world is answered by the world itself, from its robot, its scene and where its
-    joints are; only what takes a planner or a robot is asked of this.
+    The world itself answers queries that need only its robot, scene and joint positions; planning and motion
+    are delegated to the backend.
     """
 
     @property
@@ -28,12 +28,12 @@ class Backend(Protocol):
 
     @property
     def scene(self) -> Scene:
-        """What is around the robot."""
+        """Scene around the robot."""
         ...
 
     @property
     def positions(self) -> Floats:
-        """Where all joints are now, shape (number of joints,) [rad | m]."""
+        """Current positions of all joints, shape (number of joints,) [rad | m]."""
         ...
 
     @property
@@ -43,10 +43,10 @@ class Backend(Protocol):
 
     @property
     def executor(self) -> Executor:
-        """What drives the joints.
+        """Executor that drives the joints.
 
         Raises:
-            MoveItCommanderException: If that is in another process.
+            MoveItCommanderException: If the executor belongs to another process.
         """
         ...
 
@@ -55,33 +55,33 @@ class Backend(Protocol):
         ...
 
     def take(self, scene: Scene) -> None:
-        """Take note of what is around the robot from now on."""
+        """Replace the scene around the robot."""
         ...
 
     def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Return what a function of `trajopt.server.move_group.functions` returns."""
+        """Call a function of `trajopt.server.move_group.functions` and return its result."""
         ...
 
     def begin(self, execution: Execution, *, paced: bool) -> str:
-        """Begin to drive a motion, and return at once.
+        """Start a motion and return immediately.
 
         Args:
             execution: The motion, and the scene in which it is driven.
-            paced: Whether time passes as in the world: nobody waits for the end.
+            paced: Whether simulated time passes in real time, since the script does not wait for the end.
 
         Returns:
-            Why it is not driven; empty if it is.
+            The reason if the motion cannot start; else empty.
         """
         ...
 
     def wait(self) -> str:
-        """Return when the robot has come to rest; say what went wrong on the way."""
+        """Wait until the robot is at rest; return the fault, or an empty text."""
         ...
 
     def stop(self) -> StopTaken | None:
-        """Bring the robot to rest as soon as is proven; None where nothing moves."""
+        """Stop the robot as soon as a proven stop allows; None if it is at rest."""
         ...
 
     def close(self) -> None:
-        """Let go of everything."""
+        """Release all resources."""
         ...

@@ -1,4 +1,4 @@
-"""Stands for `moveit_commander.conversions`: poses as lists, as messages and as placements."""
+"""Stand-in for `moveit_commander.conversions`: poses as lists, messages and placements."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,7 +22,7 @@ def list_to_pose(pose_list: Sequence[float]) -> Pose:
 
 
 def list_to_pose_stamped(pose_list: Sequence[float], target_frame: str) -> PoseStamped:
-    """Return the pose of such a list, in a frame."""
+    """Convert a pose list to a PoseStamped in a frame."""
     return stamped(placement_of(pose_list), target_frame)
 
 
@@ -53,7 +53,7 @@ def placement_of(pose: Any) -> Placement:
 
 
 def framed_placement(pose: Any, frame: str) -> tuple[Placement, str]:
-    """Return the placement of a pose and the frame it is in: its own if it is stamped, else the given one."""
+    """Return a pose's placement and frame: its own frame if stamped, else the given frame."""
     if is_message(pose, "header", "pose"):
         return placement_of(pose.pose), str(pose.header.frame_id).removeprefix("/") or frame
     return placement_of(pose), frame

@@ -1,4 +1,4 @@
-"""Motions that are more than one plan: Cartesian paths, picking and placing, retiming."""
+"""Motions that need several plans: Cartesian paths, picking, placing and retiming."""
 
 import logging
 from collections.abc import Callable, Sequence
@@ -53,14 +53,14 @@ ALGORITHMS = (
 )
 """Names that MoveIt has for algorithms of this kind."""
 PATH_TOLERANCE = 1e-3
-"""How far the timed motion may leave the path [m]; MoveIt's leaves it by 0.1 rad in every joint."""
+"""Largest deviation of the timed motion from the path [m]; MoveIt's default is 0.1 rad in every joint."""
 
 
 def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
-    """Return `compute_cartesian_path` called as MoveIt's years ask for: with a `jump_threshold`, or without.
+    """Accept calls of `compute_cartesian_path` with or without MoveIt's former `jump_threshold`.
 
-    Until 2023 the third argument was a number, the largest jump of joints, and those after it came one
-    later. What is followed here never jumps, so that any threshold is kept.
+    Until 2023 the third argument was the largest allowed joint jump. The paths planned here are continuous in
+    the joints, so they satisfy any threshold.
     """
 
     @wraps(function)
@@ -85,20 +85,21 @@ class GroupMotions(GroupBase):
         avoid_collisions: Any = True,
         path_constraints: Any = None,
     ) -> tuple[RobotTrajectory, float]:
-        """Follow straight lines with the end effector, from where it is through poses.
+        """Follow straight lines with the end effector, from its current pose through waypoints.
 
         Args:
             waypoints: Poses, in the pose reference frame or stamped.
-            eef_step: As in MoveIt, > 0 [m]; the lines are followed and judged at all places, not at steps.
-            avoid_collisions: Whether to stop where something comes too near. A number before it, the
-                `jump_threshold` that scripts of before 2023 have, is accepted: nothing jumps.
-            path_constraints: What else must hold (Constraints): where it holds no longer the motion ends.
+            eef_step: As in MoveIt, > 0 [m]; ignored, because the lines are checked continuously.
+            avoid_collisions: Whether to stop before a collision. A preceding number, the `jump_threshold` of
+                scripts from before 2023, is accepted and ignored.
+            path_constraints: Further constraints (Constraints); the motion ends where they are violated.
 
         Returns:
-            The motion, and the part of the way that it follows; `get_last_followed` says why not more.
+            The motion, and the followed fraction of the path; `get_last_followed` contains the reason if the
+            path is incomplete.
 
         Raises:
-            MoveItCommanderException: If a pose is none.
+            MoveItCommanderException: If a waypoint is not a pose.
             FileFormatError: If the constraints cannot be read.
         """
         if not isinstance(avoid_collisions, bool):
@@ -135,15 +136,15 @@ class GroupMotions(GroupBase):
         return self._followed
 
     def pick(self, object_name: str, grasp: Any = (), plan_only: bool = False) -> int:
-        """Take an object and lift it; path constraints hold while it is in the hand.
+        """Grasp an object and lift it; path constraints hold while the object is held.
 
         Args:
             object_name: The object.
-            grasp: A Grasp or several, the best first; grasps are made from its shape where there are none.
+            grasp: A Grasp or several, best first; if empty, grasps are generated from the object's shape.
             plan_only: Whether to plan without moving.
 
         Returns:
-            MoveIt's number of how it ended; `get_last_pick_place` says more.
+            MoveIt's error code; `get_last_pick_place` has the details.
         """
         at = self._world.positions
         constraints, scene = self._while_held(self._world.scene)
@@ -166,15 +167,15 @@ class GroupMotions(GroupBase):
         return self._finish(result, plan_only)
 
     def place(self, object_name: str, location: Any = None, plan_only: bool = False) -> int:
-        """Put down an object that is in the hand; path constraints hold until it stands.
+        """Put down a held object; path constraints hold until it is released.
 
         Args:
             object_name: The object.
-            location: Where it will be: a Pose, PoseStamped or PlaceLocation, or several, the best first.
+            location: Target of the object: a Pose, PoseStamped or PlaceLocation, or several, best first.
             plan_only: Whether to plan without moving.
 
         Returns:
-            MoveIt's number of how it ended; `get_last_pick_place` says more.
+            MoveIt's error code; `get_last_pick_place` has the details.
 
         Raises:
             MoveItCommanderException: If no location is given.
@@ -213,13 +214,13 @@ class GroupMotions(GroupBase):
         return outcome.error_code.val
 
     def _while_held(self, scene: Scene) -> tuple[tuple[Requirement, ...], Scene]:
-        """Return what the path constraints require, and the scene with the frames that they need."""
+        """Return the path constraints, and the scene with the frames that they need."""
         reading = reading_at(scene, self._world.positions)
         return read_constraints(document_of(self._path_constraints, "path constraints"), scene, reading)
 
 
 def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: str, at: Floats) -> Grasp:
-    """Return a grasp as a Grasp message says it.
+    """Convert a Grasp message to a grasp.
 
     Args:
         message: The message; its pose is of the end effector, its postures are of the fingers.
@@ -227,10 +228,10 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
         scene: The scene.
         gripper: The gripper.
         link: The end effector.
-        at: Positions of all joints now [rad | m].
+        at: Current positions of all joints [rad | m].
 
     Raises:
-        MoveItCommanderException: If a posture leaves a finger out.
+        MoveItCommanderException: If a finger is missing in a posture.
     """
     where, frame = framed_placement(message.grasp_pose, WORLD)
     placed = scene.placement_of(_frame(frame, scene), at) * where
@@ -246,13 +247,13 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
 
 
 def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
-    """Return a place as a Pose, PoseStamped or PlaceLocation says it: where the object will be.
+    """Convert a Pose, PoseStamped or PlaceLocation, the target of an object, to a place.
 
     Args:
         location: The message.
         scene: The scene.
         link: The end effector.
-        at: Positions of all joints now [rad | m].
+        at: Current positions of all joints [rad | m].
     """
     whole = is_message(location, "place_pose")
     where, frame = framed_placement(location.place_pose if whole else location, WORLD)
@@ -271,7 +272,7 @@ def executed(result: PickPlaceResult, world: World, tip: str) -> bool:
     """Execute all motions of a pick or place in order, and update the scene.
 
     Returns:
-        Whether the robot got to the end of every one; the world's outcome is that of the last.
+        Whether all motions succeeded; the world then holds the outcome of the last motion.
     """
     for segment in result.require():
         reduced = segment.result.problem.reduced
@@ -288,7 +289,7 @@ def _frame(name: str, scene: Scene) -> str:
 
 
 def _straight(message: Any, link: str) -> Straight:
-    """Return a straight motion; the usual one where the message leaves it open."""
+    """Return a straight motion; values missing in the message take their defaults."""
     direction = read_vector(document_of(message.direction.vector, "direction")) or (0.0, 0.0, 0.0)
     distance = float(message.desired_distance)
     if not any(direction):
@@ -298,7 +299,7 @@ def _straight(message: Any, link: str) -> Straight:
 
 
 def _opening(posture: Any, name: str, scene: Scene, gripper: Gripper) -> float:
-    """Return how far apart a posture has the pads [m]."""
+    """Return the distance between the pads in a posture [m]."""
     robot, points = scene.robot, posture.points
     if not points or len(points[-1].positions) != len(posture.joint_names):
         raise MoveItCommanderException(

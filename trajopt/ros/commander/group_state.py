@@ -1,4 +1,4 @@
-"""The state of a group's commander: its world, joints, links and settings of planning."""
+"""Structure and state of a group: names, joints, links, poses and Jacobian."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -36,7 +36,7 @@ from trajopt.values.placement import WORLD, Placement
 
 
 class GroupBase:
-    """A group of joints of a world's robot, and what a script has set about it."""
+    """A joint group of a world's robot, and its settings."""
 
     def __init__(
         self,
@@ -47,17 +47,17 @@ class GroupBase:
         *,
         world: World | None = None,
     ) -> None:
-        """Choose a group.
+        """Select a group.
 
         Args:
             name: Name of the group.
-            robot_description: As in MoveIt; the world has the robot.
-            ns: As in MoveIt; there are no namespaces.
-            wait_for_servers: As in MoveIt; there is no server to wait for.
-            world: The world; the one of the block around when None.
+            robot_description: As in MoveIt; ignored, the world defines the robot.
+            ns: As in MoveIt; ignored, there are no namespaces.
+            wait_for_servers: As in MoveIt; ignored, there is no server to wait for.
+            world: The world; the world of the enclosing `with` block when None.
 
         Raises:
-            MoveItCommanderException: If there is no such group, or no world.
+            MoveItCommanderException: If the group or the world does not exist.
         """
         self._world = world_or_current(world)
         self._group = self._world.group(name)
@@ -79,16 +79,16 @@ class GroupBase:
         return self._world.robot.links[0]
 
     def _current(self) -> dict[str, float]:
-        """Return where the group's joints are now, joint -> position [rad | m]."""
+        """Return the current joint positions of the group, joint -> position [rad | m]."""
         here = self._world.positions[self._world.robot.index(self._group.joints)]
         return dict(zip(self._group.joints, here.tolist(), strict=True))
 
     def _link(self, name: str) -> str:
-        """Return the link that a script means: the end effector where it names none.
+        """Return the named link; the end effector if the name is empty.
 
         Raises:
             MoveItCommanderException: If the group has no end effector.
-            FrameNotFound: If there is no such link, tool frame or attached object.
+            FrameNotFound: If no link, tool frame or attached object has that name.
         """
         scene = self._world.scene
         link = name or self._tip
@@ -115,12 +115,12 @@ class GroupBase:
         return name
 
     def _placed(self, target: PoseTarget, positions: Floats) -> Placement:
-        """Return where a target is in the world while the robot stands at positions."""
+        """Return the world placement of a target for the given joint positions."""
         return self._world.scene.placement_of(self._frame(target.frame), positions) * target.placement
 
 
 class GroupState(GroupBase):
-    """What a group is and where it is."""
+    """Structure and state of a group."""
 
     def get_name(self) -> str:
         """Return the name of the group."""
@@ -131,7 +131,7 @@ class GroupState(GroupBase):
         return list(self._group.joints)
 
     def get_joints(self) -> list[str]:
-        """Return the names of all joints of the group, fixed and mimicking ones included."""
+        """Return the names of all joints of the group, including fixed and mimic joints."""
         return joint_names(self._world.robot, self._group)
 
     def get_variable_count(self) -> int:
@@ -139,7 +139,7 @@ class GroupState(GroupBase):
         return len(self._group.joints)
 
     def has_end_effector_link(self) -> bool:
-        """Say whether the group has an end effector."""
+        """Return whether the group has an end effector."""
         return bool(self._tip)
 
     def get_end_effector_link(self) -> str:
@@ -155,24 +155,24 @@ class GroupState(GroupBase):
         return PlannerInterfaceDescription(PIPELINE, PIPELINE, list(PLANNERS))
 
     def get_pose_reference_frame(self) -> str:
-        """Return the frame that poses without one of their own are in."""
+        """Return the frame of poses that are not stamped."""
         return self._reference
 
     def set_pose_reference_frame(self, reference_frame: str) -> None:
-        """Choose the frame that poses without one of their own are in: a link, tool frame or object."""
+        """Set the frame of poses that are not stamped: a link, tool frame or object."""
         self._frame(reference_frame)
         self._reference = reference_frame
 
     def get_planning_frame(self) -> str:
-        """Return the frame that planning is done in: the root link, which is where the world is."""
+        """Return the planning frame: the root link, which coincides with the world frame."""
         return self._planning_frame
 
     def get_current_joint_values(self) -> list[float]:
-        """Return where the joints that are planned for are now [rad | m]."""
+        """Return the current positions of the planned joints [rad | m]."""
         return list(self._current().values())
 
     def get_current_pose(self, end_effector_link: str = "") -> PoseStamped:
-        """Return where the end effector, or another link, is now, in the planning frame."""
+        """Return the current pose of the end effector or another link, in the planning frame."""
         return self._pose(end_effector_link, self._world.positions)
 
     def get_current_rpy(self, end_effector_link: str = "") -> list[float]:
@@ -181,19 +181,19 @@ class GroupState(GroupBase):
         return list(where.rpy)
 
     def get_random_joint_values(self) -> list[float]:
-        """Return random positions within the limits; the same ones every time a script is run [rad | m]."""
+        """Return random positions within the limits, with the world's fixed seed [rad | m]."""
         limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
         lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
         upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
         return self._world.rng.uniform(lower, upper).tolist()
 
     def get_random_pose(self, end_effector_link: str = "") -> PoseStamped:
-        """Return where the end effector, or another link, is at random joint values."""
+        """Return the pose of the end effector or another link at random joint values."""
         values = dict(zip(self._group.joints, self.get_random_joint_values(), strict=True))
         return self._pose(end_effector_link, state_positions(values, self._world))
 
     def get_current_state(self) -> RobotState:
-        """Return where all joints of the robot are now, and what it carries."""
+        """Return the current joint positions of the whole robot, and its attached objects."""
         return state_message(self._world.scene, self._world.positions)
 
     def get_current_state_bounded(self) -> RobotState:
@@ -201,7 +201,7 @@ class GroupState(GroupBase):
         return self.enforce_bounds(self.get_current_state())
 
     def enforce_bounds(self, robot_state_msg: Any) -> RobotState:
-        """Return a state with every joint moved inside its limits, continuous ones between -pi and pi."""
+        """Clip each joint to its limits; wrap continuous joints to [-pi, pi]."""
         return within_bounds(robot_state_msg, self._world.robot)
 
     def get_jacobian_matrix(
@@ -210,12 +210,12 @@ class GroupState(GroupBase):
         """Return the Jacobian of a point of the end effector.
 
         Args:
-            joint_values: Of the joints that are planned for, in their order [rad | m].
-            reference_point: In the end effector's frame [m]; its origin when None.
+            joint_values: Positions of the planned joints, in order [rad | m].
+            reference_point: Point in the end effector's frame [m]; its origin when None.
 
         Returns:
-            Six rows, three of the linear velocity [m/s] and three of the angular one [rad/s] along the
-            axes of the world, with a column a joint.
+            Six rows, linear velocity [m/s] above angular velocity [rad/s] in world axes, and one column per
+            joint.
         """
         values = floats("joint_values", joint_values, (len(self._group.joints),))
         reduced = reduce_model(self._world.scene, self._group.name, self._world.positions)
@@ -228,7 +228,7 @@ class GroupState(GroupBase):
 
 
 class GroupSettings(GroupBase):
-    """What a script sets about planning."""
+    """Planning settings of a group."""
 
     def get_goal_tolerance(self) -> tuple[float, float | list[float], float | list[float]]:
         """Return the tolerances of joints [rad | m], positions [m] and orientations [rad]."""
@@ -236,30 +236,30 @@ class GroupSettings(GroupBase):
         return self.get_goal_joint_tolerance(), position, orientation
 
     def get_goal_joint_tolerance(self) -> float:
-        """Return how far a joint may be from its goal [rad | m]."""
+        """Return the goal tolerance of each joint [rad | m]."""
         return self._settings.joint_tolerance
 
     def get_goal_position_tolerance(self) -> float | list[float]:
-        """Return how far the end effector may be from its goal along each axis of it [m]."""
+        """Return the goal position tolerance along each axis of the end effector [m]."""
         return one_or_three(self._settings.position_tolerance)
 
     def get_goal_orientation_tolerance(self) -> float | list[float]:
-        """Return how far the end effector may be turned from its goal about each axis of it [rad]."""
+        """Return the goal orientation tolerance about each axis of the end effector [rad]."""
         return one_or_three(self._settings.orientation_tolerance)
 
     def set_goal_tolerance(self, value: float) -> None:
-        """Set the tolerances of joints, positions and orientations to one number [rad | m]."""
+        """Set the joint, position and orientation tolerances to one number [rad | m]."""
         self.set_goal_joint_tolerance(value)
         self.set_goal_position_tolerance(value)
         self.set_goal_orientation_tolerance(value)
 
     def set_goal_joint_tolerance(self, value: float) -> None:
-        """Set how far a joint may be from its goal [rad | m]."""
+        """Set the goal tolerance of each joint [rad | m]."""
         tolerance = per_axis("goal joint tolerance", [value] * 3)[0]
         self._settings = replace(self._settings, joint_tolerance=tolerance)
 
     def set_goal_position_tolerance(self, value: float | Sequence[float]) -> None:
-        """Set how far the end effector may be off along the axes of its goal: one number or three [m].
+        """Set the goal position tolerance: one number, or one for each axis of the goal [m].
 
         Infinity leaves an axis free.
         """
@@ -267,7 +267,7 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, position_tolerance=tolerance)
 
     def set_goal_orientation_tolerance(self, value: float | Sequence[float]) -> None:
-        """Set how far the end effector may be turned about the axes of its goal: one or three [rad].
+        """Set the goal orientation tolerance: one number, or one for each axis of the goal [rad].
 
         Pi or more leaves an axis free.
         """
@@ -275,10 +275,10 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, orientation_tolerance=tolerance)
 
     def allow_looking(self, value: bool) -> None:
-        """Take note: there is nothing to look around with, the scene is what the script says."""
+        """Accept and ignore: there is no sensor to look around with; the script defines the scene."""
 
     def allow_replanning(self, value: bool) -> None:
-        """Choose whether `go` plans once more where the scene was changed while it planned."""
+        """Set whether `go` replans if the scene changed during planning."""
         self._settings = replace(self._settings, replanning=bool(value))
 
     def set_planning_time(self, seconds: float) -> None:
@@ -292,7 +292,7 @@ class GroupSettings(GroupBase):
         return self._settings.planning_time
 
     def set_planning_pipeline_id(self, planning_pipeline: str) -> None:
-        """Choose the pipeline: there is one, "trajopt"."""
+        """Select the pipeline; the only one is "trajopt"."""
         if planning_pipeline not in ("", PIPELINE):
             raise SolverNotFound("planning pipeline", planning_pipeline, (PIPELINE,))
 
@@ -301,7 +301,7 @@ class GroupSettings(GroupBase):
         return PIPELINE
 
     def set_planner_id(self, planner_id: str) -> None:
-        """Choose a method of planning, by a name of `get_interface_description`; the usual one if empty."""
+        """Select a planner by a name from `get_interface_description`; the default if empty."""
         if planner_id not in ("", *PLANNERS):
             raise SolverNotFound("planner", planner_id, PLANNERS)
         self._settings = replace(self._settings, planner=planner_id or PLANNERS[0])
@@ -311,7 +311,7 @@ class GroupSettings(GroupBase):
         return self._settings.planner
 
     def set_num_planning_attempts(self, num_planning_attempts: int) -> None:
-        """Set how often to plan; of several motions the one of least duration is taken."""
+        """Set the number of planning attempts; the motion of least duration is kept."""
         if num_planning_attempts < 1:
             raise MoveItCommanderException(f"there must be one attempt at least, not {num_planning_attempts}")
         self._settings = replace(self._settings, attempts=int(num_planning_attempts))
@@ -342,7 +342,7 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, acceleration_scaling=factor)
 
     def limit_max_cartesian_link_speed(self, speed: float, link_name: str = "") -> None:
-        """Set the largest speed of a link, the end effector if there is none named [m/s]."""
+        """Limit the speed of a link, by default the end effector [m/s]."""
         limited = tool_speed(self._link(link_name), linear=speed)
         self._settings = replace(self._settings, tool_speed=limited)
 

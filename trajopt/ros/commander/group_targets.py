@@ -1,4 +1,4 @@
-"""Targets and constraints of a group: joint values, poses, named states, path constraints."""
+"""Targets of a group: joint values, poses, and named or remembered states."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -31,29 +31,29 @@ SMALLER = {
     "rad": "degrees meant? Angles are in radians",
     "m": "millimetres meant? Lengths are in metres",
 }
-"""What a position far outside a joint's limits was likely given in, by the joint's unit."""
+"""Likely mistake if a position is far outside a joint's limits, by the joint's unit."""
 
 
 class GroupTargets(GroupBase):
-    """Where a group is sent."""
+    """Targets of a group."""
 
     def get_joint_value_target(self) -> list[float]:
         """Return the joint values that the group was sent to last [rad | m]."""
         return list(self._targets.joints.values())
 
     def set_joint_value_target(self, arg1: Any, arg2: Any = None, arg3: Any = None) -> None:
-        """Send the group to joint values.
+        """Set a joint-space target.
 
         Args:
-            arg1: Positions of all joints in their order, joint -> position, a JointState or a
-                RobotState; or the name of a joint; or a Pose or PoseStamped, of which the nearest
-                configuration that is free of collisions is taken [rad | m].
-            arg2: Of a joint: its position. Of a pose: the link it is about, the end effector if None.
-            arg3: Of a pose: the link, as `arg2`.
+            arg1: Positions of all joints in order, joint -> position, a JointState or a RobotState; or the
+                name of a joint; or a Pose or PoseStamped, replaced by its nearest collision-free
+                configuration [rad | m].
+            arg2: For a joint: its position. For a pose: the link, the end effector if None.
+            arg3: For a pose: the link, as `arg2`.
 
         Raises:
-            MoveItCommanderException: If a joint is unknown or would be out of its limits, or no
-                configuration reaches the pose.
+            MoveItCommanderException: If a joint is unknown or outside its limits, or no configuration reaches
+                the pose.
         """
         if isinstance(arg1, str):
             self._set_joints({arg1: float(floats(f"position of {arg1}", arg2, ()))})
@@ -93,19 +93,19 @@ class GroupTargets(GroupBase):
         self.set_pose_targets([pose], end_effector_link)
 
     def set_pose_targets(self, poses: Sequence[Any], end_effector_link: str = "") -> None:
-        """Send the end effector to any one of several poses, whichever comes easiest."""
+        """Set alternative poses of the end effector; the planner reaches any one of them."""
         self._aim(end_effector_link, Part.POSE, poses)
 
     def shift_pose_target(self, axis: int, value: float, end_effector_link: str = "") -> None:
-        """Send the end effector from where it is along or about an axis of the planning frame.
+        """Set a target by moving the end effector along or about one axis of the planning frame.
 
         Args:
             axis: 0 to 5: x, y, z [m], roll, pitch, yaw [rad].
-            value: How far.
-            end_effector_link: Another link in its place.
+            value: Displacement from the current pose.
+            end_effector_link: Link to use instead of the end effector.
 
         Raises:
-            MoveItCommanderException: If there is no such axis.
+            MoveItCommanderException: If the axis is not 0 to 5.
         """
         if axis not in range(6):
             raise MoveItCommanderException(f"axis must be 0 to 5 (x, y, z, roll, pitch, yaw), is {axis}")
@@ -133,7 +133,7 @@ class GroupTargets(GroupBase):
         self._set_joints(self._by_place("random values", self._world.rng.uniform(lower, upper).tolist()))
 
     def get_named_targets(self) -> list[str]:
-        """Return the names of joint values: of the robot's description, and remembered ones."""
+        """Return the names of the described and the remembered states."""
         described = [state for owner, state in self._world.robot.states if owner == self._group.name]
         return list(dict.fromkeys((*described, *self._remembered)))
 
@@ -151,7 +151,7 @@ class GroupTargets(GroupBase):
         return {joint: value for joint, value in values.items() if joint in self._group.joints}
 
     def remember_joint_values(self, name: str, values: Sequence[float] | None = None) -> None:
-        """Remember joint values by a name; those of now if there are none given [rad | m]."""
+        """Store joint values under a name; by default the current ones [rad | m]."""
         here = list(self._current().values())
         self._remembered[name] = here if values is None else list(self._by_place(name, values).values())
 
@@ -166,7 +166,7 @@ class GroupTargets(GroupBase):
         del self._remembered[name]
 
     def _take(self, goal: Any) -> None:
-        """Set what `plan` and `go` are given: a name, a pose or joint values; nothing changes for None."""
+        """Set the target passed to `plan` or `go`: a name, a pose or joint values; ignore None."""
         if isinstance(goal, str):
             self.set_named_target(goal)
         elif is_message(goal, "header", "pose") or is_message(goal, "position", "orientation"):
@@ -180,7 +180,7 @@ class GroupTargets(GroupBase):
         if not placed:
             raise MoveItCommanderException("set_pose_targets: give at least one pose")
         targets = tuple(PoseTarget(part, where, self._named(name)) for where, name in placed)
-        # A joint target that was set before counts no more; poses of other links do, together with these.
+        # These poses replace an earlier joint target, and are combined with the poses of other links.
         self._targets = replace(self._targets, poses={**self._targets.poses, known: targets})
 
     def _named(self, frame: str) -> str:
@@ -215,7 +215,7 @@ class GroupTargets(GroupBase):
         return dict(zip(self._group.joints, checked.tolist(), strict=True))
 
     def _of_group(self, state: Any) -> dict[str, float]:
-        """Return what a state message says of the group's joints."""
+        """Return the group's joint positions in a state message."""
         named = checked_joint_positions(document_of(state, "joint state"), self._world.robot)
         return {joint: value for joint, value in named.items() if joint in self._group.joints}
 
@@ -247,25 +247,25 @@ class GroupTargets(GroupBase):
 
 
 class GroupConstraints(GroupBase):
-    """What a group holds on the way."""
+    """Path and trajectory constraints of a group."""
 
     def get_known_constraints(self) -> list[str]:
         """Return the names of the stored constraints."""
         return sorted(self._known_constraints)
 
     def get_path_constraints(self) -> Constraints:
-        """Return what is held all the way."""
+        """Return the path constraints."""
         return self._path_constraints
 
     def set_path_constraints(self, value: Any) -> None:
-        """Choose what is held all the way: by `plan`, and just so by `go`.
+        """Set the path constraints, which hold along every motion of `plan` and `go`.
 
         Args:
             value: A Constraints message with joint, position, orientation and visibility constraints, the
-                name of stored ones, or None for nothing.
+                name of stored constraints, or None to clear them.
 
         Raises:
-            MoveItCommanderException: If they name what does not exist, or are malformed.
+            MoveItCommanderException: If the constraints are malformed, or contain an unknown name.
         """
         if value is None:
             return self.clear_path_constraints()
@@ -282,17 +282,17 @@ class GroupConstraints(GroupBase):
         self._path_constraints = Constraints()
 
     def get_trajectory_constraints(self) -> TrajectoryConstraints:
-        """Return what is held on the way one after the other."""
+        """Return the trajectory constraints."""
         return self._trajectory_constraints
 
     def set_trajectory_constraints(self, value: Any) -> None:
-        """Choose what is held on the way one after the other: waypoints.
+        """Set the trajectory constraints: waypoints, reached in order.
 
         Args:
-            value: A TrajectoryConstraints message, or None for nothing.
+            value: A TrajectoryConstraints message, or None to clear them.
 
         Raises:
-            MoveItCommanderException: If they name what does not exist, or are malformed.
+            MoveItCommanderException: If the constraints are malformed, or contain an unknown name.
         """
         if value is None:
             return self.clear_trajectory_constraints()
@@ -306,14 +306,14 @@ class GroupConstraints(GroupBase):
         self._trajectory_constraints = TrajectoryConstraints()
 
     def set_constraints_database(self, host: str, port: int) -> None:
-        """Choose where stored constraints are.
+        """Select the folder of stored constraints.
 
         Args:
-            host: A folder of `moveit_msgs/Constraints` in YAML, each known by the name of its file.
-            port: As in MoveIt; a folder has none.
+            host: A folder of `moveit_msgs/Constraints` in YAML, each named by its file.
+            port: As in MoveIt; ignored.
 
         Raises:
-            MoveItCommanderException: If there is no such folder, or a file in it is malformed.
+            MoveItCommanderException: If the folder does not exist, or a file in it is malformed.
         """
         if not Path(host).is_dir():
             raise ProblemError(f"set_constraints_database: {shown(host)} is not a folder")

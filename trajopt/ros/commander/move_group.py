@@ -1,4 +1,4 @@
-"""MoveGroupCommander: plans and executes motions of one group, in MoveIt's words."""
+"""MoveGroupCommander: plans and executes motions of one group, with MoveIt's API."""
 
 import logging
 from collections.abc import Sequence
@@ -33,33 +33,33 @@ _LOG = logging.getLogger("trajopt.ros.commander")
 
 @speaks_moveit
 class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupState, GroupMotions):
-    """Plans and executes motions of one group: what MoveIt's class of this name promises."""
+    """Plans and executes motions of one group; stand-in for MoveIt's class of this name."""
 
     def set_start_state_to_current_state(self) -> None:
-        """Plan from where the robot is."""
+        """Plan from the robot's current state."""
         self._start = RobotState(is_diff=True)
 
     def set_start_state(self, msg: Any) -> None:
         """Plan from a state.
 
         Args:
-            msg: A RobotState; joints that it leaves out start where they are, and what it says is
-                attached is carried from the start.
+            msg: A RobotState; missing joints keep their current positions, and its attached objects are
+                carried from the start.
 
         Raises:
-            MoveItCommanderException: If it names an unknown joint, or is malformed.
+            MoveItCommanderException: If the message is malformed, or contains an unknown joint.
         """
         state_positions(msg, self._world)
         self._start = msg
 
     def plan(self, joints: Any = None) -> tuple[bool, RobotTrajectory, float, MoveItErrorCodes]:
-        """Plan a motion, and have it judged.
+        """Plan a motion and verify it.
 
         Args:
-            joints: Where to, in place of what was set: joint values, a pose, or a name.
+            joints: Target that replaces the stored one: joint values, a pose, or a name.
 
         Returns:
-            Whether there is a motion, the motion, process time spent [s], and the reason if there is none.
+            Whether a motion was found, the motion, the process time [s], and the reason of a failure.
         """
         self._take(joints)
         result = self._solved(self._world.scene)
@@ -68,14 +68,15 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return result.verified, message, sum(result.cpu_seconds.values()), code_of(result)
 
     def go(self, joints: Any = None, wait: bool = True) -> bool:
-        """Plan a motion as `plan` does, path constraints and all, and execute it.
+        """Plan a motion as `plan` does, with path constraints, and execute it.
 
         Args:
-            joints: Where to, in place of what was set: joint values, a pose, or a name.
-            wait: Whether to return when the robot is there, or when it has set out.
+            joints: Target that replaces the stored one: joint values, a pose, or a name.
+            wait: Whether to return after the motion, or after its start.
 
         Returns:
-            Whether it is there (has set out); `get_last_outcome` says how near, or why not.
+            Whether the robot arrived (or started); `get_last_outcome` contains the final error or the reason
+            of a failure.
         """
         if isinstance(joints, bool):
             joints, wait = None, joints
@@ -96,17 +97,18 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return self._executed(result.trajectory, wait)
 
     def execute(self, trajectory: Any, wait: bool = True) -> bool:
-        """Execute a motion that was planned before.
+        """Execute a planned motion.
 
         Args:
             trajectory: A RobotTrajectory or JointTrajectory.
-            wait: Whether to return when the robot is there, or when it has set out.
+            wait: Whether to return after the motion, or after its start.
 
         Returns:
-            Whether it is there (has set out); `get_last_outcome` says how near, or why not.
+            Whether the robot arrived (or started); `get_last_outcome` contains the final error or the reason
+            of a failure.
 
         Raises:
-            MoveItCommanderException: If it is malformed, or of other joints than the group's.
+            MoveItCommanderException: If the trajectory is malformed, or its joints are not the group's.
         """
         motion = trajectory_of(trajectory, "execute", self._group, self._world.named_positions)
         if motion is None:
@@ -117,14 +119,14 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return self._executed(motion, wait)
 
     def stop(self) -> None:
-        """Bring the robot to rest as soon as is proven to be clear of everything; return when it is.
+        """Stop the robot along the next proven stop; return once it is at rest.
 
-        `get_last_outcome` says how long that took.
+        `get_last_outcome` contains the stopping time.
         """
         self._world.stop()
 
     def get_last_outcome(self) -> Outcome | None:
-        """Return how the last `go` or `execute` ended and how far from its goal; None before the first."""
+        """Return the result and final error of the last `go` or `execute`; None before the first."""
         return self._world.outcome
 
     def get_last_result(self) -> Result | None:
@@ -132,7 +134,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return self._result
 
     def construct_motion_plan_request(self) -> MotionPlanRequest:
-        """Return what `plan` would plan, as a message."""
+        """Return the request that `plan` would solve, as a message."""
         settings, frame = self._settings, self._planning_frame
         start = state_positions(self._start, self._world)
         goals = goal_constraints(self._targets, settings, frame, lambda target: self._placed(target, start))
@@ -156,12 +158,12 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         )
 
     def attach_object(self, object_name: str, link_name: str = "", touch_links: Sequence[str] = ()) -> bool:
-        """Let a link carry an object from where it stands.
+        """Attach an object to a link at its current pose.
 
         Args:
             object_name: The object.
-            link_name: The link; the end effector, or else the group's first link, when empty.
-            touch_links: Links that may touch the object, beside that link.
+            link_name: The link; if empty, the end effector, or else the group's first link.
+            touch_links: Further links that may touch the object.
         """
         link = link_name or self._tip or link_names(self._world.robot, self._group)[0]
         at = self._world.positions
@@ -169,13 +171,14 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return True
 
     def detach_object(self, name: str = "") -> bool:
-        """Leave an object in the world where it is.
+        """Detach an object and leave it in the world at its current pose.
 
         Args:
-            name: The object, or the link that carries it; everything that the group's links carry if empty.
+            name: The object, or the link that carries it; if empty, all objects attached to the group's
+                links.
 
         Returns:
-            Whether anything was detached.
+            Whether an object was detached.
         """
         at = self._world.positions
         chosen: list[str] = []
@@ -205,17 +208,18 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         acceleration_scaling_factor: float = 1.0,
         algorithm: str = "iterative_time_parameterization",
     ) -> RobotTrajectory:
-        """Time the path of a trajectory anew: as fast as all limits allow.
+        """Retime the path of a trajectory to the least duration within all limits.
 
         Args:
             ref_state_in: A RobotState, for the joints outside the group.
             traj_in: The RobotTrajectory.
             velocity_scaling_factor: Factor in (0, 1] on the velocity limits.
             acceleration_scaling_factor: Factor in (0, 1] on the acceleration limits.
-            algorithm: One of MoveIt's names; there is one algorithm, which holds jerk and torque too.
+            algorithm: One of MoveIt's names; all select the same algorithm, which also limits jerk and
+                torque.
 
         Raises:
-            MoveItCommanderException: If no timing holds the limits, or the trajectory is malformed.
+            MoveItCommanderException: If no timing satisfies the limits, or the trajectory is malformed.
         """
         if algorithm not in ALGORITHMS:
             raise SolverNotFound("time parameterisation", algorithm, ALGORITHMS)

@@ -39,17 +39,17 @@ class PlanningSceneInterface:
     """Edits the scene of a world; the very next plan sees the edit."""
 
     def __init__(self, ns: str = "", synchronous: bool = True, *, world: World | None = None) -> None:
-        """Choose a world.
+        """Select a world.
 
         Args:
-            ns: As in MoveIt; there are no namespaces.
-            synchronous: As in MoveIt; edits are synchronous either way.
-            world: The world; the one of the block around when None.
+            ns: As in MoveIt; ignored, there are no namespaces.
+            synchronous: As in MoveIt; edits are always synchronous.
+            world: The world; the world of the enclosing `with` block when None.
         """
         self._world = world_or_current(world)
 
     def add_object(self, collision_object: Any) -> None:
-        """Do what a CollisionObject says: add, remove, append or move."""
+        """Apply a CollisionObject: add, remove, append or move."""
         self._apply(document_of(collision_object, "collision object"), edit_object)
 
     def add_sphere(self, name: str, pose: Any, radius: float = 1) -> None:
@@ -79,12 +79,12 @@ class PlanningSceneInterface:
     def attach_object(
         self, object: Any, link: str | None = None, touch_links: Sequence[str] | None = None
     ) -> None:
-        """Let a link carry an object.
+        """Attach an object to a link.
 
         Args:
             object: Name of an object of the scene, a CollisionObject, or an AttachedCollisionObject.
-            link: The link; the message's when None.
-            touch_links: Links that may touch it; the link alone when None.
+            link: The link; the message's link when None.
+            touch_links: Links that may touch it; only the link itself when None.
         """
         if isinstance(object, str):
             self._world.scene.object(object)
@@ -97,7 +97,7 @@ class PlanningSceneInterface:
         self._apply(document_of(whole, "attached object"), apply_attached)
 
     def process_attached(self, message: Any) -> None:
-        """Do what an AttachedCollisionObject says: attach or detach."""
+        """Apply an AttachedCollisionObject: attach or detach."""
         if message.object.operation == CollisionObject.REMOVE:
             self.remove_attached_object(message.link_name or None, message.object.id or None)
         else:
@@ -112,7 +112,7 @@ class PlanningSceneInterface:
         size: Three = (1, 1, 1),
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Let a link carry the mesh of a file at a PoseStamped, or the object of that name without pose."""
+        """Attach a mesh file at a PoseStamped, or an existing object if no pose is given."""
         made = self.make_mesh(name, pose, filename, size) if pose is not None and filename else name
         self.attach_object(made, link, touch_links)
 
@@ -124,7 +124,7 @@ class PlanningSceneInterface:
         size: Three = (1, 1, 1),
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Let a link carry a box at a PoseStamped, or the object of that name without pose."""
+        """Attach a box at a PoseStamped, or an existing object if no pose is given."""
         self.attach_object(name if pose is None else self.make_box(name, pose, size), link, touch_links)
 
     def attach_sphere(
@@ -135,7 +135,7 @@ class PlanningSceneInterface:
         radius: float = 1,
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Let a link carry a sphere at a PoseStamped, or the object of that name without pose."""
+        """Attach a sphere at a PoseStamped, or an existing object if no pose is given."""
         self.attach_object(name if pose is None else self.make_sphere(name, pose, radius), link, touch_links)
 
     def attach_cylinder(
@@ -147,7 +147,7 @@ class PlanningSceneInterface:
         radius: float = 1,
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Let a link carry a cylinder at a PoseStamped, or the object of that name without pose."""
+        """Attach a cylinder at a PoseStamped, or an existing object if no pose is given."""
         made = name if pose is None else self.make_cylinder(name, pose, height, radius)
         self.attach_object(made, link, touch_links)
 
@@ -162,7 +162,7 @@ class PlanningSceneInterface:
         self.add_object(CollisionObject(id=name or "", operation=CollisionObject.REMOVE))
 
     def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
-        """Leave what a link carries in the world: one object, all of the link, or all of the robot."""
+        """Detach one object, or all of a link or of the robot; they stay in the world."""
         if name is not None:
             self._world.scene.object(name)
         removed = CollisionObject(id=name or "", operation=CollisionObject.REMOVE)
@@ -195,26 +195,26 @@ class PlanningSceneInterface:
         return found
 
     def get_object_poses(self, object_ids: Sequence[str]) -> dict[str, Pose]:
-        """Return the poses of objects by name, in the planning frame, of those of them that are there."""
+        """Return the poses of the existing objects among the names, in the planning frame."""
         objects = self.get_objects()
         return {name: objects[name].pose for name in object_ids if name in objects}
 
     def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, CollisionObject]:
-        """Return objects of the world by name, those of them that are there; all if none is named."""
+        """Return the existing objects among the names; all if no name is given."""
         return _chosen(world_messages(self._world.scene, self._world.robot.links[0]), object_ids)
 
     def get_attached_objects(self, object_ids: Sequence[str] = ()) -> dict[str, AttachedCollisionObject]:
-        """Return what the robot carries by name, those that it does carry; all if none is named."""
+        """Return the attached objects among the names; all if no name is given."""
         return _chosen(attached_messages(self._world.scene), object_ids)
 
     def get_planning_scene(self, components: int) -> PlanningScene:
-        """Return the scene, as much of it as a sum of constants of PlanningSceneComponents asks for."""
+        """Return the parts of the scene selected by a sum of PlanningSceneComponents constants."""
         return scene_message(self._world.scene, self._world.positions, components)
 
     def apply_planning_scene(self, planning_scene_message: Any) -> bool:
-        """Replace the scene by that of a PlanningScene, or change it where that is a difference.
+        """Replace the scene by a PlanningScene, or apply it as a difference.
 
-        Where the robot is, its executor says: positions in the message change nothing.
+        Joint positions in the message are ignored; the executor defines the robot's state.
         """
         self._apply(document_of(planning_scene_message, "planning scene"), edit_scene)
         return True
@@ -275,7 +275,7 @@ def _chosen(objects: Mapping[str, T], names: Sequence[str]) -> dict[str, T]:
 
 
 def _emptied(scene: Scene) -> Scene:
-    """Return the scene without objects, and without anything said of them."""
+    """Remove all objects from the scene, with their settings."""
     scene = replace(scene, tools=scene.tools_on_links)
     while scene.objects:
         frames = {item.frame for item in scene.objects.values()}

@@ -1,4 +1,4 @@
-"""RobotCommander: what a robot is and where it is, in MoveIt's words."""
+"""RobotCommander: structure and state of a robot, with MoveIt's API."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -27,7 +27,7 @@ from trajopt.values.errors import FrameNotFound, GroupNotFound, JointNotFound, s
 from trajopt.values.shapes.shapes import Box, Cylinder, Sphere
 
 GREY = (0.5, 0.5, 0.5, 1.0)
-"""Colour of what the description leaves without one."""
+"""Colour of visual elements without one."""
 
 
 def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> MarkerArray:
@@ -35,11 +35,11 @@ def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> MarkerArra
 
     Args:
         scene: The scene.
-        positions: Of all joints [rad | m].
+        positions: Positions of all joints [rad | m].
         links: The links.
 
     Raises:
-        FrameNotFound: If one is unknown.
+        FrameNotFound: If a link is unknown.
     """
     robot = scene.robot
     for link in links:
@@ -81,7 +81,7 @@ class Joint:
         return self._name
 
     def variable_count(self) -> int:
-        """Return how many numbers place it: one, or none for a fixed one."""
+        """Return the number of position variables: 1, or 0 for a fixed joint."""
         return int(self._name in self._robot.world.robot.joint_names)
 
     def bounds(self) -> list[float]:
@@ -101,7 +101,7 @@ class Joint:
         return self.bounds()[1] if self.variable_count() else []
 
     def value(self) -> float | list[float]:
-        """Return where it is now [rad | m]; nothing for a fixed joint."""
+        """Return the current position [rad | m]; empty for a fixed joint."""
         world = self._robot.world
         return float(world.positions[world.robot.index([self._name])[0]]) if self.variable_count() else []
 
@@ -129,7 +129,7 @@ class Link:
         return self._name
 
     def pose(self) -> PoseStamped:
-        """Return where it is now, in the planning frame."""
+        """Return the current pose, in the planning frame."""
         world = self._robot.world
         return stamped(
             world.scene.placement_of(self._name, world.positions), self._robot.get_planning_frame()
@@ -142,10 +142,10 @@ def _first(args: Sequence[Any], kind: type) -> Any:
 
 @speaks_moveit
 class RobotCommander:
-    """What a robot is and where it is; its groups, joints and links are attributes too.
+    """Structure and state of a robot; its groups, joints and links are also attributes.
 
     Attributes:
-        world: The world that the robot is in.
+        world: The robot's world.
         group_kind: Class of the groups' commanders.
     """
 
@@ -154,12 +154,12 @@ class RobotCommander:
     def __init__(
         self, robot_description: str = "robot_description", ns: str = "", *, world: World | None = None
     ) -> None:
-        """Choose a world.
+        """Select a world.
 
         Args:
-            robot_description: As in MoveIt; the world has the robot.
-            ns: As in MoveIt; there are no namespaces.
-            world: The world; the one of the block around when None.
+            robot_description: As in MoveIt; ignored, the world defines the robot.
+            ns: As in MoveIt; ignored, there are no namespaces.
+            world: The world; the world of the enclosing `with` block when None.
         """
         self.world = world_or_current(world)
         self._groups: dict[str, MoveGroupCommander] = {}
@@ -169,14 +169,14 @@ class RobotCommander:
         return self.get_root_link()
 
     def get_robot_markers(self, *args: Any) -> MarkerArray:
-        """Return what the robot looks like.
+        """Return markers that display the robot.
 
         Args:
-            args: Nothing for now; a RobotState, or joint -> position [rad | m], and then perhaps names of
-                links; or the name of a group, and then perhaps joint -> position.
+            args: Empty for the current state; a RobotState, or joint -> position [rad | m], optionally
+                followed by names of links; or the name of a group, optionally followed by joint -> position.
 
         Raises:
-            MoveItCommanderException: If they are none of these.
+            MoveItCommanderException: If the arguments have another form.
         """
         values, group, chosen = (_first(args, kind) for kind in (dict, str, list))
         state = next((each for each in args if is_message(each, "joint_state")), None)
@@ -198,7 +198,7 @@ class RobotCommander:
         return [joint for joint in robot.joint_names if joint not in robot.mimics]
 
     def get_joint_names(self, group: str | None = None) -> list[str]:
-        """Return the names of all joints, fixed and mimicking ones included: of a group, or of the robot."""
+        """Return the names of all joints of a group or the robot, including fixed and mimic joints."""
         robot = self.world.robot
         return joint_names(robot, None if group is None else self.world.group(group))
 
@@ -212,11 +212,11 @@ class RobotCommander:
         return list(self.world.robot.groups)
 
     def get_current_state(self) -> RobotState:
-        """Return where all joints are now, and what the robot carries."""
+        """Return the current joint positions and the attached objects."""
         return state_message(self.world.scene, self.world.positions)
 
     def get_current_variable_values(self) -> dict[str, float]:
-        """Return where all joints are now, joint -> position [rad | m]."""
+        """Return the current joint positions, joint -> position [rad | m]."""
         return dict(zip(self.world.robot.joint_names, self.world.positions.tolist(), strict=True))
 
     def get_joint(self, name: str) -> Joint:
@@ -232,13 +232,13 @@ class RobotCommander:
         return Link(self, name)
 
     def get_group(self, name: str) -> MoveGroupCommander:
-        """Return the commander of a group: the same one every time."""
+        """Return the commander of a group: the same object on every call."""
         if name not in self._groups:
             self._groups[name] = self.group_kind(name, world=self.world)
         return self._groups[name]
 
     def has_group(self, name: str) -> bool:
-        """Say whether there is a group of that name, with or without the robot's name in front."""
+        """Return whether the group exists; the robot's name as a prefix is optional."""
         try:
             self.world.group(name)
         except GroupNotFound:

@@ -1,4 +1,4 @@
-"""Robot states and motion plan requests of scripts as positions and problems."""
+"""Robot state messages: joint positions and attached objects."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -19,11 +19,11 @@ from trajopt.values.arrays import Floats
 
 
 def within_bounds(message: object, robot: Robot) -> RobotState:
-    """Return a state's joints moved inside their limits, continuous ones between -pi and pi.
+    """Clip a state's joints to their limits; wrap continuous joints to [-pi, pi].
 
     Raises:
         FileFormatError: If the message is malformed.
-        JointNotFound: If it names an unknown joint.
+        JointNotFound: If a joint is unknown.
     """
     named = checked_joint_positions(document_of(message, "robot state"), robot)
     index = robot.index(named)
@@ -35,7 +35,7 @@ def within_bounds(message: object, robot: Robot) -> RobotState:
 
 
 def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
-    """Return the names of all joints, fixed and mimicking ones included: of a group, or of the robot."""
+    """Return the names of all joints of a group or the robot, including fixed and mimic joints."""
     named = list(joint_frame_names(robot.model))
     if group is None:
         return named
@@ -44,7 +44,7 @@ def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
 
 
 def link_names(robot: Robot, group: Group | None = None) -> list[str]:
-    """Return the names of the links: of a group, with what its joints move, or of the robot."""
+    """Return the names of the links of the robot, or of a group with the links that it moves."""
     if group is None:
         return list(robot.links)
     below = {link: joint_above(robot.model, link) for link in robot.links}
@@ -52,20 +52,20 @@ def link_names(robot: Robot, group: Group | None = None) -> list[str]:
 
 
 def _moved(group: Group) -> tuple[str, ...]:
-    """Return the links that a group lists; the first of a chain is what it is mounted on."""
+    """Return the links of a group; for a chain without its base link."""
     return group.links if group.tip is None else group.links[1:]
 
 
 def state_positions(state: object, world: World) -> Floats:
-    """Return positions of all joints in a state: those it leaves out are where they are now.
+    """Return positions of all joints in a state; missing joints keep their current positions.
 
     Args:
-        state: A RobotState, joint -> position [rad | m], or None for now.
+        state: A RobotState, joint -> position [rad | m], or None for the current state.
         world: The world.
 
     Raises:
         FileFormatError: If the state is malformed.
-        JointNotFound: If it names an unknown joint.
+        JointNotFound: If a joint is unknown.
     """
     robot = world.robot
     now = world.named_positions
@@ -77,16 +77,16 @@ def state_positions(state: object, world: World) -> Floats:
 
 
 def problem_of(request: MotionPlanRequest, scene: Scene, positions: Floats) -> Problem:
-    """Return the problem that a request asks for.
+    """Convert a motion plan request to a problem.
 
     Args:
         request: The message.
-        scene: What is around the robot.
-        positions: Where its joints are now, which counts where the start state leaves one out [rad | m].
+        scene: Scene around the robot.
+        positions: Current joint positions, for joints missing in the start state [rad | m].
 
     Raises:
-        FileFormatError: If the request does not say what it must.
-        NameNotFound: If it names a joint, link, frame or object that does not exist.
+        FileFormatError: If the request is incomplete or malformed.
+        NameNotFound: If a joint, link, frame or object does not exist.
     """
     now = dict(zip(scene.robot.joint_names, positions.tolist(), strict=True))
     read = request_of(document_of(request, "motion plan request"), scene, now)

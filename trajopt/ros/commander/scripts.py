@@ -1,4 +1,4 @@
-"""Unchanged scripts: while one runs, the names of ROS and MoveIt mean the stand-ins."""
+"""Unchanged scripts: while one runs, the names of ROS and MoveIt refer to the stand-ins."""
 
 import io
 import logging
@@ -42,7 +42,7 @@ PACKAGES = {
         for package in ("geometry", "moveit", "sensor", "shape", "std", "trajectory", "visualization")
     },
 }
-"""What is stood in for: packages of ROS and MoveIt, and their modules."""
+"""Packages of ROS and MoveIt that have stand-ins, and their modules."""
 REASONS = {
     **dict.fromkeys(
         ("rospy.Subscriber", "rospy.wait_for_message"),
@@ -62,21 +62,21 @@ REASONS = {
         "frames are not broadcast here; RobotCommander.get_link(name).pose() says where a link is",
     ),
 }
-"""Why a name is not stood in for, and what does instead."""
+"""Reasons why a name has no stand-in, and its replacement."""
 
 
 class Answering(io.TextIOBase):
-    """Says Enter to every question of `input()` that the source has no line for.
+    """Answers every `input()` from a source, and then with Enter.
 
     Reading in other ways (`for line in sys.stdin`, `sys.stdin.read()`) ends where the source ends.
     """
 
     def __init__(self, source: TextIO | None = None) -> None:
-        """Choose where answers come from first; from nowhere when None."""
+        """Select the source of answers; none when None."""
         self._source = source
 
     def readable(self) -> bool:
-        """Say that it can be read."""
+        """Return True."""
         return True
 
     def readline(self, size: int | None = -1, /) -> str:  # type: ignore[override]
@@ -87,7 +87,7 @@ class Answering(io.TextIOBase):
         return line or "\n"
 
     def read(self, size: int | None = -1, /) -> str:
-        """Return what is left of the source."""
+        """Return the rest of the source."""
         return "" if self._source is None else self._source.read(-1 if size is None else size)
 
     def __next__(self) -> str:  # type: ignore[override]
@@ -112,12 +112,12 @@ class UnchangedMoveGroup(MoveGroupCommander):
     """A group whose script may name OMPL's planners: they are not here, and trajopt's plans."""
 
     def set_planner_id(self, planner_id: str) -> None:
-        """Choose a method of planning; the usual one stays, with a warning, where there is none so named."""
+        """Select a planner; for an unknown name, warn and keep the default."""
         choose = super().set_planner_id
         _or_warn(lambda: choose(planner_id), "trajopt's own plans")
 
     def set_planning_pipeline_id(self, planning_pipeline: str) -> None:
-        """Choose the pipeline; the one there is stays, with a warning, where another is named."""
+        """Select the pipeline; for an unknown name, warn and keep the only one."""
         choose = super().set_planning_pipeline_id
         _or_warn(lambda: choose(planning_pipeline), "trajopt's own plans")
 
@@ -127,21 +127,21 @@ class UnchangedMoveGroup(MoveGroupCommander):
 
 
 class UnchangedRobot(RobotCommander):
-    """A robot whose groups are those of scripts as they stand."""
+    """A robot whose groups are `UnchangedMoveGroup`."""
 
     group_kind = UnchangedMoveGroup
 
 
 class UnchangedScene(PlanningSceneInterface):
-    """A scene whose script may clear away what is not there, as scripts do at their beginning."""
+    """A scene whose script may remove missing objects, as many scripts do first."""
 
     def remove_world_object(self, name: str | None = None) -> None:
-        """Remove an object from the world, or all; warn where there is none of that name."""
+        """Remove an object or all objects from the world; warn if it does not exist."""
         remove = super().remove_world_object
         _or_warn(lambda: remove(name), "nothing is removed")
 
     def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
-        """Leave what a link carries in the world; warn where there is none of that name."""
+        """Detach an object and leave it in the world; warn if it does not exist."""
         remove = super().remove_attached_object
         _or_warn(lambda: remove(link, name), "nothing is detached")
 
@@ -151,14 +151,14 @@ UNCHANGED = {
     "PlanningSceneInterface": UnchangedScene,
     "RobotCommander": UnchangedRobot,
 }
-"""Classes that scripts as they stand get under MoveIt's names."""
+"""Classes that unchanged scripts import under MoveIt's names."""
 
 
 class StandIn(ModuleType):
-    """A module under its name in ROS, with what the stand-in of it has."""
+    """A module under its ROS name, with the contents of its stand-in."""
 
     def __init__(self, name: str, source: ModuleType) -> None:
-        """Take the public names of the stand-in, but not what it imports from elsewhere."""
+        """Copy the public names of the stand-in, except its imports from elsewhere."""
         super().__init__(name, source.__doc__)
         self.__path__ = []
         for key, value in vars(source).items():
@@ -167,10 +167,10 @@ class StandIn(ModuleType):
                 setattr(self, key, value)
 
     def __getattr__(self, name: str) -> object:
-        """Refuse a name that the stand-in does not have.
+        """Refuse a name without a stand-in.
 
         Raises:
-            NoStandIn: Always, but for names of the language itself.
+            NoStandIn: Always, except for special names of Python.
         """
         if name.startswith("__"):
             raise AttributeError(name)
@@ -178,7 +178,7 @@ class StandIn(ModuleType):
 
 
 def missing(module: ModuleType, name: str) -> str:
-    """Return a sentence on a name that a module does not have, and why, or what it may have meant."""
+    """Return an error message for a missing name, with the reason or a near match."""
     whole = f"{module.__name__}.{name}"
     if whole in REASONS:
         return f"{whole} has no stand-in: {REASONS[whole]}"
@@ -192,7 +192,7 @@ def missing(module: ModuleType, name: str) -> str:
 
 
 def stand_ins() -> dict[str, ModuleType]:
-    """Return what is stood in for, by the name that scripts import it under."""
+    """Return the stand-in modules by their import names."""
     packages = dict(PACKAGES)
     if find_spec("six") is None:  # Old scripts import it; the real one is as good where it is installed.
         packages["six"] = ("moves",)
@@ -209,14 +209,14 @@ def stand_ins() -> dict[str, ModuleType]:
         for key, kind in UNCHANGED.items():
             if key in vars(module):
                 setattr(module, key, kind)
-    # Many scripts end with moveit_commander.os._exit(0), which must not end whatever runs them.
+    # Many scripts end with moveit_commander.os._exit(0), which must not end the process that runs them.
     found["moveit_commander"].__dict__["os"] = SimpleNamespace(_exit=sys.exit)
     return found
 
 
 @contextmanager
 def _stood_in(folder: Path) -> Generator[None]:
-    """Let scripts of a folder import the stand-ins; afterwards nothing of that is left."""
+    """Make the stand-ins importable for scripts of a folder, and restore the imports afterwards."""
     ours = stand_ins()
     before, path = dict(sys.modules), list(sys.path)
     sys.modules.update(ours)
@@ -235,7 +235,7 @@ def _stood_in(folder: Path) -> Generator[None]:
 
 @contextmanager
 def _called(words: Sequence[str], stdin: TextIO | None) -> Generator[None]:
-    """Let a script have its arguments and its standard input."""
+    """Set the script's arguments and standard input."""
     before = sys.argv, sys.stdin
     sys.argv, sys.stdin = list(words), stdin or sys.stdin
     try:
@@ -247,18 +247,18 @@ def _called(words: Sequence[str], stdin: TextIO | None) -> Generator[None]:
 def run_script(
     path: Path, arguments: Sequence[str] = (), *, world: World, stdin: TextIO | None = None
 ) -> None:
-    """Run a script that imports `moveit_commander`, `rospy` and ROS's messages, as it stands.
+    """Run an unchanged script that imports `moveit_commander`, `rospy` and ROS messages.
 
     Args:
         path: The script.
         arguments: Its arguments, without its name.
-        world: What its commanders are about.
-        stdin: Its standard input; that of this process when None.
+        world: World of its commanders.
+        stdin: Its standard input; the standard input of this process when None.
 
     Raises:
-        FileFormatError: If there is no such file.
-        MoveItCommanderException: If it asks for what cannot be or cannot be stood in for; the message has
-            the script's line.
+        FileFormatError: If the file does not exist.
+        MoveItCommanderException: If it requests something impossible or without a stand-in; the message
+            contains the script's line.
     """
     if not path.is_file():
         raise FileFormatError(str(path), "is not a file")
@@ -273,7 +273,7 @@ def run_script(
 
 
 def _line(error: BaseException, path: Path) -> str:
-    """Return where in a script an error came up."""
+    """Return the line of the script that raised an error."""
     frames = traceback.extract_tb(error.__traceback__)
     numbers = [frame.lineno for frame in frames if frame.filename == str(path)]
     return f"{path.name}, line {numbers[-1]}" if numbers else path.name

@@ -21,18 +21,18 @@ from trajopt.values.errors import ModelError, TrajoptError, shown
 P = ParamSpec("P")
 R = TypeVar("R")
 SILENCE = 600.0
-"""A server that says nothing for so long is given up [s]: longer than it takes over any request."""
+"""Timeout for a silent server [s]: longer than any request takes."""
 
 
 @dataclass(eq=False)
 class _Motion:
-    """A motion on its way, and what the server said at its end.
+    """A motion in progress, and the server's answer at its end.
 
     Attributes:
-        begun: Set once the robot moves, or never will.
+        begun: Set once the robot moves, or will not move.
         thread: Waits for the end.
-        answer: Of the server.
-        error: Why there is none.
+        answer: The server's answer.
+        error: Error message, if there is no answer.
     """
 
     begun: Event = field(default_factory=Event)
@@ -42,28 +42,28 @@ class _Motion:
 
 
 class Served:
-    """Answers a world by a session of a server.
+    """Backend of a world whose robot is planned and moved by a session of a server.
 
-    The scene is kept here as well: whatever a world can tell of it needs no request. What the server says of
-    a motion is not believed; it is judged here once more.
+    The scene is also kept here, so that queries of the world need no request. Motions of the server are not
+    trusted; they are verified here again.
 
     Attributes:
-        robot: The robot, as the server knows it.
-        scene: What is around it.
-        positions: Where all joints are, as far as the server has told [rad | m].
+        robot: The robot, as described by the server.
+        scene: Scene around the robot.
+        positions: Last joint positions reported by the server [rad | m].
     """
 
     def __init__(self, url: str, robot: str, *, token: str) -> None:
-        """Begin a session.
+        """Open a session.
 
         Args:
             url: Address of the server.
-            robot: Name of the robot; the server's first one where it is empty.
-            token: What it lets in with.
+            robot: Name of the robot; the server's first robot if empty.
+            token: Access token of the server.
 
         Raises:
             ServerError: If the server refuses, or cannot be reached.
-            FileFormatError: If it is a server of another version, whose robot cannot be read.
+            FileFormatError: If the server's version differs, so that its robot cannot be read.
         """
         self._client = Client(url, token=token, timeout=SILENCE)
         try:
@@ -85,7 +85,7 @@ class Served:
 
     @property
     def executor(self) -> Executor:
-        """Raise an exception: what drives the joints is the server's.
+        """Raise an exception: the executor belongs to the server.
 
         Raises:
             MoveItCommanderException: Always.
@@ -94,7 +94,7 @@ class Served:
 
     @property
     def _known(self) -> dict[str, object]:
-        """What need not be sent, by the name that the server uses."""
+        """Robot and scene, which the server already has, by its names."""
         return {"robot": self.robot, "scene": self.scene}
 
     def stand(self, positions: Floats) -> None:
@@ -103,10 +103,10 @@ class Served:
         self.positions = positions
 
     def take(self, scene: Scene) -> None:
-        """Tell the server what is around the robot from now on.
+        """Send the scene to the server.
 
         Raises:
-            ModelError: If it is of another robot, or of the server's with links of another size.
+            ModelError: If the scene has another robot, or links of another size.
         """
         if scene.robot is not self.robot:
             name = shown(self.robot.name)
@@ -157,7 +157,7 @@ class Served:
         return motion.error or str(motion.answer.get("refused", ""))
 
     def wait(self) -> str:
-        """Return when the robot has come to rest; say what went wrong on the way."""
+        """Wait until the robot is at rest; return the fault, or an empty text."""
         motion = self._motion
         if motion is None or motion.thread is None:
             return ""
@@ -165,7 +165,7 @@ class Served:
         return motion.error or str(motion.answer.get("remark", ""))
 
     def stop(self) -> StopTaken | None:
-        """Bring the robot to rest as soon as is proven; None where nothing moves."""
+        """Stop the robot as soon as a proven stop allows; None if it is at rest."""
         motion = self._motion
         if motion is None or motion.thread is None or not motion.thread.is_alive():
             return None

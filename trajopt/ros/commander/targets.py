@@ -1,4 +1,4 @@
-"""What a group is sent to: joint values or poses, and the constraints messages that say so."""
+"""Targets of a group, joint values or poses, and their conversion to constraints messages."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ from trajopt.values.placement import Placement
 
 
 class Part(Enum):
-    """What of a pose is asked for."""
+    """Constrained part of a pose."""
 
     POSE = "position and orientation"
     POSITION = "position"
@@ -32,12 +32,12 @@ class Part(Enum):
 
 @dataclass(frozen=True)
 class PoseTarget:
-    """Where a link is sent to.
+    """Target pose of a link.
 
     Attributes:
-        part: What of the placement counts.
-        placement: Of the link in `frame`.
-        frame: The frame; where it moves, it is meant where it is at the start.
+        part: Constrained part of the placement.
+        placement: Placement of the link in `frame`.
+        frame: The frame; a moving frame is taken at its start placement.
     """
 
     part: Part
@@ -47,11 +47,11 @@ class PoseTarget:
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """What a group is sent to.
+    """Targets of a group.
 
     Attributes:
         joints: Joint -> position [rad | m], of all joints of the group.
-        poses: Alternative poses by link; joints count where there are none.
+        poses: Alternative poses by link; `joints` applies if empty.
     """
 
     joints: Mapping[str, float]
@@ -61,15 +61,15 @@ class Targets:
 def goal_constraints(
     targets: Targets, settings: Settings, frame: str, placed: Callable[[PoseTarget], Placement]
 ) -> list[Constraints]:
-    """Return the goals that targets stand for, of which any one will do.
+    """Return alternative goal constraints for targets.
 
-    Several links with several poses each are sent to their first poses together, or to their second, ...
+    If several links have several poses each, the i-th alternative contains the i-th pose of every link.
 
     Args:
         targets: The targets.
         settings: Their tolerances.
         frame: Name of the planning frame.
-        placed: Returns where a target is in the planning frame.
+        placed: Returns the placement of a target in the planning frame.
     """
     if not targets.poses:
         return [_joint_goal(targets.joints, settings.joint_tolerance)]

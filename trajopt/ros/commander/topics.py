@@ -1,4 +1,4 @@
-"""Publisher: what a script publishes goes to the log; a scene or an object changes the world."""
+"""Publisher: logs published messages; scene and object messages change the world."""
 
 import logging
 from typing import Any
@@ -20,40 +20,39 @@ _LOG = logging.getLogger("trajopt.ros.commander")
 
 
 class Publisher:
-    """Takes messages of one kind.
+    """Publishes messages of one type.
 
     `CollisionObject`, `AttachedCollisionObject` and `PlanningScene` change the world's scene, as a
-    `move_group` node that listens to them would. Everything else is logged.
+    subscribed `move_group` node would. Other messages are logged.
     """
 
     def __init__(self, name: str, data_class: type, *_: object, **__: object) -> None:
-        """Choose a topic.
+        """Select a topic.
 
         Args:
             name: Name of the topic.
-            data_class: Kind of its messages; what follows (`queue_size`, `latch`) is as in ROS and without
-                effect.
+            data_class: Type of its messages; further arguments (`queue_size`, `latch`) are ignored.
         """
         self.name = name
         self.data_class = data_class
         self._world = world_or_current(None)
 
     def get_num_connections(self) -> int:
-        """Return that one listens: the log."""
+        """Return 1: the log."""
         return 1
 
     def unregister(self) -> None:
-        """Do nothing: there is no one to tell."""
+        """Do nothing; there is no ROS master."""
 
     def publish(self, *args: Any, **fields: Any) -> None:
-        """Log a message, or change the scene by it.
+        """Log a message, or apply it to the scene.
 
         Args:
             args: The message, or its fields in order.
             fields: Its fields by name.
 
         Raises:
-            MoveItCommanderException: If it is of another kind, or asks for what cannot be.
+            MoveItCommanderException: If the message has another type, or cannot be applied.
         """
         whole = len(args) == 1 and not fields and _is_message(args[0], self.data_class)
         alone = args[0] if whole else None
@@ -77,12 +76,12 @@ class Publisher:
 
 
 def _is_message(value: object, kind: type) -> bool:
-    """Say whether a value is a message, or the first field of one: some have no fields at all."""
+    """Return whether a value is a message; some messages have no fields."""
     return isinstance(value, kind) or bool(field_names(value))
 
 
 def _told(message: Any) -> str:
-    """Return what the log says of a message."""
+    """Return the log text of a message."""
     if not isinstance(message, DisplayTrajectory) or not all(
         is_message(each, "joint_trajectory") for each in message.trajectory
     ):

@@ -1,4 +1,4 @@
-"""The world of a script: its robot, its scene, the executor, and the script's parameters."""
+"""World: the robot, scene and backend of a script's commanders."""
 
 import logging
 import time
@@ -35,13 +35,13 @@ _CURRENT: ContextVar["World"] = ContextVar("world")
 
 @dataclass
 class Node:
-    """A script's parameters, and what it does when it ends.
+    """Parameters and shutdown hooks of a script.
 
     Attributes:
-        name: What the script calls itself.
+        name: Name that the script passes to `init_node`.
         parameters: Values by name, without a leading slash.
-        hooks: What is called when the script ends, the first first.
-        shut_down: Whether the script was told to end.
+        hooks: Functions to call at the script's end, in order.
+        shut_down: Whether shutdown was requested.
     """
 
     name: str = "script"
@@ -50,13 +50,13 @@ class Node:
     shut_down: bool = False
 
     def end(self) -> None:
-        """Call what is to be called at the end, once."""
+        """Call the shutdown hooks, once."""
         self.shut_down = True
         while self.hooks:
             self.hooks.pop(0)()
 
     def has(self, name: str) -> bool:
-        """Say whether there is a parameter of that name."""
+        """Return whether a parameter of that name exists."""
         key = name.removeprefix("/")
         return key in self.parameters or key in OF_THE_ROBOT
 
@@ -64,8 +64,8 @@ class Node:
         """Return the value of a parameter.
 
         Raises:
-            KeyError: If there is none of that name.
-            MoveItCommanderException: If it is a text of the robot's files, which are not kept.
+            KeyError: If the name is unknown.
+            MoveItCommanderException: If it is the text of a robot file, which is not kept.
         """
         key = name.removeprefix("/")
         if key not in self.parameters and key in OF_THE_ROBOT:
@@ -77,15 +77,15 @@ class Node:
 
 
 class World:
-    """A robot among objects, and what moves it.
+    """A robot in a scene, and its backend.
 
-    `with World("panda"):` around a script says what `MoveGroupCommander("panda_arm")` and the others in
-    it are about; `world=` says the same to one of them.
+    `with World("panda"):` around a script selects the world of `MoveGroupCommander("panda_arm")` and the
+    other commanders in the block; the argument `world=` does so for one commander.
 
     Attributes:
         robot: The robot.
         rng: Draws random targets.
-        node: What a script has set that is neither robot nor scene.
+        node: Parameters and shutdown hooks of the script.
     """
 
     @as_moveit
@@ -104,22 +104,22 @@ class World:
         """Put a robot into a scene.
 
         Args:
-            robot: A robot, or the name of an installed one; with `url` the name of one that the server has,
-                its first one where it is empty.
-            url: Address of a `trajopt serve`, such as "http://127.0.0.1:8080", which then plans and moves its
-                simulated robot; this process does where it is empty.
-            token: What the server lets in with.
-            scene: What is around it; nothing when None.
-            start: Where the simulated robot stands: a named state or joint -> position [rad | m]; every
-                group in its first named state when None.
-            executor: What moves the robot; when None a simulated one, whose time stands while the robot does,
-                and passes at once where a script waits for a motion.
-            wait: Lets so many seconds of the executor's clock pass, for one that is given.
-            seed: Draws random targets: the same ones every time.
+            robot: A robot, or the name of an installed robot; with `url` the name of a robot of the server,
+                its first if empty.
+            url: Address of a `trajopt serve`, such as "http://127.0.0.1:8080", which plans and moves its
+                simulated robot; if empty, this process does.
+            token: Access token of the server.
+            scene: Scene around the robot; empty when None.
+            start: Start of the simulated robot: a named state or joint -> position [rad | m]; every group in
+                its first named state when None.
+            executor: Executor of the robot. When None a simulated one, whose time advances only during
+                motions, and immediately if the script waits for the motion.
+            wait: Lets a duration [s] pass on the clock of a given executor.
+            seed: Seed of random targets.
 
         Raises:
-            MoveItCommanderException: If the robot is unknown, the scene is another robot's, the executor,
-                which knows where its robot stands, comes with a start, or the server does not answer.
+            MoveItCommanderException: If the robot is unknown, the scene has another robot, a start is
+                combined with an executor, which has its own, or the server does not answer.
         """
         if executor is not None and start is not None:
             raise ModelError("give a start or an executor: an executor knows where its robot stands")
@@ -139,17 +139,17 @@ class World:
 
     @property
     def scene(self) -> Scene:
-        """What is around the robot now: a value, which an edit replaces."""
+        """Current scene around the robot, an immutable value; edits replace it."""
         with self._lock:
             return self._scene
 
     def edit(self, change: Callable[[Scene], Scene]) -> None:
-        """Replace the scene by what a function makes of it; the next plan sees it.
+        """Replace the scene by a function of it; the next plan uses the result.
 
         If the function raises, nothing is changed.
 
         Raises:
-            ModelError: If it makes a scene of another robot.
+            ModelError: If the new scene has another robot.
         """
         with self._lock:
             scene = change(self._scene)
@@ -164,19 +164,19 @@ class World:
         return self._backend.ask(function, *args, **kwargs)
 
     def group(self, name: str) -> Group:
-        """Return a group by its name, which may have the robot's name in front or leave it out.
+        """Return a group by its name; the robot's name as a prefix is optional.
 
         Raises:
-            GroupNotFound: If there is no such group.
+            GroupNotFound: If the group does not exist.
         """
         return group_named(self.robot, name)
 
     @property
     def executor(self) -> Executor:
-        """What moves the robot.
+        """Executor of the robot.
 
         Raises:
-            MoveItCommanderException: If a server moves it.
+            MoveItCommanderException: If a server moves the robot.
         """
         return self._backend.executor
 
@@ -187,20 +187,20 @@ class World:
 
     @property
     def positions(self) -> Floats:
-        """Where all joints are now, shape (number of joints,) [rad | m]."""
+        """Current positions of all joints, shape (number of joints,) [rad | m]."""
         return self._backend.positions
 
     @property
     def named_positions(self) -> dict[str, float]:
-        """Where all joints are now, by name [rad | m]."""
+        """Current positions of all joints, by name [rad | m]."""
         return dict(zip(self.robot.joint_names, self.positions.tolist(), strict=True))
 
     def execute(self, execution: Execution, *, wait: bool) -> Outcome:
         """Execute a trajectory.
 
         Args:
-            execution: The trajectory, and what moves the robot.
-            wait: Whether to return when the motion has ended, or when it has begun.
+            execution: The trajectory, and the scene in which it is driven.
+            wait: Whether to return after the motion, or after its start.
         """
         if self.moving:
             reason = "another motion is under way; stop() it, or wait"
@@ -222,7 +222,7 @@ class World:
         return outcome
 
     def _begun(self, execution: Execution, *, paced: bool) -> Outcome | None:
-        """Begin to drive a motion; return why not, if it cannot be."""
+        """Start a motion; return the reason if it cannot start."""
         refused = self._backend.begin(execution, paced=paced)
         return not_executed(refused) if refused else None
 
@@ -236,13 +236,13 @@ class World:
         self._execution = None
 
     def report(self, outcome: Outcome) -> None:
-        """Keep how an attempt to move ended, and log it: scripts may not ask."""
+        """Store and log the outcome of a motion; scripts may not query it."""
         self._execution, self._outcome = None, outcome
         _LOG.info("%s: %s", outcome.error_code.source, outcome.error_code.message)
 
     @property
     def outcome(self) -> Outcome | None:
-        """How the last attempt to move ended; None before the first."""
+        """Outcome of the last motion; None before the first."""
         execution = self._execution
         if execution is not None and not self.moving:
             remark = self._backend.wait()
@@ -250,7 +250,7 @@ class World:
         return self._outcome
 
     def __enter__(self) -> "World":
-        """Let the names in the block belong to this world."""
+        """Make this the world of all commanders in the block."""
         self._entered.append(_CURRENT.set(self))
         return self
 
@@ -260,7 +260,7 @@ class World:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Do what is left for the end, stop a motion, and give the names back to the world around, if any."""
+        """Call the shutdown hooks, stop any motion, and restore the outer world."""
         try:
             self.node.end()
         finally:
@@ -273,10 +273,10 @@ class World:
 def _here(
     robot: str | Robot, scene: Scene | None, executor: Executor | None, wait: Callable[[float], object]
 ) -> Backend:
-    """Return what answers a world in this process.
+    """Return a backend in this process.
 
     Raises:
-        ModelError: If the scene is another robot's.
+        ModelError: If the scene has another robot.
     """
     if robot == "":
         raise ModelError("which robot? Give one, the name of an installed one, or the url= of a server")
@@ -290,10 +290,10 @@ def _here(
 def _served(
     url: str, token: str, robot: str | Robot, scene: Scene | None, executor: Executor | None
 ) -> Backend:
-    """Return what has a server answer a world.
+    """Return a backend that uses a server.
 
     Raises:
-        ModelError: If something is given that the server has.
+        ModelError: If an argument is given that the server defines.
         MissingExtra: If the client's packages are not installed.
     """
     if not isinstance(robot, str) or scene is not None or executor is not None:
@@ -306,12 +306,12 @@ def _served(
 
 
 def group_named(robot: Robot, name: str) -> Group:
-    """Return a group by its name, which may have the robot's name in front or leave it out.
+    """Return a group by its name; the robot's name as a prefix is optional.
 
-    MoveIt's own Panda has called its hand `hand` and `panda_hand`, and scripts are of either time.
+    MoveIt's own Panda configuration has named its hand both `hand` and `panda_hand`; scripts use either name.
 
     Raises:
-        GroupNotFound: If there is no such group.
+        GroupNotFound: If the group does not exist.
     """
     prefix = f"{robot.name}_"
     alike = (one_of("group", name, str), f"{prefix}{name}", name.removeprefix(prefix))
@@ -319,15 +319,15 @@ def group_named(robot: Robot, name: str) -> Group:
 
 
 def current_world() -> World | None:
-    """Return the world of the block around; None outside of one."""
+    """Return the world of the enclosing `with` block; None outside."""
     return _CURRENT.get(None)
 
 
 def world_or_current(world: World | None) -> World:
-    """Return the world that is given, or else the one of the block around.
+    """Return the given world, or else the one of the enclosing `with` block.
 
     Raises:
-        MoveItCommanderException: If there is neither.
+        MoveItCommanderException: If neither exists.
     """
     found = world or current_world()
     if found is None:

@@ -1,4 +1,4 @@
-"""Stands for `moveit.planning`: MoveItPy, its planning components and its planning scene."""
+"""Stand-in for `moveit.planning`: MoveItPy, its planning components and its planning scene."""
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
@@ -23,13 +23,13 @@ POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-3, 1e-2
 
 @dataclass(init=False)
 class PlanRequestParameters(InPart):
-    """How to plan; the defaults are MoveIt's.
+    """Parameters of a planning request; the defaults are MoveIt's.
 
     Attributes:
-        planner_id: The method; OMPL's planners are not here, and trajopt's own plans in their place.
-        planning_pipeline: The pipeline, likewise.
-        planning_attempts: How often to plan; the motion of least duration is taken.
-        planning_time: Time to plan for [s].
+        planner_id: The planner; trajopt's own planner replaces OMPL's.
+        planning_pipeline: The pipeline; trajopt's own replaces any other.
+        planning_attempts: Number of attempts; the motion of least duration is kept.
+        planning_time: Time limit [s].
         max_velocity_scaling_factor: Factor in (0, 1] on the velocity limits.
         max_acceleration_scaling_factor: Factor in (0, 1] on the acceleration limits.
     """
@@ -42,12 +42,12 @@ class PlanRequestParameters(InPart):
     max_acceleration_scaling_factor: float = 1.0
 
     def __init__(self, moveit_py: Any = None, ns: str = "") -> None:
-        """Take the defaults: parameters of a node are not here."""
+        """Set the defaults; parameters of a ROS node are not read."""
 
 
 @dataclass(init=False)
 class MultiPipelinePlanRequestParameters(InPart):
-    """How to plan with several pipelines; there is one here, which plans once.
+    """Parameters for several pipelines; only one exists here, and plans once.
 
     Attributes:
         multi_plan_request_parameters: The parameters of each pipeline.
@@ -58,7 +58,7 @@ class MultiPipelinePlanRequestParameters(InPart):
     )
 
     def __init__(self, moveit_py: Any, planning_pipeline_names: Sequence[str]) -> None:
-        """Take the defaults for each name."""
+        """Set the defaults for each name."""
         self.multi_plan_request_parameters = [
             PlanRequestParameters(moveit_py) for _ in planning_pipeline_names
         ]
@@ -66,14 +66,14 @@ class MultiPipelinePlanRequestParameters(InPart):
 
 @dataclass(frozen=True, eq=False)
 class MotionPlanResponse(InPart):
-    """How planning ended; true if there is a motion.
+    """Result of planning; true if a motion was found.
 
     Attributes:
-        trajectory: The motion; without points if there is none.
-        planning_time: Process time that planning took [s].
-        error_code: MoveIt's number, and the reason.
-        start_state: State in which the motion begins.
-        planner_id: The method.
+        trajectory: The motion; without points after a failure.
+        planning_time: Process time of planning [s].
+        error_code: MoveIt's error code, with the reason.
+        start_state: State at the start of the motion.
+        planner_id: The planner.
     """
 
     trajectory: RobotTrajectory
@@ -83,7 +83,7 @@ class MotionPlanResponse(InPart):
     planner_id: str
 
     def __bool__(self) -> bool:
-        """Return whether there is a motion."""
+        """Return whether a motion was found."""
         return self.error_code.val == MoveItErrorCodes.SUCCESS
 
 
@@ -103,10 +103,10 @@ class ExecutionStatus(InPart):
 
 
 class _Group(UnchangedMoveGroup):
-    """A group whose goal may be constraints messages.
+    """A group whose goal may consist of constraints messages.
 
     Attributes:
-        goals: Alternative constraints, any one of which is the goal; empty if the goal is set otherwise.
+        goals: Alternative constraints, any one of which is the goal; empty for other kinds of goal.
     """
 
     goals: Sequence[Constraints] = ()
@@ -152,10 +152,10 @@ class PlanningComponent(InPart):
         return True
 
     def set_start_state(self, configuration_name: str | None = None, robot_state: Any = None) -> bool:
-        """Plan from a state: a name, or a RobotState.
+        """Plan from a named state or a RobotState.
 
         Raises:
-            MoveItCommanderException: If it is not exactly one of them, or the name is unknown.
+            MoveItCommanderException: If not exactly one of them is given, or the name is unknown.
         """
         _one_of(configuration_name=configuration_name, robot_state=robot_state)
         start = self._moveit.current_state() if robot_state is None else of_robot(robot_state).__copy__()
@@ -177,10 +177,10 @@ class PlanningComponent(InPart):
         pose_link: str | None = None,
         motion_plan_constraints: Sequence[Constraints] | None = None,
     ) -> bool:
-        """Plan to a state by its name, a RobotState, a pose of a link, or any one of several constraints.
+        """Plan to a named state, a RobotState, a pose of a link, or any one of several constraints.
 
         Raises:
-            MoveItCommanderException: If it is not exactly one of them, or a name is unknown.
+            MoveItCommanderException: If not exactly one of them is given, or a name is unknown.
         """
         _one_of(
             configuration_name=configuration_name,
@@ -251,7 +251,7 @@ class PlanningComponent(InPart):
 
 @speaks_moveit
 class PlanningSceneMonitor(InPart):
-    """Lets a script read and change the scene of a world."""
+    """Gives a script read and write access to a world's scene."""
 
     def __init__(self, robot_model: RobotModel, world: World) -> None:
         """Watch a world; `MoveItPy.get_planning_scene_monitor` does."""
@@ -312,16 +312,16 @@ class MoveItPy(InPart):
         *,
         world: World | None = None,
     ) -> None:
-        """Choose a world.
+        """Select a world.
 
         Args:
             node_name: The script's name.
-            name_space: As in MoveIt; there are no namespaces.
-            launch_params_filepaths: As in MoveIt; the world has the robot.
-            config_dict: As in MoveIt; the world has the robot.
-            provide_planning_service: As in MoveIt; there are no services.
-            remappings: As in MoveIt; names are not mapped to others.
-            world: The world; the one of the block around when None.
+            name_space: As in MoveIt; ignored, there are no namespaces.
+            launch_params_filepaths: As in MoveIt; ignored, the world defines the robot.
+            config_dict: As in MoveIt; ignored, the world defines the robot.
+            provide_planning_service: As in MoveIt; ignored, there are no services.
+            remappings: As in MoveIt; ignored, names are not remapped.
+            world: The world; the world of the enclosing `with` block when None.
         """
         self.world = world_or_current(world)
         self.world.node.name = node_name
@@ -353,17 +353,17 @@ class MoveItPy(InPart):
         blocking: bool = True,
         controllers: Sequence[str] = (),
     ) -> ExecutionStatus:
-        """Drive a motion.
+        """Execute a motion.
 
         Args:
             given: The motion; in some versions of MoveIt the name of the group precedes it.
             robot_trajectory: The motion.
-            group_name: The group; the motion's own counts.
-            blocking: Whether to return when the robot has arrived, or when it has begun to move.
-            controllers: As in MoveIt; there is one controller.
+            group_name: Ignored; the motion contains its group.
+            blocking: Whether to return after the motion, or after its start.
+            controllers: As in MoveIt; ignored, there is one controller.
 
         Raises:
-            MoveItCommanderException: If there is no motion among the arguments.
+            MoveItCommanderException: If the arguments contain no motion.
         """
         motions = [each for each in (*given, robot_trajectory) if isinstance(each, RobotTrajectory)]
         if len(motions) != 1:
@@ -379,10 +379,10 @@ class MoveItPy(InPart):
 
 
 def _one_of(**given: object) -> None:
-    """Refuse arguments of which not exactly one is given.
+    """Require exactly one of several arguments.
 
     Raises:
-        MoveItCommanderException: If that is so.
+        MoveItCommanderException: If none or several are given.
     """
     stated = [name for name, value in given.items() if value is not None]
     if len(stated) != 1:

@@ -1,4 +1,4 @@
-"""Messages of `moveit_msgs`: what MoveIt plans with."""
+"""Messages of `moveit_msgs`: requests, constraints, scenes and trajectories."""
 
 from trajopt.files.messages import class_in, classes_of
 

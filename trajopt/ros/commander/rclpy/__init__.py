@@ -1,4 +1,4 @@
-"""Stands for the part of `rclpy` that MoveIt 2's scripts call: there is no node, and nothing is received."""
+"""Stand-in for the part of `rclpy` that MoveIt 2's scripts use, without a node or subscriptions."""
 
 import logging as _logging
 
@@ -9,7 +9,7 @@ _LOG = _logging.getLogger("trajopt.ros.commander")
 
 
 def init(*_: object, **__: object) -> None:
-    """Do nothing: there is no middleware to start."""
+    """Do nothing; no middleware is used."""
 
 
 def ok(*_: object) -> bool:
@@ -19,12 +19,12 @@ def ok(*_: object) -> bool:
 
 
 def shutdown(*_: object, **__: object) -> None:
-    """Let `ok` be False from now on."""
+    """Make `ok` return False from now on."""
     world = current_world()
     if world is not None:
         world.node.end()
 
 
 def spin(*_: object, **__: object) -> None:
-    """Return: nothing would ever come in."""
+    """Return immediately; no messages arrive."""
     _LOG.info("rclpy.spin() returns: nothing is received in a simulated world")

@@ -1,4 +1,4 @@
-"""Stands for `rclpy.logging`: loggers that write to the logger `trajopt.ros.commander`."""
+"""Stand-in for `rclpy.logging`: loggers that write to the logger `trajopt.ros.commander`."""
 
 import logging
 
@@ -6,10 +6,10 @@ _LOG = logging.getLogger("trajopt.ros.commander")
 
 
 class Logger:
-    """A logger by a name, which stands before each of its lines."""
+    """A logger that prefixes its lines with a name."""
 
     def __init__(self, name: str) -> None:
-        """Take a name."""
+        """Set the prefix."""
         self.name = name
 
     def debug(self, message: str, **_: object) -> None:

@@ -1,4 +1,4 @@
-"""Stands for what MoveIt's scripts call of `rospy`: there is no node, and time is the machine's clock."""
+"""Stand-in for the part of `rospy` that MoveIt's scripts use, without a node; time is wall time."""
 
 import logging
 import sys
@@ -11,7 +11,7 @@ from trajopt.ros.commander.topics import Publisher as Publisher
 from trajopt.ros.commander.world import current_world, world_or_current
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
-"""Levels of the log, as `init_node` takes them."""
+"""Log levels for `init_node`."""
 
 _LOG = logging.getLogger("trajopt.ros.commander")
 
@@ -25,25 +25,25 @@ class ROSInterruptException(ROSException):
 
 
 class Rate:
-    """Keeps a loop to so many rounds in a second."""
+    """Runs a loop at a fixed rate."""
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        """Begin the first round now.
+        """Start the first period now.
 
         Args:
-            hz: Rounds in a second, > 0.
-            reset: As in ROS, for clocks that jump back; this one does not.
+            hz: Rate [1/s], > 0.
+            reset: As in ROS, for clocks that jump back; this clock does not.
         """
         self.sleep_dur = Duration(1.0 / hz)
         self._begun = time.monotonic()
 
     def remaining(self) -> Duration:
-        """Return what is left of the round; nothing if it took too long."""
+        """Return the rest of the period; 0 if it is over."""
         left = self._begun + self.sleep_dur.to_sec() - time.monotonic()
         return Duration(max(left, 0.0))
 
     def sleep(self) -> None:
-        """Sleep until the round ends, and begin the next."""
+        """Sleep until the period ends, and start the next."""
         left = self.remaining().to_sec()
         time.sleep(left)
         round_length = self.sleep_dur.to_sec()
@@ -53,13 +53,13 @@ class Rate:
 def init_node(
     name: str, argv: Sequence[str] | None = None, anonymous: bool = False, log_level: int = INFO, **_: object
 ) -> None:
-    """Note the script's name: a script is a plain process here.
+    """Record the script's name.
 
     Args:
-        name: What the script calls itself.
-        argv: As in ROS; names are not mapped to others.
-        anonymous: As in ROS; there is one script only.
-        log_level: As in ROS; the logger `trajopt.ros.commander` has its own.
+        name: The script's name.
+        argv: As in ROS; ignored, names are not remapped.
+        anonymous: As in ROS; ignored, there is only one script.
+        log_level: As in ROS; ignored, the logger `trajopt.ros.commander` has its own.
     """
     world = current_world()
     if world is not None:
@@ -77,13 +77,13 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
 
 
 def is_shutdown() -> bool:
-    """Say whether `signal_shutdown` was called; a script ends when it ends."""
+    """Return whether `signal_shutdown` was called; the script itself decides when to end."""
     world = current_world()
     return world is not None and world.node.shut_down
 
 
 def signal_shutdown(reason: str) -> None:
-    """Call what `on_shutdown` was given, and let `is_shutdown` be true."""
+    """Call the `on_shutdown` hooks, and make `is_shutdown` return True."""
     _LOG.info("shutdown: %s", reason)
     world_or_current(None).node.end()
 
@@ -94,26 +94,26 @@ def on_shutdown(h: Callable[[], object]) -> None:
 
 
 def spin() -> None:
-    """Return at once: nothing would ever come in."""
+    """Return immediately; no messages arrive."""
     _LOG.info("rospy.spin() returns: nothing is received in a simulated world")
 
 
 def has_param(param_name: str) -> bool:
-    """Say whether there is a parameter of that name."""
+    """Return whether a parameter of that name exists."""
     return world_or_current(None).node.has(param_name)
 
 
 def search_param(param_name: str) -> str | None:
-    """Return the full name of a parameter; None if there is none."""
+    """Return the full name of a parameter; None if it does not exist."""
     return f"/{param_name.removeprefix('/')}" if has_param(param_name) else None
 
 
 def get_param(param_name: str, *default: object) -> object:
-    """Return the value of a parameter, or the default where it is not set.
+    """Return the value of a parameter, or the default if it is not set.
 
     Raises:
-        KeyError: If it is not set and there is no default.
-        MoveItCommanderException: If it is a text of the robot's files, which are not kept.
+        KeyError: If it is not set and no default is given.
+        MoveItCommanderException: If it is the text of a robot file, which is not kept.
     """
     node = world_or_current(None).node
     return default[0] if default and not node.has(param_name) else node.parameter(param_name)
@@ -135,12 +135,12 @@ def get_rostime() -> Time:
 
 
 def sleep(duration: float | Duration) -> None:
-    """Sleep for so many seconds; a motion that was begun with `wait=False` goes on meanwhile."""
+    """Sleep for a duration [s]; a motion started with `wait=False` continues."""
     time.sleep(duration if isinstance(duration, int | float) else duration.to_sec())
 
 
 def logdebug(msg: str, *args: object) -> None:
-    """Log what matters to programmers only to the logger `trajopt.ros.commander`."""
+    """Log a debug message to the logger `trajopt.ros.commander`."""
     _LOG.debug(msg, *args)
 
 
@@ -160,5 +160,5 @@ def logerr(msg: str, *args: object) -> None:
 
 
 def logfatal(msg: str, *args: object) -> None:
-    """Log what ends a script to the logger `trajopt.ros.commander`."""
+    """Log a fatal error to the logger `trajopt.ros.commander`."""
     _LOG.critical(msg, *args)

@@ -1,4 +1,4 @@
-"""Stands for what scripts of Python 2's time call of `six`, where that is not installed."""
+"""Stand-in for the part of `six` that scripts from Python 2 use, if `six` is not installed."""
 
 from trajopt.ros.commander.six import moves as moves
 

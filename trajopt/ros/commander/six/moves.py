@@ -1,4 +1,4 @@
-"""Stands for `six.moves`: Python 3's own names."""
+"""Stand-in for `six.moves`: Python 3's own names."""
 
 import builtins
 

@@ -1,3 +1,3 @@
-"""Stands for what MoveIt's scripts call of `tf`."""
+"""Stand-in for the part of `tf` that MoveIt's scripts use."""
 
 from trajopt.ros.commander.tf import transformations as transformations

@@ -1,4 +1,4 @@
-"""Stands for `tf.transformations`: quaternions (x, y, z, w), Euler angles and 4x4 matrices."""
+"""Stand-in for `tf.transformations`: quaternions (x, y, z, w), Euler angles and 4x4 matrices."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,23 +13,23 @@ AXES = "sxyz"
 
 
 def _order(axes: str) -> Any:
-    """Return scipy's name of an order of turns: s means fixed axes, r turning ones."""
+    """Return scipy's name of an Euler sequence: s is a static frame, r a rotating frame."""
     if len(axes) != 4 or axes[0] not in "sr" or not set(axes[1:]) <= set("xyz"):
         raise ShapeError("axes", f"must be s or r and three of x, y, z, such as 'sxyz'; is {shown(axes)}")
     return axes[1:] if axes[0] == "s" else axes[1:].upper()
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = AXES) -> Floats:
-    """Return the quaternion (x, y, z, w) of three turns [rad].
+    """Return the quaternion (x, y, z, w) of Euler angles [rad].
 
     Args:
         ai: First angle; roll for the default axes.
         aj: Second angle; pitch.
         ak: Third angle; yaw.
-        axes: Their axes, s for fixed ones in front or r for ones that turn along.
+        axes: Axis sequence, prefixed by s for a static or r for a rotating frame.
 
     Raises:
-        ShapeError: If the axes are none.
+        ShapeError: If the axis sequence is invalid.
     """
     return Rotation.from_euler(_order(axes), (ai, aj, ak)).as_quat()
 
@@ -45,7 +45,7 @@ def euler_from_quaternion(quaternion: Sequence[float], axes: str = AXES) -> tupl
 
 
 def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[float]) -> Floats:
-    """Return the turn that does the second quaternion's and then the first's, as a quaternion."""
+    """Return the product of two quaternions: the second rotation, followed by the first."""
     return (Rotation.from_quat(list(quaternion1)) * Rotation.from_quat(list(quaternion0))).as_quat()
 
 

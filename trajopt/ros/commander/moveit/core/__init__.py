@@ -1,4 +1,4 @@
-"""Stands for `moveit.core`: robot models, states, trajectories, scenes and constraints."""
+"""Stand-in for `moveit.core`: robot models, states, trajectories, scenes and constraints."""
 
 from trajopt.ros.commander.moveit.core import kinematic_constraints as kinematic_constraints
 from trajopt.ros.commander.moveit.core import planning_scene as planning_scene

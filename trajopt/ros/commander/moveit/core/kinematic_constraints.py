@@ -1,4 +1,4 @@
-"""Stands for `moveit.core.kinematic_constraints`: constraints messages."""
+"""Stand-in for `moveit.core.kinematic_constraints`: constraints messages."""
 
 from collections.abc import Sequence
 
@@ -35,18 +35,18 @@ def construct_link_constraint(
     orientation: Sequence[float] | None = None,
     orientation_tolerance: float | None = None,
 ) -> Constraints:
-    """Return constraints that hold a link.
+    """Construct constraints on the pose of a link.
 
     Args:
         link_name: The link.
-        source_frame: The frame that position and orientation are in.
+        source_frame: The frame of position and orientation.
         cartesian_position: x, y, z [m].
         cartesian_position_tolerance: Radius of the sphere around the position [m].
         orientation: x, y, z, w.
         orientation_tolerance: About each axis [rad].
 
     Raises:
-        MoveItCommanderException: If there is neither position nor orientation, or one has no tolerance.
+        MoveItCommanderException: If both position and orientation are missing, or one has no tolerance.
     """
     if cartesian_position is None and orientation is None:
         raise MoveItCommanderException("construct_link_constraint: give a position, an orientation or both")

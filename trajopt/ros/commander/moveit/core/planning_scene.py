@@ -1,4 +1,4 @@
-"""Stands for `moveit.core.planning_scene`: the objects around the robot, and collision checks."""
+"""Stand-in for `moveit.core.planning_scene`: the objects around the robot, and collision checks."""
 
 import logging
 from typing import Any
@@ -82,12 +82,12 @@ class PlanningScene(InPart):
     def is_state_colliding(
         self, robot_state: Any = None, joint_model_group_name: str = "", verbose: bool = False
     ) -> bool:
-        """Return whether the robot collides, with itself or with an object.
+        """Return whether the robot collides with itself or with an object.
 
         Args:
-            robot_state: The state; the current one if it is left out.
-            joint_model_group_name: The group whose links are looked at; all groups if empty.
-            verbose: Whether to log the pairs that collide.
+            robot_state: The state; the current state if omitted.
+            joint_model_group_name: The group whose links are checked; all groups if empty.
+            verbose: Whether to log the colliding pairs.
         """
         found = self._judged(robot_state, joint_model_group_name)
         pairs = {(pair.first, pair.second) for each in found for pair in each.examination.collisions}

@@ -1,4 +1,4 @@
-"""Stands for `moveit.core.robot_model`: a robot and its groups."""
+"""Stand-in for `moveit.core.robot_model`: a robot and its groups."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ from trajopt.values.errors import GroupNotFound
 
 
 class InPart:
-    """A class of moveit_py whose other members have no stand-in."""
+    """A partial stand-in for a class of moveit_py; its other members raise."""
 
     def __getattr__(self, name: str) -> object:
         """Refuse a member that is not here.
@@ -45,7 +45,7 @@ class JointModelGroup(InPart):
 
     @property
     def joint_model_names(self) -> list[str]:
-        """All joints, fixed and mimicking ones included."""
+        """All joints, including fixed and mimic joints."""
         return joint_names(self._robot, self._group)
 
     @property
@@ -60,7 +60,7 @@ class JointModelGroup(InPart):
 
     @property
     def eef_name(self) -> str:
-        """Name of the end effector whose group this is; empty if it is not one."""
+        """Name of the end effector that this group forms; empty if none."""
         effectors = self._robot.end_effectors.items()
         return next((name for name, each in effectors if each.group == self._group.name), "")
 
@@ -122,7 +122,7 @@ class RobotModel(InPart):
         return [self.get_joint_model_group(each.group) for each in self.robot.end_effectors.values()]
 
     def has_joint_model_group(self, joint_model_group_name: str) -> bool:
-        """Return whether there is a group of that name, with or without the robot's name in front."""
+        """Return whether the group exists; the robot's name as a prefix is optional."""
         try:
             group_named(self.robot, joint_model_group_name)
         except GroupNotFound:

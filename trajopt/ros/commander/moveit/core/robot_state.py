@@ -1,4 +1,4 @@
-"""Stands for `moveit.core.robot_state`: positions of all joints of a robot, which a script may change."""
+"""Stand-in for `moveit.core.robot_state`: positions of all joints, which a script may change."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -75,7 +75,7 @@ class RobotState(InPart):
         """Do nothing: transforms are computed when they are used."""
 
     def set_to_default_values(self, joint_model_group: Any = None, name: str = "") -> bool:
-        """Take the positions of a group's named state, or the defaults of all joints without a name."""
+        """Set a group to a named state, or all joints to their defaults."""
         robot = self.robot_model.robot
         if not name:
             lower, upper = robot.limits.lower, robot.limits.upper
@@ -139,11 +139,11 @@ class RobotState(InPart):
         reference_point_position: Any = None,
         link_name: str = "",
     ) -> Floats:
-        """Return the Jacobian of a point of a link, shape (6, n), in the axes of the world.
+        """Return the Jacobian of a point of a link in world axes, shape (6, n).
 
         Args:
             joint_model_group_name: The group.
-            where: The link, unless it is the group's last, and the point.
+            where: The point, preceded by the link unless it is the group's last link.
             reference_point_position: The point in the link's frame, shape (3,) [m].
             link_name: The link.
         """
@@ -158,16 +158,16 @@ class RobotState(InPart):
     def set_from_ik(
         self, joint_model_group_name: str, geometry_pose: Any, tip_name: str, timeout: float = 0.0
     ) -> bool:
-        """Move a group to the nearest positions that bring a link to a pose, in collision or not.
+        """Move a group to the nearest configuration with a link at a pose, ignoring collisions.
 
         Args:
             joint_model_group_name: The group.
             geometry_pose: A Pose, in the root link.
             tip_name: The link.
-            timeout: As in MoveIt; the search ends by itself.
+            timeout: As in MoveIt; ignored, the search is finite.
 
         Returns:
-            Whether there are such positions; if not, nothing is changed.
+            Whether such a configuration exists; if not, the state is unchanged.
         """
         group = self.robot_model.get_joint_model_group(joint_model_group_name).name
         reduced = reduce_model(without_collisions(self.robot_model.scene), group, self.positions)
@@ -202,7 +202,7 @@ def judged(
 
 
 def of_robot(state: Any) -> RobotState:
-    """Return a state that a script gives.
+    """Return a state passed by a script.
 
     Raises:
         MoveItCommanderException: If it is not a RobotState of moveit_py.

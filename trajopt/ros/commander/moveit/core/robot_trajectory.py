@@ -1,4 +1,4 @@
-"""Stands for `moveit.core.robot_trajectory`: a motion of a group."""
+"""Stand-in for `moveit.core.robot_trajectory`: a motion of a group."""
 
 from collections.abc import Iterator
 
@@ -16,23 +16,23 @@ class RobotTrajectory(InPart):
     """
 
     def __init__(self, robot_model: RobotModel) -> None:
-        """Begin without points."""
+        """Create a trajectory without points."""
         self.robot_model, self.joint_model_group_name = robot_model, ""
         self._start, self._message = RobotState(robot_model), RobotTrajectoryMessage()
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """Duration [s]."""
         points = self._message.joint_trajectory.points
         return points[-1].time_from_start.to_sec() if points else 0.0
 
     @property
     def average_segment_duration(self) -> float:
-        """Mean time from one point to the next [s]."""
+        """Mean time between successive points [s]."""
         return self.duration / max(len(self) - 1, 1)
 
     def get_waypoint_durations(self) -> list[float]:
-        """Return the time from each point to the one before, the first 0 [s]."""
+        """Return the time of each point since the previous one, starting with 0 [s]."""
         times = [point.time_from_start.to_sec() for point in self._message.joint_trajectory.points]
         return [after - before for before, after in zip([0.0, *times], times, strict=False)]
 
@@ -41,7 +41,7 @@ class RobotTrajectory(InPart):
         return self._message
 
     def set_robot_trajectory_msg(self, robot_state: RobotState, msg: RobotTrajectoryMessage) -> None:
-        """Take a motion from a message; joints that it leaves out are as in a state."""
+        """Read a motion from a message; missing joints are taken from a state."""
         self._start, self._message = robot_state.__copy__(), msg
 
     def __len__(self) -> int:
