@@ -265,7 +265,7 @@ class MessageField:
 
 
 @dataclass(frozen=True)
-class Definition:
+class MessageDefinition:
     """The definition of a message.
 
     Attributes:
@@ -280,7 +280,7 @@ class Definition:
 
 
 @cache
-def definitions() -> Mapping[str, Definition]:
+def definitions() -> Mapping[str, MessageDefinition]:
     """Return the definitions by full name."""
     texts = dict(_entries())
     full = {name.partition("/")[2]: name for name in texts}
@@ -295,7 +295,7 @@ def _entries() -> Iterator[tuple[str, str]]:
             yield f"{package}/{name}", " ".join(declared.split())
 
 
-def _definition(name: str, declared: str, full: Mapping[str, str]) -> Definition:
+def _definition(name: str, declared: str, full: Mapping[str, str]) -> MessageDefinition:
     members: list[MessageField] = []
     constants: dict[str, int] = {}
     for statement in filter(None, declared.split("; ")):
@@ -308,4 +308,4 @@ def _definition(name: str, declared: str, full: Mapping[str, str]) -> Definition
                 constants[key] = int(value)
             else:
                 members.append(MessageField(key, whole, float(value) if value else None))
-    return Definition(name, tuple(members), constants)
+    return MessageDefinition(name, tuple(members), constants)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, make_dataclass
 from functools import cache
 from typing import Any, ClassVar, Self
 
-from trajopt.files.messages.definitions import INITIAL, Definition, MessageField, definitions
+from trajopt.files.messages.definitions import INITIAL, MessageDefinition, MessageField, definitions
 from trajopt.values.errors import MessageNotFound
 
 NANOSECONDS = 10**9
@@ -24,7 +24,7 @@ class Message:
     """
 
     __slots__ = ()
-    definition: ClassVar[Definition]
+    definition: ClassVar[MessageDefinition]
 
 
 @dataclass(slots=True, order=True)

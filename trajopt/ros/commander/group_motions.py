@@ -26,7 +26,7 @@ from trajopt.problem.requirements import Requirement, joint_positions
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.group_state import GroupBase
 from trajopt.ros.commander.robot_states import state_positions
-from trajopt.ros.commander.targets import Part, PoseTarget
+from trajopt.ros.commander.targets import PoseTarget, TargetKind
 from trajopt.ros.commander.world import World
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
@@ -118,7 +118,7 @@ class GroupMotions(GroupBase):
         followed = self._world.ask(
             followed_through,
             scene if avoid_collisions else without_collisions(scene),
-            [self._placed(PoseTarget(Part.POSE, where, frame), start) for where, frame in targets],
+            [self._placed(PoseTarget(TargetKind.POSE, where, frame), start) for where, frame in targets],
             link=self._link(""),
             group=self._group.name,
             start=start,

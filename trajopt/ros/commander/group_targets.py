@@ -18,7 +18,7 @@ from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.group_state import GroupBase
-from trajopt.ros.commander.targets import Part, PoseTarget
+from trajopt.ros.commander.targets import PoseTarget, TargetKind
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.arrays import floats
 from trajopt.values.documents.document import Node, read_document
@@ -72,15 +72,15 @@ class GroupTargets(GroupBase):
 
     def set_rpy_target(self, rpy: Sequence[float], end_effector_link: str = "") -> None:
         """Send the end effector to an orientation, [roll, pitch, yaw] [rad], at any position."""
-        self._aim(end_effector_link, Part.ORIENTATION, [placement(rpy=rpy)])
+        self._aim(end_effector_link, TargetKind.ORIENTATION, [placement(rpy=rpy)])
 
     def set_orientation_target(self, q: Sequence[float], end_effector_link: str = "") -> None:
         """Send the end effector to an orientation, [qx, qy, qz, qw], at any position."""
-        self._aim(end_effector_link, Part.ORIENTATION, [placement(quaternion=q)])
+        self._aim(end_effector_link, TargetKind.ORIENTATION, [placement(quaternion=q)])
 
     def set_position_target(self, xyz: Sequence[float], end_effector_link: str = "") -> None:
         """Send the end effector to a position [m], at any orientation."""
-        self._aim(end_effector_link, Part.POSITION, [placement(xyz)])
+        self._aim(end_effector_link, TargetKind.POSITION, [placement(xyz)])
 
     def set_pose_target(self, pose: Any, end_effector_link: str = "") -> None:
         """Send the end effector to a pose.
@@ -94,7 +94,7 @@ class GroupTargets(GroupBase):
 
     def set_pose_targets(self, poses: Sequence[Any], end_effector_link: str = "") -> None:
         """Set alternative poses of the end effector; the planner reaches any one of them."""
-        self._aim(end_effector_link, Part.POSE, poses)
+        self._aim(end_effector_link, TargetKind.POSE, poses)
 
     def shift_pose_target(self, axis: int, value: float, end_effector_link: str = "") -> None:
         """Set a target by moving the end effector along or about one axis of the planning frame.
@@ -114,7 +114,7 @@ class GroupTargets(GroupBase):
         shifted[axis] += value
         turned = placement(rpy=shifted[3:]) if axis > 2 else here
         where = placement(shifted[:3], rotation=turned.rotation)
-        self._aim(end_effector_link, Part.POSE, [where], self._planning_frame)
+        self._aim(end_effector_link, TargetKind.POSE, [where], self._planning_frame)
 
     def clear_pose_target(self, end_effector_link: str) -> None:
         """Forget the poses that a link was sent to."""
@@ -174,7 +174,7 @@ class GroupTargets(GroupBase):
         elif goal is not None:
             self.set_joint_value_target(goal)
 
-    def _aim(self, link: str, part: Part, poses: Sequence[Any], frame: str = "") -> None:
+    def _aim(self, link: str, part: TargetKind, poses: Sequence[Any], frame: str = "") -> None:
         known = self._link(link)
         placed = [framed_placement(pose, frame or self._reference) for pose in poses]
         if not placed:
@@ -226,7 +226,7 @@ class GroupTargets(GroupBase):
         link = self._link(next((each for each in more if isinstance(each, str)), ""))
         where, frame = framed_placement(pose, self._reference)
         settings, positions = self._settings, self._world.positions
-        target = PoseTarget(Part.POSE, where, self._named(frame))
+        target = PoseTarget(TargetKind.POSE, where, self._named(frame))
         problem = Problem(
             scene=self._world.scene,
             group=self._group.name,

@@ -41,7 +41,7 @@ class _Motion:
     error: str = ""
 
 
-class Served:
+class ServerBackend:
     """Backend of a world whose robot is planned and moved by a session of a server.
 
     The scene is also kept here, so that queries of the world need no request. Motions of the server are not

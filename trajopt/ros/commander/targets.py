@@ -22,7 +22,7 @@ from trajopt.server.move_group.settings import Settings
 from trajopt.values.placement import Placement
 
 
-class Part(Enum):
+class TargetKind(Enum):
     """Constrained part of a pose."""
 
     POSE = "position and orientation"
@@ -40,7 +40,7 @@ class PoseTarget:
         frame: The frame; a moving frame is taken at its start placement.
     """
 
-    part: Part
+    part: TargetKind
     placement: Placement
     frame: str
 
@@ -89,10 +89,10 @@ def _joint_goal(joints: Mapping[str, float], tolerance: float) -> Constraints:
 
 
 def _demand(
-    goal: Constraints, link: str, part: Part, where: Placement, settings: Settings, frame: str
+    goal: Constraints, link: str, part: TargetKind, where: Placement, settings: Settings, frame: str
 ) -> None:
     pose, header = pose_of(where), Header(frame_id=frame)
-    if part is not Part.ORIENTATION and np.isfinite(settings.position_tolerance).any():
+    if part is not TargetKind.ORIENTATION and np.isfinite(settings.position_tolerance).any():
         box = SolidPrimitive(
             SolidPrimitive.BOX, [2.0 * tolerance for tolerance in settings.position_tolerance]
         )
@@ -100,7 +100,7 @@ def _demand(
         goal.position_constraints.append(
             PositionConstraint(header, link, constraint_region=region, weight=1.0)
         )
-    if part is not Part.POSITION:
+    if part is not TargetKind.POSITION:
         goal.orientation_constraints.append(
             OrientationConstraint(header, pose.orientation, link, *settings.orientation_tolerance, weight=1.0)
         )

@@ -34,7 +34,7 @@ _CURRENT: ContextVar["World"] = ContextVar("world")
 
 
 @dataclass
-class Node:
+class ScriptNode:
     """Parameters and shutdown hooks of a script.
 
     Attributes:
@@ -131,7 +131,7 @@ class World:
             self._backend.stand(self._backend.robot.positions(start))
         self.robot, self._scene = self._backend.robot, self._backend.scene
         self.rng = np.random.default_rng(seed)
-        self.node = Node()
+        self.node = ScriptNode()
         self._outcome: Outcome | None = None
         self._execution: Execution | None = None
         self._lock = RLock()
@@ -299,10 +299,10 @@ def _served(
     if not isinstance(robot, str) or scene is not None or executor is not None:
         raise ModelError("a server has its own robot: with url= give its name, no scene and no executor")
     try:
-        from trajopt.ros.commander.served import Served
+        from trajopt.ros.commander.served import ServerBackend
     except ModuleNotFoundError as error:
         raise MissingExtra(str(error.name), "server") from error
-    return Served(url, robot, token=token)
+    return ServerBackend(url, robot, token=token)
 
 
 def group_named(robot: Robot, name: str) -> Group:

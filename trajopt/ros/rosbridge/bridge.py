@@ -25,7 +25,7 @@ from trajopt.ros.rosbridge.old_actions import OldActions
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.ros.rosbridge.rosapi import RosApi
 from trajopt.ros.rosbridge.services import ACTIONS, CLOUD, EDITS, SERVICES
-from trajopt.ros.rosbridge.topics import Client, Topics
+from trajopt.ros.rosbridge.topics import TopicClient, Topics
 from trajopt.ros.rosbridge.wire import Incoming, Unusable, plain, written
 from trajopt.values.errors import TrajoptError
 
@@ -37,7 +37,7 @@ PLANNED = "/display_planned_path"
 PIPELINE = "trajopt"
 
 
-class Connected(Client, Provider, Protocol):
+class Connected(TopicClient, Provider, Protocol):
     """A client, as far as the bridge knows it."""
 
 

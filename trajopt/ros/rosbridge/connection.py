@@ -11,7 +11,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from trajopt.ros.rosbridge.bridge import Bridge
-from trajopt.ros.rosbridge.goals import Goal
+from trajopt.ros.rosbridge.goals import ActionGoal
 from trajopt.ros.rosbridge.offered_actions import RelayedGoal
 from trajopt.ros.rosbridge.services import ACTIONS, same_type
 from trajopt.ros.rosbridge.topics import no_compression
@@ -41,7 +41,7 @@ class Socket(Protocol):
         ...
 
 
-class Connection:
+class ClientConnection:
     """One client.
 
     Attributes:
@@ -54,7 +54,7 @@ class Connection:
         self._out: asyncio.Queue[Iterable[bytes]] = asyncio.Queue(WAITING)
         self._fragments = Fragments(bridge.largest)
         self._tasks: set[asyncio.Task[None]] = set()
-        self._goals: dict[str, Goal | RelayedGoal] = {}
+        self._goals: dict[str, ActionGoal | RelayedGoal] = {}
         self._level = LEVELS[0]
         self._handlers: dict[str, Callable[[Incoming], Awaitable[None]]] = {
             "call_service": self._call_service,
@@ -215,7 +215,7 @@ class Connection:
             self.offer(written({"op": "action_feedback", "id": name, "action": action, "values": feedback}))
 
         if action in ACTIONS:
-            goal = Goal(name, ACTIONS[action], incoming.args, self.bridge.generation, tell)
+            goal = ActionGoal(name, ACTIONS[action], incoming.args, self.bridge.generation, tell)
             self._goals[name] = goal
             self._begin(self._pursued(goal, action))
         else:
@@ -234,7 +234,7 @@ class Connection:
         finally:
             self._goals.pop(name, None)
 
-    async def _pursued(self, goal: Goal, action: str) -> None:
+    async def _pursued(self, goal: ActionGoal, action: str) -> None:
         try:
             ending, result = await goal.run(self.bridge.cell)
         except TrajoptError as error:
@@ -292,7 +292,7 @@ async def converse(bridge: Bridge, socket: ServerConnection) -> None:
     if len(bridge.clients) >= bridge.options.connections:
         await socket.close(FULL, "there are too many connections")
         return
-    client = Connection(bridge, socket)
+    client = ClientConnection(bridge, socket)
     bridge.clients.add(client)
     # Who cannot be told anything any more is not heard either: else what waits to be said waits for ever.
     both = [asyncio.create_task(each) for each in (_heard(client, socket), client.write())]
@@ -310,7 +310,7 @@ async def converse(bridge: Bridge, socket: ServerConnection) -> None:
         await asyncio.gather(client.leave(), *both, return_exceptions=True)
 
 
-async def _heard(client: Connection, socket: ServerConnection) -> None:
+async def _heard(client: ClientConnection, socket: ServerConnection) -> None:
     """Do what a client says until it has nothing more to say."""
     async for message in socket:
         await client.take(message)

@@ -14,7 +14,7 @@ from trajopt.ros.rosbridge.wire import Unusable
 from trajopt.server.requests import Cancellation
 
 
-class Ending(Enum):
+class GoalOutcome(Enum):
     """How a goal ended.
 
     Attributes:
@@ -59,7 +59,7 @@ class _Plan(msgspec.Struct):
 
 
 @dataclass(eq=False)
-class Goal:
+class ActionGoal:
     """A goal.
 
     Attributes:
@@ -85,7 +85,7 @@ class Goal:
         self.cancelled = True
         self.cancellation()
 
-    async def run(self, cell: Cell) -> tuple[Ending, dict[str, Any]]:
+    async def run(self, cell: Cell) -> tuple[GoalOutcome, dict[str, Any]]:
         """Do it; return how it ended, and the result as plain data.
 
         Args:
@@ -100,11 +100,11 @@ class Goal:
             result = await self._moved(cell)
         return self._ending(result["error_code"]), result
 
-    def _ending(self, code: int | dict[str, Any]) -> Ending:
+    def _ending(self, code: int | dict[str, Any]) -> GoalOutcome:
         if self.cancelled:
-            return Ending.CANCELLED
+            return GoalOutcome.CANCELLED
         done = code == 0 if isinstance(code, int) else code["val"] == MoveItErrorCodes.SUCCESS
-        return Ending.SUCCEEDED if done else Ending.ABORTED
+        return GoalOutcome.SUCCEEDED if done else GoalOutcome.ABORTED
 
     async def _driven(self, cell: Cell, operation: str, message: msgspec.Raw | bytes) -> bytes:
         return await cell.ask(

@@ -20,7 +20,7 @@ from trajopt.files.messages import (
     encode,
 )
 from trajopt.ros.rosbridge.cell import Cell
-from trajopt.ros.rosbridge.goals import Ending, Goal
+from trajopt.ros.rosbridge.goals import ActionGoal, GoalOutcome
 from trajopt.ros.rosbridge.services import ACTIONS, ActionServer
 from trajopt.ros.rosbridge.topics import Topics
 from trajopt.ros.rosbridge.wire import Unusable
@@ -46,7 +46,7 @@ class OldActions:
     def __init__(self, topics: Topics, cell: Cell) -> None:
         """Publish and take what belongs to them."""
         self._topics, self._cell, self._numbers = topics, cell, count(1)
-        self._goals: dict[str, dict[str, tuple[GoalStatus, Goal]]] = {name: {} for name in ACTIONS}
+        self._goals: dict[str, dict[str, tuple[GoalStatus, ActionGoal]]] = {name: {} for name in ACTIONS}
         self._over: dict[str, float] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._takers: dict[str, Callable[[msgspec.Raw], None]] = {}
@@ -108,7 +108,7 @@ class OldActions:
             def tell(feedback: object) -> None:
                 self._publish(f"{action}/feedback", status, "feedback", feedback)
 
-            goal = Goal(mine.id, server, whole.goal, OLD, tell)
+            goal = ActionGoal(mine.id, server, whole.goal, OLD, tell)
             goals[mine.id] = status, goal
             task = asyncio.get_running_loop().create_task(self._pursue(action, goal, status))
             self._tasks.add(task)
@@ -129,14 +129,14 @@ class OldActions:
 
         return take
 
-    async def _pursue(self, action: str, goal: Goal, status: GoalStatus) -> None:
+    async def _pursue(self, action: str, goal: ActionGoal, status: GoalStatus) -> None:
         result: dict[str, Any] = {}
         try:
             ending, result = await goal.run(self._cell)
             status.status = ending.ros1
         except TrajoptError as error:
             cancelled = goal.cancelled
-            status.status = Ending.CANCELLED.ros1 if cancelled else GoalStatus.REJECTED
+            status.status = GoalOutcome.CANCELLED.ros1 if cancelled else GoalStatus.REJECTED
             status.text = str(error)
             _LOG.info("goal refused", extra={"action": action, "reason": str(error)})
         self._over[f"{action}#{goal.name}"] = time.monotonic()

@@ -16,7 +16,7 @@ CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
 
 
 @dataclass(frozen=True)
-class Service:
+class MoveItService:
     """A service of MoveIt.
 
     Attributes:
@@ -28,8 +28,8 @@ class Service:
     operation: str
 
 
-SERVICES: Mapping[str, Service] = {
-    f"/{name}": Service(f"moveit_msgs/{kind}", f"moveit/{name}")
+SERVICES: Mapping[str, MoveItService] = {
+    f"/{name}": MoveItService(f"moveit_msgs/{kind}", f"moveit/{name}")
     for name, kind in {
         "compute_fk": "GetPositionFK",
         "compute_ik": "GetPositionIK",

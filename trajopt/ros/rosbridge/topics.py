@@ -21,7 +21,7 @@ INLINE = 100_000
 COMPRESSIONS = (None, "", "none")
 
 
-class Client(Protocol):
+class TopicClient(Protocol):
     """A connection, as far as topics know it."""
 
     def offer(self, message: bytes, fragment_size: int | None = None) -> None:
@@ -65,8 +65,8 @@ class Topic:
     ours: bool = False
     kept: bool = False
     latched: msgspec.Raw | None = None
-    clients: set[Client] = field(default_factory=set[Client])
-    heard: dict[Client, Subscription] = field(default_factory=dict[Client, Subscription])
+    clients: set[TopicClient] = field(default_factory=set[TopicClient])
+    heard: dict[TopicClient, Subscription] = field(default_factory=dict[TopicClient, Subscription])
 
 
 class Topics:
@@ -110,7 +110,7 @@ class Topics:
         """Say whether anybody hears a topic."""
         return name in self._all and bool(self._all[name].heard)
 
-    def advertise(self, client: Client, name: str, kind: str) -> None:
+    def advertise(self, client: TopicClient, name: str, kind: str) -> None:
         """Let a client publish a topic.
 
         Raises:
@@ -118,7 +118,7 @@ class Topics:
         """
         self._publisher(client, name, kind)
 
-    def unadvertise(self, client: Client, name: str) -> None:
+    def unadvertise(self, client: TopicClient, name: str) -> None:
         """Take note that a client publishes a topic no more."""
         if name in self._all:
             self._all[name].clients.discard(client)
@@ -126,7 +126,7 @@ class Topics:
 
     def subscribe(
         self,
-        client: Client,
+        client: TopicClient,
         name: str,
         kind: str,
         *,
@@ -156,7 +156,7 @@ class Topics:
         if topic.latched is not None:
             client.offer(_published(topic, topic.latched), mine.fragment_size)
 
-    def unsubscribe(self, client: Client, name: str, subscription: str | int | None) -> None:
+    def unsubscribe(self, client: TopicClient, name: str, subscription: str | int | None) -> None:
         """End a subscription; all of a client to the topic where it names none."""
         topic = self._all.get(name)
         if topic is None or client not in topic.heard:
@@ -167,7 +167,7 @@ class Topics:
             del topic.heard[client]
             self._forget(name)
 
-    async def publish(self, client: Client, name: str, message: msgspec.Raw, *, latch: bool) -> str:
+    async def publish(self, client: TopicClient, name: str, message: msgspec.Raw, *, latch: bool) -> str:
         """Pass on what a client publishes; return the topic's type.
 
         Raises:
@@ -189,7 +189,7 @@ class Topics:
         if topic.heard:
             self._pass(topic, msgspec.Raw(msgspec.json.encode(document)))
 
-    def leave(self, client: Client) -> None:
+    def leave(self, client: TopicClient) -> None:
         """Forget a client."""
         for name, topic in list(self._all.items()):
             topic.clients.discard(client)
@@ -220,7 +220,7 @@ class Topics:
                 text = text or _published(topic, message)
                 client.offer(text, mine.fragment_size)
 
-    def _publisher(self, client: Client, name: str, kind: str) -> Topic:
+    def _publisher(self, client: TopicClient, name: str, kind: str) -> Topic:
         if name in self._all and self._all[name].ours:
             raise Unusable(f"{name} is published by the server itself")
         if name not in self._all or client not in self._all[name].clients:
@@ -242,7 +242,7 @@ class Topics:
         topic.kind = topic.kind or wanted
         return topic
 
-    def _count(self, client: Client) -> None:
+    def _count(self, client: TopicClient) -> None:
         mine = sum(client in topic.clients or client in topic.heard for topic in self._all.values())
         if mine >= TOPICS:
             raise Unusable(f"a client has {TOPICS} topics at most")

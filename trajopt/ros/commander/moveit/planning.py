@@ -224,7 +224,7 @@ class PlanningComponent(InPart):
         *,
         parameters: PlanRequestParameters | None = None,
     ) -> MotionPlanResponse:
-        """Plan a motion, and have it judged.
+        """Plan a motion and verify it.
 
         Args:
             single_plan_parameters: How to plan.

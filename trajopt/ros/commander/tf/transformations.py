@@ -38,7 +38,7 @@ def euler_from_quaternion(quaternion: Sequence[float], axes: str = AXES) -> tupl
     """Return the three turns [rad] of a quaternion (x, y, z, w).
 
     Raises:
-        ShapeError: If the axes are none.
+        ShapeError: If the axis sequence is invalid.
     """
     angles: Floats = Rotation.from_quat(list(quaternion)).as_euler(_order(axes))
     return float(angles[0]), float(angles[1]), float(angles[2])
@@ -76,7 +76,7 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str = AXES) -> Floats:
     """Return the 4x4 matrix of three turns [rad].
 
     Raises:
-        ShapeError: If the axes are none.
+        ShapeError: If the axis sequence is invalid.
     """
     return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes).tolist())
 
@@ -85,7 +85,7 @@ def euler_from_matrix(matrix: Floats, axes: str = AXES) -> tuple[float, float, f
     """Return the three turns [rad] of a 4x4 matrix.
 
     Raises:
-        ShapeError: If the axes are none.
+        ShapeError: If the axis sequence is invalid.
     """
     return euler_from_quaternion(quaternion_from_matrix(matrix).tolist(), axes)
 

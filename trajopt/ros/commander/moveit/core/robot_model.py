@@ -22,7 +22,7 @@ class InPart:
         """Refuse a member that is not here.
 
         Raises:
-            NoStandIn: Always, but for names of the language itself.
+            NoStandIn: Always, except for special names of Python.
         """
         if name.startswith("_"):
             raise AttributeError(name)
