@@ -114,7 +114,7 @@ def test_the_start_of_a_problem_is_drawn_before_it_is_planned(result: to.Result,
         # The same robot at the same place; of a plan there is its path, too.
         apart = np.abs(np.asarray(first, dtype=float) - np.asarray(second, dtype=float)).max(axis=2) > 60
         assert apart.mean() < 0.05
-    with pytest.raises(FileFormatError, match=r"no motion yet: its start is drawn as \.png"):
+    with pytest.raises(FileFormatError, match=r"no motion; its start is drawn as \.png"):
         to.render(problem, tmp_path / "start.gif", **size)
 
 
