@@ -27,7 +27,7 @@ def files() -> dict[str, str]:
 
 def test_the_pages_code_runs() -> None:
     code = blocks("python")
-    assert len(code) == 3
+    assert len(code) == 4
     spoken: dict[str, object] = {"__name__": "extending"}
     for number, block in enumerate(code):
         exec(compile(block, f"{PAGE.name}, block {number + 1}", "exec"), spoken)

@@ -9,6 +9,13 @@ PACKAGE = ROOT / "trajopt"
 
 Graph = Mapping[str, set[str]]
 
+CONVENIENCES: Mapping[str, set[str]] = {
+    "planning.result": {"files.bundle", "why"},
+    "problem.problem": {"files.bundle"},
+}
+"""Modules with methods that pass their object to a function of a higher layer: `result.save(path)` calls
+`files.bundle.save(result, path)`. They import it within the method, which is not part of the graph."""
+
 
 def modules(package: Path = PACKAGE) -> dict[str, Path]:
     """Dotted name of each module -> its file; a package is named after its folder."""
@@ -38,9 +45,18 @@ def file_graph(package: Path = PACKAGE) -> Graph:
         return name if name in files else (parent if (parent := name.rpartition(".")[0]) in files else None)
 
     return {
-        module: {other for name in imported(path) if (other := home(name)) not in {None, module}}
+        module: {
+            other
+            for name in imported(path)
+            if (other := home(name)) not in {None, module} and not name.startswith(conveniences(module))
+        }
         for module, path in files.items()
     }
+
+
+def conveniences(module: str) -> tuple[str, ...]:
+    """Return the higher modules that methods of a module may import."""
+    return tuple(f"trajopt.{other}" for other in CONVENIENCES.get(module.removeprefix("trajopt."), ()))
 
 
 def folder_graph(files: Graph, depth: int) -> Graph:

@@ -4,6 +4,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+from tests.architecture.import_graph import CONVENIENCES, conveniences
+
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "trajopt"
 
@@ -108,7 +110,7 @@ def violations(path: Path) -> Iterator[str]:
     mine = room(path)
     here = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
     forbidden = {part for place, parts in FORBIDDEN.items() if within(here, {place}) for part in parts}
-    for name in imports(path):
+    for name in imports(path) - set(conveniences(here)):
         parts = name.split(".")
         if parts[0] == "trajopt" and len(parts) > 1:
             other = parts[1]
@@ -142,6 +144,13 @@ def test_robots_and_problems_use_public_names() -> None:
             ):
                 found.append(f"{path}: {node.module} is not public")
     assert found == []
+
+
+def test_conveniences_are_imported_within_methods() -> None:
+    for module, others in CONVENIENCES.items():
+        tree = ast.parse((PACKAGE / f"{module.replace('.', '/')}.py").read_text())
+        at_first = {node.module for node in tree.body if isinstance(node, ast.ImportFrom)}
+        assert not at_first & {f"trajopt.{other}" for other in others}
 
 
 def test_every_room_has_a_layer() -> None:

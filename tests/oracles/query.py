@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import coal
 import numpy as np
 import pinocchio as pin
 
-from trajopt.geometry import Contacts, JointPlacements, Query, WorkCounts
+from trajopt.geometry import Contacts, JointPlacements, Query, WorkCounts, point_jacobian
 from trajopt.geometry.dynamics import DynamicsQuery, GravityTorques, TorqueSlopes
 from trajopt.geometry.geometry import PLANE_EXTENT, BoundingBoxes, closed_triangles, collision_geometry
 from trajopt.geometry.query import EPA_TOLERANCES, GJK_TOLERANCE
@@ -59,9 +60,8 @@ class PlainQuery(Query):
             for name in ("normal", "point_first", "point_second")
         )
         jacobian, joint = at.jacobian[sample], self._boxes.joint
-        velocity = self.point_jacobian(jacobian, joint[pairs.second[pair]], second) - self.point_jacobian(
-            jacobian, joint[pairs.first[pair]], first
-        )
+        moved = partial(point_jacobian, self.reduced, jacobian)
+        velocity = moved(joint[pairs.second[pair]], second) - moved(joint[pairs.first[pair]], first)
         return Contacts(
             sample,
             pair,

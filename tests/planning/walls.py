@@ -27,7 +27,7 @@ def route_of(problem: to.Problem) -> SeedContext:
     reduced, goal = problem.reduced, fixed_goal(problem)
     assert goal is not None
     line = line_through(reduced, (reduced.start_positions, goal), problem.knots)
-    return SeedContext(reduced, line, Knots().program(problem, line.knots).scale, problem.requirements)
+    return SeedContext(problem, line, Knots().program(problem, line.knots).scale)
 
 
 def blocked_by(problem: to.Problem, name: str) -> Blocked:

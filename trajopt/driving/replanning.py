@@ -12,7 +12,6 @@ from trajopt.driving.intended_motion import GuardedGoal, IntendedMotion
 from trajopt.driving.motion_guard import reason_with_margin, start_from
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.world_snapshot import WorldSnapshot
-from trajopt.geometry import Query
 from trajopt.planning import Budget, on_the_way
 from trajopt.planning.moving.among import Among
 from trajopt.planning.moving.timed_path import TimedOnPath
@@ -105,7 +104,7 @@ def retime_on_path(
         begin: When the rest begins, on the executor's clock [s].
         patience: It ends no later than this after the present motion [s].
     """
-    among = Among.of(here, Query(here.reduced))
+    among = Among.of(here, here.evaluator(here.reduced))
     if among is None:
         return None
     rest = intended.after(begin)

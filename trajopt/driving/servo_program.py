@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import JointPlacements, Query
+from trajopt.geometry import JointPlacements, evaluator
 from trajopt.geometry.geometry import BoundingBoxes
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers.banded import BandedSteps
@@ -185,7 +185,7 @@ class ApproachQuery:
         """
         timed = timed_model(reduced)
         whole = reduced if timed is None else timed.reduced
-        self.query = Query(whole)
+        self.query = evaluator(whole)
         self._timed, self._braking = timed, braking
         self._changing = None if timed is None else ChangingPairs.of(timed)
         self._clearance = np.asarray(whole.pairs.required) + clearance

@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import ApproachLimits, Braking, VelocityTask
-from trajopt.geometry import JointPlacements, Query
+from trajopt.geometry import Evaluator, JointPlacements
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value
@@ -52,7 +52,7 @@ class Tool(Value):
     mimic: Floats
 
     @staticmethod
-    def at(query: Query, positions: Floats, frame: str, joints: int) -> "Tool":
+    def at(query: Evaluator, positions: Floats, frame: str, joints: int) -> "Tool":
         """Return a tool at positions of the query's joints, the group's joints first."""
         reduced, placed = query.reduced, query.kinematics(positions[None])
         joint, held = reduced.attachment(frame)

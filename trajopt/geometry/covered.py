@@ -109,7 +109,7 @@ def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Qu
         if not blocked:
             break
         whole = whole.opened(reduced, blocked, parts)
-    return Query(reduced, counts, proximity.Query(whole.cell, whole.stands_for, len(reduced.pairs.required)))
+    return Query(reduced, counts, whole.core(whole.stands_for, len(reduced.pairs.required)))
 
 
 def _covered(reduced: ReducedModel) -> "Covered | None":
@@ -170,9 +170,19 @@ class Covered:
             covers, cell, stands_for, first, second, body, np.concatenate([part.box for part in parts])
         )
 
+    def core(self, stands_for: Ints, count: int) -> proximity.Query:
+        """Return the core that measures the cell.
+
+        Args:
+            stands_for: The pair that each pair of the cell is reported as, shape (m,).
+            count: How many of those there are.
+        """
+        return proximity.Query(self.cell, stands_for, count)
+
     def nearer_than_required(self, reduced: ReducedModel, ends: Floats) -> Mapping[int, Ints]:
         """Return the boxes that are too near at some configuration, by the number of the cloud's body."""
-        core, required = proximity.Query(self.cell), reduced.pairs.required
+        count, required = len(self.first), reduced.pairs.required
+        core = self.core(np.arange(count), count)
         pairs = core.close_pairs(np.ascontiguousarray(ends), required[self.stands_for])[1]
         found = np.unique(np.concatenate((self.first[pairs], self.second[pairs])))
         found = found[self.box[found] >= 0]

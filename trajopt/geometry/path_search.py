@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry.query import Query, cell
+from trajopt.geometry.evaluation import Evaluator
+from trajopt.geometry.query import cell
 from trajopt.native import proximity
 from trajopt.values.arrays import Floats, Value
 
@@ -34,7 +35,7 @@ class SearchSpace(Value):
 
 
 def search_path(
-    query: Query,
+    query: Evaluator,
     start: Floats,
     goals: Floats,
     space: SearchSpace,

@@ -1,16 +1,16 @@
-"""Query: placements, Jacobians, distances and motion bounds of a robot among its obstacles."""
+"""Query: the native evaluator of placements, Jacobians, distances and bounds of motion."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import coal
 import numpy as np
 
 from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.geometry.evaluation import Contacts, Evaluator, JointPlacements, WorkCounts
 from trajopt.geometry.geometry import BoundingBoxes, closed_triangles, collision_geometry
 from trajopt.native import proximity
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.arrays import Floats, Ints
 from trajopt.values.cached import cached_per_value
 from trajopt.values.shapes.closed_surface import part_points
 from trajopt.values.shapes.clouds.points import Points
@@ -25,77 +25,8 @@ EPA_TOLERANCES = (1e-6, 1e-4)
 reports the largest float as depth."""
 
 
-@dataclass(eq=False)
-class WorkCounts:
-    """Exact counts of the work done so far; the same on every machine.
-
-    Attributes:
-        forward_kinematics: Configurations at which all joints were placed.
-        bounds: Bounds of distance by spheres, boxes and directions, evaluated before any measurement.
-        distances: Calls of Coal's distance function.
-    """
-
-    forward_kinematics: int = 0
-    bounds: int = 0
-    distances: int = 0
-
-    def since(self, before: "WorkCounts") -> "WorkCounts":
-        """Return the work done since an earlier count."""
-        return WorkCounts(
-            self.forward_kinematics - before.forward_kinematics,
-            self.bounds - before.bounds,
-            self.distances - before.distances,
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class JointPlacements(Value):
-    """Joint placements and Jacobians at S configurations of a reduced model with J joints.
-
-    Attributes:
-        rotation: Of each joint frame (the world first), shape (S, J, 3, 3).
-        translation: Shape (S, J, 3) [m].
-        jacobian: Spatial velocity at the world's origin (linear, angular) of each of the group's
-            joints at unit speed, shape (S, 6, model joints).
-    """
-
-    rotation: Floats
-    translation: Floats
-    jacobian: Floats
-
-    def take(self, index: Ints) -> "JointPlacements":
-        """Return the kinematics of some of the configurations."""
-        return JointPlacements(self.rotation[index], self.translation[index], self.jacobian[index])
-
-
-@dataclass(frozen=True, eq=False)
-class Contacts(Value):
-    """Nearest points of pairs that come near each other, at many configurations.
-
-    Attributes:
-        sample: Configuration of each contact, shape (m,).
-        pair: Index of the pair, shape (m,).
-        distance: Signed: positive apart, negative in penetration, shape (m,) [m]; inside an exact
-            mesh minus the way to its surface.
-        normal: Unit vector from the first body to the second, Coal's own (rebuilt from the
-            witness points it would flip in penetration), the other way inside an exact mesh, in
-            the world, shape (m, 3).
-        point_first: Witness point on the first body, in the world, shape (m, 3) [m].
-        point_second: Witness point on the second body, in the world, shape (m, 3) [m].
-        jacobian: Derivative of the distance by the group's positions, shape (m, n) [m/rad | 1].
-    """
-
-    sample: Ints
-    pair: Ints
-    distance: Floats
-    normal: Floats
-    point_first: Floats
-    point_second: Floats
-    jacobian: Floats
-
-
 class Query:
-    """Measures configurations of a reduced model; owns scratch memory, so one per thread.
+    """The native `Evaluator`; owns scratch memory, so one per thread.
 
     The loops are C++ (`trajopt.native.proximity`), on the model and geometries that Python made. A query
     caches its measurements, so configurations near the last ones cost little.
@@ -117,18 +48,20 @@ class Query:
         """
         self.reduced = reduced
         self.counts = WorkCounts() if counts is None else counts
-        self._supports = reduced.derived_of_robot(_supports)
         self._core = proximity.Query(cell(reduced)) if core is None else core
+        self._dynamics: DynamicsQuery | None = None
 
     @property
     def core(self) -> proximity.Query:
         """Distance evaluator for other cores; it shares this query's cache, and counts nothing here."""
         return self._core
 
-    @cached_property
+    @property
     def dynamics(self) -> DynamicsQuery:
         """Inverse dynamics with the payload."""
-        return DynamicsQuery.loaded(self.reduced)
+        if self._dynamics is None:
+            self._dynamics = DynamicsQuery.loaded(self.reduced)
+        return self._dynamics
 
     def kinematics(self, positions: Floats) -> JointPlacements:
         """Place all joints at configurations.
@@ -176,36 +109,15 @@ class Query:
         self.counts.forward_kinematics += 2 * len(start)
         return self._core.displacement(np.ascontiguousarray(start), np.ascontiguousarray(end))
 
-    def point_jacobian(self, jacobian: Floats, joints: Ints, points: Floats) -> Floats:
-        """Return Jacobians of points carried by joints, by the group's positions.
 
-        The velocity of a point p is v + w x p with (v, w) the spatial velocity at the origin.
+def evaluator(reduced: ReducedModel, counts: WorkCounts | None = None, /) -> Evaluator:
+    """Return the native evaluator of a reduced model, for one thread.
 
-        Args:
-            jacobian: Of `JointPlacements`, one for each point, shape (m, 6, model joints).
-            joints: The joint that carries each point, shape (m,).
-            points: In the world, shape (m, 3) [m].
-
-        Returns:
-            Shape (m, 3, n) [m/rad | m/m].
-        """
-        linear, angular = jacobian[:, :3], jacobian[:, 3:]
-        moved = linear + np.cross(angular, points[:, :, None], axisa=1, axisb=1, axisc=1)
-        return (moved * self._supports[joints][:, None, :]) @ self.reduced.mimic_matrix
-
-    def angular_jacobian(self, jacobian: Floats, joint: int) -> Floats:
-        """Return Jacobians of a joint's angular velocity in the world, shape (m, 3, n)."""
-        return (jacobian[:, 3:] * self._supports[joint]) @ self.reduced.mimic_matrix
-
-
-def _supports(reduced: ReducedModel) -> Floats:
-    """Return 1 if a joint carries another, shape (joints, model joints)."""
-    model = reduced.model
-    supports = np.zeros((model.njoints, model.nv))
-    for joint in range(1, model.njoints):
-        for ancestor in list(model.supports[joint])[1:]:
-            supports[joint, model.joints[ancestor].idx_v] = 1.0
-    return supports
+    Args:
+        reduced: Robot and scene.
+        counts: Adds up the work; new counts when None.
+    """
+    return Query(reduced, counts)
 
 
 def cell(reduced: ReducedModel) -> proximity.Cell:

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.terms import constrain
@@ -114,10 +114,9 @@ class EndpointChecks:
 
         def search(starts: int) -> GoalCandidates:
             return goal_candidates(
-                work.problem.reduced,
+                work.problem.evaluator(work.problem.reduced, counts),
                 self._wanted,
                 rng=rng,
-                counts=counts,
                 starts=starts,
                 effort=work.problem.limits.effort,
                 check=lambda: work.tracker.check(counts),
@@ -133,7 +132,7 @@ class EndpointChecks:
         if self._proofs:
             status, words = self._proofs[0]
             return work.result(status, words, certainty=Certainty.PROVEN)
-        clash = conflicting(work.problem.reduced, self._wanted, rng=rng, counts=counts)
+        clash = conflicting(work.problem.evaluator(work.problem.reduced, counts), self._wanted, rng=rng)
         status = Status.CONFLICTING_CONSTRAINTS if len(clash) > 1 else Status.NO_INVERSE_KINEMATICS
         words = reasons.unreachable(work.problem.reduced, clash, found.nearest, self._wanted)
         return work.result(status, words)
@@ -204,11 +203,10 @@ class EndpointChecks:
             return ()
         try:
             chosen = choose_waypoints(
-                problem.reduced,
+                problem.evaluator(problem.reduced, counts),
                 problem.waypoint_requirements,
                 [problem.requirements_at(stop) for stop in range(1, self._last_stop)],
                 rng=rng,
-                counts=counts,
                 effort=problem.limits.effort,
                 check=lambda: work.tracker.check(counts),
             )
@@ -269,7 +267,7 @@ class EndpointChecks:
         held = problem.requirements_at(stop)
         if not held:
             return ""
-        motion = Motion.single(positions, Query(problem.reduced))
+        motion = Motion.single(positions, problem.evaluator(problem.reduced))
         for required in held:
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):
                 excess = replace(item, tolerance=max(item.tolerance, EXCESS)).excess(motion)

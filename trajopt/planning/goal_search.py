@@ -65,7 +65,7 @@ class GoalBranch(Value):
     @cached_property
     def context(self) -> SeedContext:
         """Input of the sources of seeds."""
-        return SeedContext(self.problem.reduced, self.line, self.program.scale, self.problem.requirements)
+        return SeedContext(self.problem, self.line, self.program.scale)
 
 
 def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method) -> Iterator[GoalBranch]:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import During, Requirement
@@ -27,7 +27,7 @@ class Along:
     """
 
     item: Constraint
-    query: Query
+    query: Evaluator
 
     @property
     def name(self) -> str:
@@ -63,7 +63,7 @@ def judged(items: tuple[Constraint, ...], reduced: ReducedModel) -> tuple[Along,
     """Return the constraints in the judge's form."""
     if not items:
         return ()
-    query = Query(reduced)
+    query = evaluator(reduced)
     return tuple(Along(item, query) for item in items)
 
 
@@ -167,7 +167,7 @@ def _partial(problem: Problem) -> list[During[Requirement] | During[Along]]:
     for part in problem.partial:
         asked = part.required
         if isinstance(asked, Constraint):
-            found.append(During(Along(asked, Query(problem.reduced)), part.after, part.until))
+            found.append(During(Along(asked, evaluator(problem.reduced)), part.after, part.until))
         else:
             found.append(During(asked, part.after, part.until))
     return found

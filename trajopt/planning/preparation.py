@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import WorkCounts
 from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.infeasibility import ClosedCut, closed_cut, never_apart
@@ -38,7 +38,7 @@ def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Pro
         return problem, ()
     counts = WorkCounts()
     with tracker.stage("examine"):
-        near = Query(reduced, counts).close_pairs(
+        near = problem.evaluator(reduced, counts).close_pairs(
             reduced.start_positions[None], np.where(asked_for, pairs.margin, -np.inf)
         )
         asked = {reduced.owners(pair): float(pairs.margin[pair]) for pair in sorted(near.pair.tolist())}

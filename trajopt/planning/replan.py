@@ -5,7 +5,6 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.geometry import Query
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.methods.space_time import SpaceTime
 from trajopt.optimise.solvers import SolveResult
@@ -214,7 +213,7 @@ def _nearest_goal(here: Problem, end: Floats, judge: Judge) -> tuple[str, Proble
     for name, alone in (here.alternatives or {"": here}).items():
         if all(check.holds for check in judge.check(end, alone.goals)):
             return name, alone, end  # mostly: the running motion leads there
-        projected = Projection(alone.reduced, alone.goals, Query(alone.reduced))(end[None])
+        projected = Projection(alone.reduced, alone.goals, alone.evaluator(alone.reduced))(end[None])
         if projected.violation[0] == 0.0:
             place = projected.positions[0]
             found.append((float(np.abs(place - end).max()), name, alone, place))

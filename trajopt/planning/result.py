@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from math import inf
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from trajopt.native import native_cores
 from trajopt.optimise.solvers import SolveResult
@@ -26,6 +25,9 @@ from trajopt.values.errors.shown import unknown_attribute
 from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Certificate
+
+if TYPE_CHECKING:
+    from trajopt.why import Explanation
 
 SHOWN_ATTEMPTS = 5
 """Attempts that a printed result lists."""
@@ -127,7 +129,9 @@ class Plan:
             ModelError: If the problem holds the caller's code, which no file can hold.
             FileFormatError: If the file cannot be written.
         """
-        import_module("trajopt.files.bundle").save(self, path)
+        from trajopt.files.bundle import save
+
+        save(self, path)
 
 
 OTHER_NAMES = {
@@ -350,7 +354,9 @@ class Result:
             FileFormatError: If the file cannot be written.
         """
         # Bundles are a higher layer, which reads and plans anew; a result only knows where to find it.
-        import_module("trajopt.files.bundle").save(self, path)
+        from trajopt.files.bundle import save
+
+        save(self, path)
 
     @property
     def reason(self) -> str:
@@ -360,7 +366,7 @@ class Result:
             text += f", at the goal {shown(self.goal_name)}"
         return f"{text} ({self.message})" if self.message else text
 
-    def explain(self, *, plan_again: bool = False) -> Any:
+    def explain(self, *, plan_again: bool = False) -> Explanation:
         """Explain a failure: the obstructions, the certainty, and the changes that would help.
 
         Without planning again it takes milliseconds to a second or two: the nearest free
@@ -374,5 +380,6 @@ class Result:
         Returns:
             The explanation: print it, or read its parts.
         """
-        # Explanation is a higher layer and plans itself; a result only knows where to find it.
-        return import_module("trajopt.why").explain(self, plan_again=plan_again)
+        from trajopt.why import explain
+
+        return explain(self, plan_again=plan_again)

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import Evaluator, WorkCounts
 from trajopt.optimise.methods import Decoded
 from trajopt.optimise.methods.timing import PATH_TOLERANCE, retime_path, retime_with_stops
 from trajopt.optimise.solvers import SolveResult
@@ -76,9 +76,9 @@ class PlanningWorkspace(Printed):
         return Judge(self.problem.reduced)
 
     @cached_property
-    def query(self) -> Query:
+    def query(self) -> Evaluator:
         """Measures torques and displacements for retiming; the same for all motions."""
-        return Query(self.problem.reduced)
+        return self.problem.evaluator(self.problem.reduced)
 
     def timed(self, decoded: Iterable[Decoded]) -> Iterator[MotionCandidate | RetimeFailure]:
         """Time the path of a method; each time another motion is needed, time it again, nearer to the path.
@@ -165,10 +165,10 @@ class PlanningWorkspace(Printed):
         """Return whether the robot at rest at the start seems clear of changing objects until a time [s]."""
         among = self._among
         assert among is not None
-        before = replace(among.looks.counts)
+        before = replace(among.checks.obstacles.query.counts)
         with self.tracker.stage("wait"):
             clear = among.waiting.stands_clear(self.problem.reduced.start_positions[None], until)
-        self.tracker.count_work(among.looks.counts.since(before))
+        self.tracker.count_work(among.checks.obstacles.query.counts.since(before))
         return clear
 
     def _counted(
@@ -176,10 +176,10 @@ class PlanningWorkspace(Printed):
     ) -> Iterator[MotionCandidate]:
         """Yield a motion as it was timed; the work is counted."""
         while True:
-            before = replace(among.looks.counts)
+            before = replace(among.checks.obstacles.query.counts)
             with self.tracker.stage("wait"):
                 found = next(timings, None)
-            self.tracker.count_work(among.looks.counts.since(before))
+            self.tracker.count_work(among.checks.obstacles.query.counts.since(before))
             if found is None:
                 return
             yield replace(motion, trajectory=found.trajectory, remarks=(*motion.remarks, *found.remarks))
@@ -234,7 +234,7 @@ class PlanningWorkspace(Printed):
             Stopped: If the budget ends before.
         """
         reduced, counts = self.problem.reduced, WorkCounts()
-        touching = Query(reduced, counts).close_pairs(seed, reduced.pairs.required)
+        touching = self.problem.evaluator(reduced, counts).close_pairs(seed, reduced.pairs.required)
         self.tracker.count_work(counts)
         self.tracker.check()
         if len(touching.pair):

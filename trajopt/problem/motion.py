@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import JointPlacements, Query
+from trajopt.geometry import Evaluator, JointPlacements
 from trajopt.values.arrays import Bools, Floats, Ints, Rows
 
 
@@ -29,10 +29,10 @@ class Motion:
     weight: Floats
     place: Floats
     positions: Floats
-    query: Query
+    query: Evaluator
 
     @staticmethod
-    def through(knots: Floats, sampling: Ints, query: Query) -> "Motion":
+    def through(knots: Floats, sampling: Ints, query: Evaluator) -> "Motion":
         """Sample a polyline: every knot, and `sampling - 1` points between.
 
         Args:
@@ -48,7 +48,7 @@ class Motion:
         return Motion.between(knots, segment, fraction, query)
 
     @staticmethod
-    def between(knots: Floats, segment: Ints, fraction: Floats, query: Query) -> "Motion":
+    def between(knots: Floats, segment: Ints, fraction: Floats, query: Evaluator) -> "Motion":
         """Sample a polyline at fractions in [0, 1] of segments 0 ... N - 2, each of shape (S,)."""
         weight = np.stack((1.0 - fraction, fraction), axis=1)
         positions = weight[:, :1] * knots[segment] + weight[:, 1:] * knots[segment + 1]
@@ -56,12 +56,12 @@ class Motion:
         return Motion(knots, support, weight, segment + fraction, positions, query)
 
     @staticmethod
-    def single(positions: Floats, query: Query) -> "Motion":
+    def single(positions: Floats, query: Evaluator) -> "Motion":
         """Sample a single configuration of the group, shape (n,)."""
         return Motion.each(positions[None, :], query)
 
     @staticmethod
-    def each(positions: Floats, query: Query) -> "Motion":
+    def each(positions: Floats, query: Evaluator) -> "Motion":
         """Sample unrelated configurations, shape (S, n).
 
         Each is a knot, and its rows' derivatives by that knot are those by the configuration.

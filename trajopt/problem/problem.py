@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 
+from trajopt.geometry import MakesEvaluator, evaluator
 from trajopt.geometry.gap import inside_carriers
 from trajopt.problem.knots import stated_knots
 from trajopt.problem.requirements import During, GoalSet, Requirement
@@ -74,6 +74,8 @@ class Problem(Value):
         finish_by: When the robot must be at the goal, by the clock that shows 0 when the motion starts [s];
             any time when None.
         name: For reports.
+        evaluator: Makes the kinematics and distances that planning works with; the native ones by default.
+            It is code, which no file can hold, and the judge does not use it.
         degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and where
             joints are given by name in `goal` and `waypoints`.
     """
@@ -94,6 +96,7 @@ class Problem(Value):
     dwell: float = 0.0
     finish_by: float | None = None
     name: str = "problem"
+    evaluator: MakesEvaluator = field(default=evaluator, repr=False)
     degrees: InitVar[bool] = False
     _start: Floats = field(init=False, repr=False)
     _by_name: Mapping[str, tuple[Requirement, ...]] = field(init=False, repr=False)
@@ -292,8 +295,9 @@ class Problem(Value):
             ModelError: If the problem holds code of the caller's, which no file can hold.
             FileFormatError: If the file cannot be written.
         """
-        # Bundles are a higher layer; a problem only knows where to find it.
-        import_module("trajopt.files.bundle").save(self, path)
+        from trajopt.files.bundle import save
+
+        save(self, path)
 
     def __repr__(self) -> str:
         """Say the problem in a line: robot, group and goal."""

@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.timed import ChangingPairs, timed_model
 from trajopt.values.arrays import Bools, Floats
@@ -63,7 +63,7 @@ class ClearanceQuery:
         self.reduced = reduced if self.timed is None else self.timed.reduced
         self._duration = duration
         self._changing = None if self.timed is None else ChangingPairs.of(self.timed)
-        self.query = Query(self.reduced)
+        self.query = evaluator(self.reduced)
 
     def positions(self, times: Floats, positions: Floats) -> Floats:
         """Return positions of all joints of `reduced` at times (S,), given the group's (S, n) [rad | m]."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.geometry import JointPlacements, Query
+from trajopt.geometry import JointPlacements, evaluator
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
@@ -132,7 +132,7 @@ class _Recording:
             self._drawing.draw_halos(self._clearance.timed)
         for each in beside:
             ghost = Ghost(server, reduced, each.name, each.colour)
-            ghost.stand(Query(reduced).kinematics(each.positions[None]))
+            ghost.stand(evaluator(reduced).kinematics(each.positions[None]))
         self._look(reduced)
         self._draw(0.0)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.driving.recording import RecordedMoment, Sighting
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Trajectory
@@ -44,7 +44,7 @@ class RunDrawing:
         self.server, self._group, self._start = server, group, start
         self.reduced = reduce_model(first.world.scene, group, start)
         self.nearest: Nearest | None = None
-        self._query = Query(self.reduced)
+        self._query = evaluator(self.reduced)
         here = self._query.kinematics(self.reduced.start_positions[None])
         self._robot = Drawing(server, self.reduced, here, objects=False)
         # The plan begins with the way to the stop, or nearly: that is seen on either side of it.
@@ -119,7 +119,9 @@ class Ahead:
         visible: Whether it is to be seen.
     """
 
-    def __init__(self, server: "ViserServer", query: Query, name: str, colour: Rgb, thickness: float) -> None:
+    def __init__(
+        self, server: "ViserServer", query: Evaluator, name: str, colour: Rgb, thickness: float
+    ) -> None:
         """Prepare it with a line of this width on the screen [px]; nothing is shown yet."""
         self.visible, reduced = True, query.reduced
         self._query, self._tool = query, reduced.attachment(tool_frame(reduced))

@@ -6,7 +6,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.terms import constrain
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.infeasibility.inevitable import LONGEST, LOOK, InTime
@@ -160,7 +160,7 @@ def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: f
 
 def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[Change]:
     """Yield path constraints widened to their values at a configuration."""
-    motion = Motion.single(positions, Query(problem.reduced))
+    motion = Motion.single(positions, problem.evaluator(problem.reduced))
     for required in always:
         items = constrain(required, problem.reduced, WHOLE)
         excess = max((item.excess(motion) for item in items), default=0.0)
@@ -198,7 +198,7 @@ def _contacts(known: Explanation) -> Iterator[Change]:
             yield clearance
     if known.configuration is None:
         return
-    seen = Query(reduced).close_pairs(known.configuration[None], reduced.pairs.margin)
+    seen = evaluator(reduced).close_pairs(known.configuration[None], reduced.pairs.margin)
     for row in np.argsort(seen.distance).tolist():
         owners = reduced.owners(int(seen.pair[row]))
         if not any(block.subjects == owners for block in pairs):

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.geometry import WorkCounts
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
 from trajopt.planning.infeasibility.exclusion import conflicting
 from trajopt.planning.infeasibility.reasons import (
@@ -143,7 +142,7 @@ def _searched_goal(result: Result) -> Explanation:
     if result.status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
         conflict = conflict_at_goal(problem, blocks)
     else:
-        clash = conflicting(reduced, wanted, rng=np.random.default_rng(0), counts=WorkCounts())
+        clash = conflicting(problem.evaluator(reduced), wanted, rng=np.random.default_rng(0))
         conflict = tuple(str(item) for item in clash)
     proven = result.certainty is Certainty.PROVEN
     grounds = result.message if proven else f"{result.message}; other configurations may exist"

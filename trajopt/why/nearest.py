@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.goal_candidates import random_starts
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
@@ -56,7 +56,7 @@ class ConfigurationProblem:
     stay: float
     effort: Floats | None = None
 
-    def solve(self, begin: Floats, query: Query) -> "ConfigurationSolution":
+    def solve(self, begin: Floats, query: Evaluator) -> "ConfigurationSolution":
         """Return the local solution from a start of shape (n,)."""
         nlp = _OneKnotNlp(self, query)
         solved = SOLVER.solve(nlp, begin[None])
@@ -84,7 +84,7 @@ class ConfigurationSolution:
 class _OneKnotNlp:
     """The program: an `Nlp` of one knot."""
 
-    def __init__(self, asked: ConfigurationProblem, query: Query) -> None:
+    def __init__(self, asked: ConfigurationProblem, query: Evaluator) -> None:
         reduced, limits = asked.reduced, asked.reduced.limits
         self._asked, self._query = asked, query
         self._hard = [item for need in together(asked.hard) for item in constrain(need, reduced, WHOLE)]
@@ -209,7 +209,7 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
     asked = ConfigurationProblem(
         reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0, effort=_effort(problem)
     )
-    query = Query(reduced)
+    query = evaluator(reduced)
     starts = [
         positions + rng.normal(scale=spread, size=positions.shape) for spread in SPREADS for _ in (0, 1)
     ]
@@ -232,7 +232,7 @@ def least_missed(
         The one with the smallest violation, then nearest to the start, or None.
     """
     reduced, rng = problem.reduced, np.random.default_rng(SEED)
-    query, near = Query(reduced), reduced.start_positions
+    query, near = evaluator(reduced), reduced.start_positions
     begin = random_starts(reduced, rng, STARTS)
     ended = Projection(reduced, (*soft, *hard), query)(begin)
     order = np.argsort(ended.violation, kind="stable")[:POLISHED]

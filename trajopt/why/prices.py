@@ -6,7 +6,6 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from trajopt.geometry import Query
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.methods.timing import retime_path
 from trajopt.optimise.nlp import Linearisation
@@ -241,7 +240,9 @@ def _waypoint_knots(problem: Problem, knots: Floats) -> list[int]:
     for number, wanted in enumerate(problem.waypoint_requirements):
         first = places[-1] + 1 if places else 1
         last = len(knots) - 1 - (count - 1 - number)
-        off = Projection(problem.reduced, wanted, Query(problem.reduced)).violation(knots[first:last])
+        off = Projection(problem.reduced, wanted, problem.evaluator(problem.reduced)).violation(
+            knots[first:last]
+        )
         places.append(first + int(np.argmin(off)))
     return places
 

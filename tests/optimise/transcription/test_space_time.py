@@ -18,10 +18,10 @@ from trajopt.optimise.solvers.descent import DescentLimits
 from trajopt.optimise.solvers.native_descent import native_descent
 from trajopt.optimise.solvers.parts import PythonPart
 from trajopt.optimise.transcription.bspline import BsplineNlp
-from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
 from trajopt.optimise.transcription.knots import SWEEP
+from trajopt.optimise.transcription.obstacle_margins import ObstacleMargins
 from trajopt.optimise.transcription.space_time import SpaceTimeNlp
-from trajopt.optimise.transcription.world import DynamicObstacles
+from trajopt.optimise.transcription.spline_terms import ClearanceInTime
 from trajopt.planning.seeds import straight_line
 from trajopt.problem.motion import Motion
 from trajopt.values.arrays import Floats, Rows
@@ -138,8 +138,8 @@ def test_what_is_not_there_yet_or_no_longer_has_no_rows(tmp_path: Path) -> None:
         for item in nlp.linearise(x, nlp.sampling(x, fine=True)).constraints
         if item.kind is ClearanceInTime
     )
-    assert nlp.world is not None
-    model = nlp.world.timed.reduced
+    assert nlp.obstacles is not None
+    model = nlp.obstacles.rows.timed.reduced
     flashes = {pair for pair in block.rows.component.tolist() if "flash" in model.owners(pair)}
     assert flashes
     within = motion.where((motion.times >= 0.3) & (motion.times <= 0.8))
@@ -155,12 +155,12 @@ def test_it_is_found_when_there_is_time_to_stay(tmp_path: Path) -> None:
     place = scene.placement_of(hand, scene.robot.positions(GOAL)).translation
     for name, appears, expires in (("first", 0.0, 0.6), ("second", 0.9, 1.5)):
         scene = scene.add(name, to.Sphere(0.05), to.placement(place), appears=appears, expires=expires)
-    world = DynamicObstacles.of(replace(asked, scene=scene), WorkCounts())
-    assert world is not None
+    margins = ObstacleMargins.of(replace(asked, scene=scene), WorkCounts())
+    assert margins is not None
     goal = np.array([GOAL[name] for name in asked.reduced.joint_names])
 
     def first(begin: float, until: float, dwell: float) -> float:
-        return world.first_clear(goal, begin, until, dwell)
+        return margins.first_clear(goal, begin, until, dwell)
 
     assert first(0.1, inf, 0.0) == pytest.approx(0.61, abs=0.02)
     assert first(0.7, inf, 0.0) == 0.7
@@ -170,15 +170,14 @@ def test_it_is_found_when_there_is_time_to_stay(tmp_path: Path) -> None:
 
 def test_samples_are_dense_where_what_changes_comes_near(tmp_path: Path) -> None:
     nlp, x = program(crossed(tmp_path), 1.6)
-    world = nlp.world
-    assert world is not None
+    margins = nlp.obstacles
+    assert margins is not None
     sampling = nlp.sampling(x, fine=True)
     corners = nlp.basis.at(nlp.basis.breaks)(x)
     times = nlp.basis.breaks * nlp.duration
     robot = nlp.query.displacement(corners[:-1], corners[1:])
     rest = np.repeat(corners[:1], len(times), axis=0)
-    among = world.timed.positions(rest, times)
-    way = robot + world.query.displacement(among[:-1], among[1:])
+    way = robot + margins.checks.moved(rest, times)
     alone = BsplineNlp.sampling(nlp, x, fine=True)
     dense = sampling >= way / (SWEEP / 2.0)
     assert (sampling >= alone).all()
@@ -186,8 +185,8 @@ def test_samples_are_dense_where_what_changes_comes_near(tmp_path: Path) -> None
     # No pair is near its room anywhere in the other pieces: looked at a hundred times in each.
     for piece in np.flatnonzero(~dense).tolist():
         inside = np.linspace(nlp.basis.breaks[piece], nlp.basis.breaks[piece + 1], 100)
-        spare = world.spare(nlp.basis.at(inside)(x), inside * nlp.duration)
-        assert (spare[world.pairs.changes] >= world.room[world.pairs.changes]).all()
+        spare = margins.spare(nlp.basis.at(inside)(x), inside * nlp.duration)
+        assert (spare[margins.checks.pairs.changes] >= margins.margin[margins.checks.pairs.changes]).all()
 
 
 def test_a_motion_without_times_is_refused(tmp_path: Path) -> None:

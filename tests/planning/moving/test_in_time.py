@@ -156,7 +156,7 @@ def test_a_motion_that_seems_too_near_to_something_and_is_not_is_returned(
     ball = bare.add("ball", to.Sphere(0.05), to.placement((1.1, 0.0, 0.14)), expires=100.0)
     in_time = to.Problem(scene=ball, start=begin, goal=end, finish_by=still.duration)
     assert to.judge(in_time, still).verified
-    # Looks that keep so much room find no time at which the motion seems clear.
-    monkeypatch.setattr("trajopt.planning.moving.looks.ROOM", 1.0)
+    # Checks that keep so much clearance find no time at which the motion seems clear.
+    monkeypatch.setattr("trajopt.planning.moving.sampled_checks.MARGIN", 1.0)
     result = to.plan(in_time)
     assert result.verified and result.require().trajectory.duration <= still.duration

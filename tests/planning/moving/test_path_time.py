@@ -1,4 +1,4 @@
-"""The plane of a path and time: what blocks where and when, against looks every millisecond."""
+"""The plane of a path and time: what blocks where and when, against checks every millisecond."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,17 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.test_moving_things import alone
-from trajopt.geometry import WorkCounts
+from trajopt.geometry import DynamicObstacles, evaluator
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
-from trajopt.planning.moving.looks import Looks
 from trajopt.planning.moving.path_time import forbidden_times
+from trajopt.planning.moving.sampled_checks import SampledChecks
 from trajopt.scene.reduced import ReducedModel, reduce_model
-from trajopt.scene.timed import timed_model
+from trajopt.scene.timed import TimedModel, timed_model
 from trajopt.values.errors import ShapeError
+
+
+def checks_among(timed: TimedModel) -> SampledChecks:
+    return SampledChecks(DynamicObstacles(timed, evaluator(timed.reduced)))
 
 
 @pytest.fixture(scope="module")
@@ -45,27 +49,27 @@ def test_blocked_cells_are_what_is_seen_every_millisecond(arm: to.Robot, seed: i
     motion, timed = swinging(reduced, rng), timed_model(reduced)
     assert timed is not None
     edges, times = np.linspace(0.0, 1.0, 31), np.linspace(0.0, 2.4, 121)
-    looks, each = Looks(timed, WorkCounts()), Looks(timed, WorkCounts())
-    looks.leave_room(motion(np.zeros(1)))
-    each.leave_room(motion(np.zeros(1)))
-    found = blocked_cells(looks, motion, edges, times)
-    assert looks.counts.forward_kinematics < found.size, "some cells are not looked at"
-    late = np.arange(0.0, 2.4, 1e-3) + 5e-4  # twenty looks into each cell
+    checks, each = checks_among(timed), checks_among(timed)
+    checks.start_at(motion(np.zeros(1)))
+    each.start_at(motion(np.zeros(1)))
+    found = blocked_cells(checks, motion, edges, times)
+    assert checks.obstacles.query.counts.forward_kinematics < found.size, "some cells are not looked at"
+    late = np.arange(0.0, 2.4, 1e-3) + 5e-4  # twenty checks into each cell
     none, blocked = np.zeros(len(late)), np.zeros((30, 120, 20), dtype=np.bool_)
     for part, place in enumerate(((edges[:-1] + edges[1:]) / 2.0).tolist()):
         rows = np.repeat(motion(np.array([place])), len(late), axis=0)
-        seen = each.seen(rows, late, np.stack((none, none), 1), none)
+        seen = each.check(rows, late, np.stack((none, none), 1), none)
         blocked[part] = seen.near.reshape(120, 20)
     always, never = blocked.all(axis=2), ~blocked.any(axis=2)
     assert always.any() and never.sum() > 1000
     assert (found[always] != FREE).all() and (found[never] == FREE).all()
-    soon = blocked_cells(looks, motion, edges, times[:71], hurried=True)
+    soon = blocked_cells(checks, motion, edges, times[:71], hurried=True)
     reached = (times[1:71] > edges[:-1, None]) & (1.4 - times[:70] > 1.0 - edges[1:, None])
     within = reached & entered(found[:, :70] == FREE)
     assert (soon[within] == found[:, :70][within]).all() and within.any()
     assert (soon == FREE).sum() >= (found[:, :70] == FREE).sum()
     for pair in np.unique(found[found != FREE]).tolist():
-        assert looks.mover(pair).startswith("ball")
+        assert checks.mover(pair).startswith("ball")
 
 
 def entered(free: np.ndarray) -> np.ndarray:
@@ -94,10 +98,10 @@ def test_behind_what_closes_the_way_for_good_nothing_is_looked_at(arm: to.Robot)
     edges, times = np.linspace(0.0, 1.0, 51), np.linspace(0.0, 20.0, 1001)
     looked: dict[bool, int] = {}
     for hurried in (False, True):
-        looks = Looks(timed, WorkCounts())
-        looks.leave_room(motion(np.zeros(1)))
-        found = blocked_cells(looks, motion, edges, times, hurried=hurried)
-        looked[hurried] = looks.counts.forward_kinematics
+        checks = checks_among(timed)
+        checks.start_at(motion(np.zeros(1)))
+        found = blocked_cells(checks, motion, edges, times, hurried=hurried)
+        looked[hurried] = checks.obstacles.query.counts.forward_kinematics
         assert (found[0, 40:64] != FREE).any()
     assert looked[True] < looked[False] / 2
 

@@ -8,32 +8,36 @@ import pytest
 
 import trajopt as to
 from tests.planning.moving.test_path_time import arm, crowded, swinging
-from trajopt.geometry import WorkCounts
-from trajopt.planning.moving.looks import LOOK, Looks
+from trajopt.geometry import DynamicObstacles, evaluator
+from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
 from trajopt.planning.moving.waiting import HALVINGS, MOST, STEP, Waiting
 from trajopt.scene.reduced import reduce_model
-from trajopt.scene.timed import timed_model
+from trajopt.scene.timed import TimedModel, timed_model
 
 __all__ = ["arm"]
 
 
-def one_by_one(looks: Looks, motion: to.Trajectory, dwell: float) -> Iterator[float]:
+def checks_among(timed: TimedModel) -> SampledChecks:
+    return SampledChecks(DynamicObstacles(timed, evaluator(timed.reduced)))
+
+
+def one_by_one(checks: SampledChecks, motion: to.Trajectory, dwell: float) -> Iterator[float]:
     """Yield how long a motion waits, as `Waiting` says of itself."""
-    looks.leave_room(motion(np.zeros(1)))
+    checks.start_at(motion(np.zeros(1)))
     end = motion.duration + dwell
 
     def clear(wait: float) -> bool:
-        even = np.linspace(0.0, end, max(2, int(np.ceil(end / LOOK)) + 1))
-        along = np.concatenate((even, np.clip(looks.moments - wait, 0.0, end)))
-        return not looks.near(motion(along), along + wait).any()
+        even = np.linspace(0.0, end, max(2, int(np.ceil(end / INTERVAL)) + 1))
+        along = np.concatenate((even, np.clip(checks.obstacles.moments - wait, 0.0, end)))
+        return not checks.near(motion(along), along + wait).any()
 
     if clear(0.0):
         yield 0.0
-    last, before, found = looks.settled, 0.0, 0
+    last, before, found = checks.settled, 0.0, 0
     for wait in (*np.arange(STEP, last, STEP).tolist(), last):
-        standing = np.arange(before, wait, LOOK)
+        standing = np.arange(before, wait, INTERVAL)
         at_start = np.tile(motion(np.zeros(1)), (len(standing), 1))
-        if found == MOST or looks.near(at_start, standing).any():
+        if found == MOST or checks.near(at_start, standing).any():
             return
         if clear(wait):
             sooner, blocked = wait, before
@@ -57,13 +61,13 @@ def test_beginnings_are_those_of_looks_at_each_by_itself(arm: to.Robot, dwell: f
         reduced = reduce_model(scene, "all", np.zeros(len(arm.joint_names)))
         motion, timed = swinging(reduced, rng), timed_model(reduced)
         assert timed is not None
-        looks, each = Looks(timed, WorkCounts()), Looks(timed, WorkCounts())
+        checks, each = checks_among(timed), checks_among(timed)
         expected = list(one_by_one(each, motion, dwell))
-        found = [begun.duration - motion.duration for begun in Waiting(looks, dwell).beginnings(motion)]
+        found = [begun.duration - motion.duration for begun in Waiting(checks, dwell).beginnings(motion)]
         assert found == pytest.approx(expected, abs=1e-9)
         waited += any(wait > 2.0 * STEP for wait in expected)
-        looked_at += looks.counts.forward_kinematics
-        looked_at_each += each.counts.forward_kinematics
+        looked_at += checks.obstacles.query.counts.forward_kinematics
+        looked_at_each += each.obstacles.query.counts.forward_kinematics
     assert waited >= 3
     assert looked_at < 0.8 * looked_at_each
 
@@ -74,5 +78,5 @@ def test_no_beginning_is_later_than_asked(arm: to.Robot) -> None:
     motion, timed = swinging(reduced, rng), timed_model(reduced)
     assert timed is not None
     for latest in (0.0, 0.3, inf):
-        begun = Waiting(Looks(timed, WorkCounts())).beginnings(motion, latest=latest)
+        begun = Waiting(checks_among(timed)).beginnings(motion, latest=latest)
         assert all(each.duration - motion.duration <= latest + 1e-9 for each in begun)

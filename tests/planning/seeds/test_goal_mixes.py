@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import trajopt as to
 from tests.planning.seeds.placo_search import PlacoSearch
 from tests.robots_for_tests import odd_arm, two_arms
-from trajopt.geometry import WorkCounts
+from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.goal_candidates import GoalCandidates, goal_candidates
 from trajopt.problem.requirements import AxisAlignment, FramePlacement, JointPositions, RotationCoordinates
 from trajopt.scene.reduced import ReducedModel, reduce_model
@@ -67,7 +67,7 @@ def search(
     scene: to.Scene, group: str, start: NDArray[np.float64], goals: tuple[to.Requirement, ...], seed: int = 0
 ) -> tuple[ReducedModel, GoalCandidates]:
     reduced = reduce_model(scene, group, start)
-    return reduced, goal_candidates(reduced, goals, rng=np.random.default_rng(seed), counts=WorkCounts())
+    return reduced, goal_candidates(evaluator(reduced), goals, rng=np.random.default_rng(seed))
 
 
 def assert_held(reduced: ReducedModel, found: GoalCandidates, goals: tuple[to.Requirement, ...]) -> None:

@@ -39,10 +39,10 @@ def program(scene: to.Scene) -> SpaceTimeProgram:
 def stage(
     whole: SpaceTimeProgram, *, checks: int = 40_000, tracker: BudgetTracker | None = None
 ) -> SpaceTimeProblem:
-    assert whole.world is not None
+    assert whole.obstacles is not None
     check = (tracker or BudgetTracker(Budget())).check
     return SpaceTimeProblem(
-        whole.world, whole.problem.limits, *whole.polyline[[0, -1]], 4.0, 0.0, checks, check
+        whole.obstacles, whole.problem.limits, *whole.polyline[[0, -1]], 4.0, 0.0, checks, check
     )
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.geometry import WorkCounts
+from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.goal_candidates import GoalCandidates, goal_candidates
 from trajopt.scene.reduced import ReducedModel, reduce_model
 
@@ -22,7 +22,7 @@ def scene(tmp_path: Path) -> to.Scene:
 def search(scene: to.Scene, *goals: to.Requirement, seed: int = 0) -> tuple[ReducedModel, GoalCandidates]:
     reduced = reduce_model(scene, "all", scene.robot.positions())
     rng = np.random.default_rng(seed)
-    return reduced, goal_candidates(reduced, goals, rng=rng, counts=WorkCounts())
+    return reduced, goal_candidates(evaluator(reduced), goals, rng=rng)
 
 
 def test_position_goal(scene: to.Scene) -> None:

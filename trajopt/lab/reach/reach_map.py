@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.arguments import count_of, frame_of
 from trajopt.optimise.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.optimise.kinematics.sampling import BATCH, Progress, Sampler
@@ -184,7 +184,7 @@ def reach_map(
     axis = direction_of("approach", approach)
     frame_of(reduced, frame)
     frame_of(reduced, reference)
-    query = Query(reduced)
+    query = evaluator(reduced)
     sampler = Sampler(query, (), pair_margins(reduced, margin), rng)
     sphere = even_directions(directions)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import count_of, frame_of
 from trajopt.optimise.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.optimise.kinematics.sampling import BATCH, Progress
@@ -123,7 +123,7 @@ def sample_table(
         ShapeError: If a number is invalid, or nothing is clear.
     """
     count_of("count", count)
-    query, margins = Query(reduced), pair_margins(reduced, margin)
+    query, margins = evaluator(reduced), pair_margins(reduced, margin)
     frame_of(reduced, frame)
     frame_of(reduced, reference)
     parts: list[ConfigurationTable] = []
@@ -144,7 +144,7 @@ def sample_table(
     return replace(parts[0], **whole)
 
 
-def _rows(query: Query, frame: str, reference: str, positions: Floats, free: Bools) -> ConfigurationTable:
+def _rows(query: Evaluator, frame: str, reference: str, positions: Floats, free: Bools) -> ConfigurationTable:
     from scipy.spatial.transform import Rotation
 
     reduced = query.reduced

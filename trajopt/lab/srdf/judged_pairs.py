@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Contacts, Query
+from trajopt.geometry import Contacts, Evaluator, evaluator
 from trajopt.lab.srdf.evidence import DEFAULT_CONFIDENCE, Confidence, PairEvidence, Verdict
 from trajopt.lab.srdf.link_tree import LinkTree
 from trajopt.optimise.kinematics.sampling import Progress
@@ -102,7 +102,7 @@ class PairCounts:
 
 
 def count_pairs(
-    query: Query,
+    query: Evaluator,
     pairs: LinkPairs,
     samples: int,
     *,
@@ -131,7 +131,7 @@ def count_pairs(
 
 
 def descend(
-    query: Query, pairs: LinkPairs, counts: PairCounts, chosen: Sequence[int], *, rng: np.random.Generator
+    query: Evaluator, pairs: LinkPairs, counts: PairCounts, chosen: Sequence[int], *, rng: np.random.Generator
 ) -> None:
     """Search smaller distances of pairs by gradient descent.
 
@@ -170,7 +170,7 @@ def descend(
             counts.nearest[pair], counts.at[pair] = distance[best], here[best]
 
 
-def _nearest(query: Query, positions: Floats, reach: Floats) -> tuple[Floats, Floats]:
+def _nearest(query: Evaluator, positions: Floats, reach: Floats) -> tuple[Floats, Floats]:
     """Return the smallest distance at each configuration, (S,), and its slope, (S, n)."""
     contacts = query.close_pairs(positions, reach)
     order = np.argsort(-contacts.distance, kind="stable")
@@ -237,7 +237,7 @@ def judge_pairs(
         One for each pair of links with collision bodies, in the order of the robot's links.
     """
     reduced = all_joints_free(robot)
-    pairs, query = LinkPairs.of(reduced), Query(reduced)
+    pairs, query = LinkPairs.of(reduced), evaluator(reduced)
     tree = LinkTree.of(robot)
     judge = _PairJudge(tree, frozenset(body.owner for body in robot.bodies), confidence, len(pairs.names))
     samples = confidence.samples(max(len(pairs.names), 1))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.lab.srdf.evidence import DEFAULT_CONFIDENCE, Confidence, PairEvidence, Verdict
 from trajopt.lab.srdf.groups import ProposedGroup, doubt, propose_groups
 from trajopt.lab.srdf.judged_pairs import all_joints_free, judge_pairs
@@ -249,7 +249,7 @@ def home_positions(
     for margin in (HOME_MARGIN, 0.0):
         reach = np.full(len(reduced.pairs.margin), max(margin, 1e-12))
         touching = np.zeros(len(tried), dtype=np.bool_)
-        touching[Query(reduced).close_pairs(tried, reach).sample] = True
+        touching[evaluator(reduced).close_pairs(tried, reach).sample] = True
         if not touching.all():
             return tried[int(np.argmin(touching))]
     return None

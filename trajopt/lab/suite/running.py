@@ -7,7 +7,7 @@ from math import isfinite
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.lab.suite.instance import Instance
 from trajopt.lab.suite.outcome import Moment, Outcome
 from trajopt.optimise.methods import Knots, Method
@@ -124,7 +124,7 @@ def _tip(result: Result) -> tuple[tuple[float, ...], ...]:
     reduced = result.problem.reduced
     positions = trajectory(np.linspace(0.0, trajectory.duration, TIP_SAMPLES))
     joint = reduced.model.getJointId(reduced.joint_names[-1])
-    return _points(Query(reduced).kinematics(positions).translation[:, joint])
+    return _points(evaluator(reduced).kinematics(positions).translation[:, joint])
 
 
 def _points(positions: Floats) -> tuple[tuple[float, ...], ...]:

@@ -6,7 +6,7 @@
 namespace descent {
 
 // Distance less error and margin of pairs that change with time by themselves, while both are there.
-// The algorithm is `ClearanceInTime` of trajopt.optimise.transcription.clearance_in_time, which this is tested against.
+// The algorithm is `ClearanceInTime` of trajopt.optimise.transcription.spline_terms, which this is tested against.
 struct DistancesInTime {
   Samples samples;
   std::vector<double> when;    // by sample

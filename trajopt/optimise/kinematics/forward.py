@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import frame_of
 from trajopt.optimise.terms.frames import RelativeFrame, relative_frame
 from trajopt.problem.motion import Motion
@@ -68,7 +68,7 @@ def forward_kinematics(
         FrameNotFound: If a frame is unknown.
         ShapeError: If there is not one finite position for each joint.
     """
-    at = moving_frame(Query(reduced), frame, configurations(reduced, positions), reference, offset)
+    at = moving_frame(evaluator(reduced), frame, configurations(reduced, positions), reference, offset)
     return Placements(readonly(at.rotation), readonly(at.point))
 
 
@@ -100,12 +100,16 @@ def frame_jacobian(
         FrameNotFound: If a frame is unknown.
         ShapeError: If there is not one finite position for each joint.
     """
-    at = moving_frame(Query(reduced), frame, configurations(reduced, positions), reference, offset)
+    at = moving_frame(evaluator(reduced), frame, configurations(reduced, positions), reference, offset)
     return stacked_jacobian(at)
 
 
 def moving_frame(
-    query: Query, frame: str, positions: Floats, reference: str = WORLD, offset: ArrayLike = (0.0, 0.0, 0.0)
+    query: Evaluator,
+    frame: str,
+    positions: Floats,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
 ) -> RelativeFrame:
     """Evaluate a frame and its derivatives with a given query; see `forward_kinematics`."""
     reduced, point = query.reduced, floats("offset", offset, (3,))

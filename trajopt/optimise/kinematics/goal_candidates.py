@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import Evaluator
 from trajopt.optimise.kinematics.methods import InverseMethod, LevenbergMarquardt
 from trajopt.optimise.kinematics.projection import Projection, turning_joints
 from trajopt.optimise.terms.joint_positions import joint_box
@@ -70,11 +70,10 @@ class GoalCandidates(Value):
 
 
 def goal_candidates(
-    reduced: ReducedModel,
+    query: Evaluator,
     goals: Sequence[Requirement],
     *,
     rng: np.random.Generator,
-    counts: WorkCounts,
     starts: int = STARTS,
     method: InverseMethod = LEVENBERG_MARQUARDT,
     effort: Floats | None = None,
@@ -83,17 +82,16 @@ def goal_candidates(
     """Search configurations that hold all goals.
 
     Args:
-        reduced: The robot and its surroundings.
+        query: Of the robot and its surroundings; its counts receive the work done.
         goals: Requirements to hold together.
         rng: Draws the starts after the first, which is the start configuration.
-        counts: Receives the work done.
         starts: Number of starts of a wave.
         method: Moves starts until they hold the goals.
         effort: Effort limits within which the joints must hold the arm and its payload still, shape (n,)
             [Nm | N]; not required when None.
         check: Called before every wave of starts; may raise to stop.
     """
-    query = Query(reduced, counts)
+    reduced = query.reduced
     projection = Projection(reduced, goals, query)
     search = method.search(projection)
     box = joint_box(goals, reduced)
@@ -214,7 +212,7 @@ def _distinct(found: Floats) -> Floats:
     return found[kept]
 
 
-def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
+def _deepest(query: Evaluator, found: Floats) -> tuple[Floats, Ints]:
     """Return the largest lack of clearance [m] (0 for none) and its pair, both of shape (k,).
 
     Without required clearance that is the depth of the deepest contact.
@@ -234,7 +232,7 @@ def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
     return depth, worst
 
 
-def holding_load(query: Query, positions: Floats, effort: Floats | None) -> Floats:
+def holding_load(query: Evaluator, positions: Floats, effort: Floats | None) -> Floats:
     """Return the largest share of an effort limit that holding still needs, shape (k,).
 
     Args:
@@ -285,4 +283,4 @@ def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = N
     one_of("problem", problem, Problem)
     required = (*problem.goals, *problem.requirements_at(problem.last_stop))
     draws = np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator)
-    return goal_candidates(problem.reduced, required, rng=draws, counts=WorkCounts()).free
+    return goal_candidates(problem.evaluator(problem.reduced), required, rng=draws).free

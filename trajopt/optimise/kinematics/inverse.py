@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.geometry import WorkCounts
+from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.arguments import count_of, requirements_of
 from trajopt.optimise.kinematics.goal_candidates import LEVENBERG_MARQUARDT, STARTS, goal_candidates
 from trajopt.optimise.kinematics.methods import InverseMethod, inverse_method
@@ -89,10 +89,9 @@ def inverse_kinematics(
         raise ProblemError("inverse_kinematics needs a goal: frame_placement(...) or several requirements")
     at = reduced if near is None else with_start(reduced, near, "near")
     found = goal_candidates(
-        at,
+        evaluator(at),
         wanted,
         rng=rng or np.random.default_rng(0),
-        counts=WorkCounts(),
         starts=count_of("starts", starts),
         method=chosen,
     )

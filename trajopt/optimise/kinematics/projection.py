@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator
 from trajopt.optimise.terms import Constraint, constrain
 from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.problem.motion import Motion
@@ -119,7 +119,7 @@ class Projection:
         goals: Requirements to hold together.
     """
 
-    def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Query) -> None:
+    def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Evaluator) -> None:
         """Transcribe the requirements.
 
         Args:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import count_of, requirements_of
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.kinematics.validity import clear, pair_margins
@@ -78,7 +78,7 @@ def random_configurations(
     """
     wanted = requirements_of(reduced, "requirements", requirements)
     count_of("count", count)
-    sampler = Sampler(Query(reduced), wanted, pair_margins(reduced, margin), rng)
+    sampler = Sampler(evaluator(reduced), wanted, pair_margins(reduced, margin), rng)
     found: list[Floats] = []
     kept = drawn = missed = colliding = 0
     most = max(MOST_DRAWS * count, 4 * BATCH)
@@ -100,7 +100,7 @@ class Sampler:
     """Draws batches of configurations and keeps the valid ones."""
 
     def __init__(
-        self, query: Query, requirements: Sequence[Requirement], margin: Floats, rng: np.random.Generator
+        self, query: Evaluator, requirements: Sequence[Requirement], margin: Floats, rng: np.random.Generator
     ) -> None:
         """Create a sampler.
 

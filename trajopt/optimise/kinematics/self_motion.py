@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.arguments import requirements_of
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.kinematics.validity import clear, missed_at
@@ -81,7 +81,7 @@ def self_motion(
     if joint is not None and one_of("joint", joint, str) not in reduced.joint_names:
         raise JointNotFound("joint in the group", joint, reduced.joint_names)
     wanted = requirements_of(reduced, "goal", goal)
-    query = Query(reduced)
+    query = evaluator(reduced)
     sweep = _Sweep(reduced, Projection(reduced, wanted, query), step)
     if float(sweep.projection.violation(begin[None])[0]) > 0.0:
         miss = missed_at(reduced, wanted, begin)

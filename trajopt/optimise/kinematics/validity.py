@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import requirements_of
 from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.optimise.terms.requirement import constrain
@@ -140,7 +140,7 @@ def _broken(check: Check) -> bool:
     return check.required and not check.holds
 
 
-def clear(query: Query, positions: Floats, margin: Floats) -> Bools:
+def clear(query: Evaluator, positions: Floats, margin: Floats) -> Bools:
     """Return the configurations at which no pair is nearer than its margin, as a mask.
 
     Args:
@@ -186,7 +186,7 @@ def missed_at(reduced: ReducedModel, required: Sequence[Requirement], positions:
     Returns:
         "12 mm", "12 mm and 0.9 deg", or "0.2" without a unit.
     """
-    motion = Motion.single(positions, Query(reduced))
+    motion = Motion.single(positions, evaluator(reduced))
     missed: dict[str, float] = {"m": 0.0, "rad": 0.0, "": 0.0}
     for item in without_followers(required, reduced):
         for bound in constrain(item, reduced, WHOLE, inset=0.0):

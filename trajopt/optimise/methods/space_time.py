@@ -17,8 +17,8 @@ from trajopt.optimise.transcription.basis import even_basis
 from trajopt.optimise.transcription.bspline import KnotPlaces
 from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.optimise.transcription.knots import shortest_duration
+from trajopt.optimise.transcription.obstacle_margins import ObstacleMargins
 from trajopt.optimise.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp
-from trajopt.optimise.transcription.world import DynamicObstacles
 from trajopt.problem.problem import Problem
 from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
 from trajopt.values.arrays import Floats, Printed
@@ -82,8 +82,8 @@ class SpaceTime:
         base = transcribe(problem, seed, waypoint_knots)
         limited = np.isfinite(problem.limits.effort).any()
         dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
-        world = DynamicObstacles.of(problem, base.counts)
-        return SpaceTimeProgram(self, problem, base, world, dynamics, seed, tuple(waypoint_knots))
+        obstacles = ObstacleMargins.of(problem, base.counts)
+        return SpaceTimeProgram(self, problem, base, obstacles, dynamics, seed, tuple(waypoint_knots))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class SpaceTimeProgram(Printed):
         method: The method, with its options.
         problem: The problem.
         base: The problem over knots: its rows without time.
-        world: The objects that change with time; None if there are none.
+        obstacles: The margins from dynamic obstacles; None if there are none.
         dynamics: Torques, if they are limited.
         polyline: Knots to which windows and margins refer, shape (N, n) [rad | m].
         waypoint_knots: The knot of each waypoint.
@@ -103,7 +103,7 @@ class SpaceTimeProgram(Printed):
     method: SpaceTime
     problem: Problem
     base: KnotsNlp
-    world: DynamicObstacles | None
+    obstacles: ObstacleMargins | None
     dynamics: DynamicsQuery | None
     polyline: Floats
     waypoint_knots: tuple[int, ...]
@@ -131,7 +131,7 @@ class SpaceTimeProgram(Printed):
     @property
     def until(self) -> float:
         """When a motion has to be over: by its deadline, while it is known how things move [s]."""
-        known = inf if self.world is None else self.world.timed.until - self.problem.dwell
+        known = inf if self.obstacles is None else self.obstacles.checks.timed.until - self.problem.dwell
         return known if self.problem.finish_by is None else min(known, self.problem.finish_by)
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
@@ -193,11 +193,11 @@ class SpaceTimeProgram(Printed):
         # What bends faster than a joint reaches its speed is no use to it.
         quickest = float((limits.velocity / limits.acceleration).min())
         count = ceil(min(motion.duration / quickest, MOST_PIECES * knots))
-        pieces = PIECES if self.world is None else PIECES_AMONG_CHANGES
+        pieces = PIECES if self.obstacles is None else PIECES_AMONG_CHANGES
         basis = even_basis(DEGREE, max(count, pieces * knots))
         places = KnotPlaces.along(self.polyline, motion, self.waypoint_knots)
         end = motion.positions[-1]
-        return SpaceTimeFamily(self.base, self.world, basis, places, end, self.dynamics)
+        return SpaceTimeFamily(self.base, self.obstacles, basis, places, end, self.dynamics)
 
 
 @dataclass(frozen=True, eq=False)

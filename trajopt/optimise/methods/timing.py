@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator, angular_jacobian, point_jacobian
 from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.problem.problem import Problem
 from trajopt.problem.tool_speed import ToolSpeed
@@ -30,7 +30,7 @@ def retime_path(
     *,
     through: Sequence[int] = (),
     tolerance: float = PATH_TOLERANCE,
-    query: Query | None = None,
+    query: Evaluator | None = None,
     limits: JointLimits | None = None,
 ) -> Retimed | RetimeFailure:
     """Find the fastest trajectory along a path within every limit of a problem, from rest to rest.
@@ -54,7 +54,7 @@ def retime_path(
         ShapeError: If the path is of other joints, or `through` names no inner knot.
     """
     limits, reduced = limits or problem.limits, problem.reduced
-    query = query or Query(reduced)
+    query = query or problem.evaluator(reduced)
 
     def deviation(smooth: Floats, straight: Floats) -> Floats:
         return query.displacement(smooth, straight)
@@ -72,7 +72,7 @@ def retime_path(
 
 
 def retime_with_stops(
-    problem: Problem, path: Path, stops: Sequence[int], *, tolerance: float, query: Query
+    problem: Problem, path: Path, stops: Sequence[int], *, tolerance: float, query: Evaluator
 ) -> Retimed | RetimeFailure:
     """Find the fastest trajectory along a path that comes to rest at some of its knots.
 
@@ -109,7 +109,7 @@ def retime_with_stops(
     )
 
 
-def tool_limits(query: Query, limited: Sequence[ToolSpeed]) -> ToolLimits | None:
+def tool_limits(query: Evaluator, limited: Sequence[ToolSpeed]) -> ToolLimits | None:
     """Return the limited speeds of tools as retiming wants them; None if there are none.
 
     Args:
@@ -133,7 +133,7 @@ def _limits(tool: ToolSpeed) -> tuple[float, float]:
     return tool.linear, tool.angular
 
 
-def _speeds(query: Query, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
+def _speeds(query: Evaluator, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
     """Return Jacobians of the limited speeds: for each tool the linear, then the angular one."""
     places = [(tool, *query.reduced.attachment(tool.frame)) for tool in limited]
 
@@ -146,10 +146,10 @@ def _speeds(query: Query, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
                     kinematics.rotation[:, joint] @ (place * tool.offset) + kinematics.translation[:, joint]
                 )
                 carriers = np.full(len(q), joint, dtype=np.int64)
-                jacobian = query.point_jacobian(kinematics.jacobian, carriers, point)
+                jacobian = point_jacobian(query.reduced, kinematics.jacobian, carriers, point)
                 columns.append(np.linalg.norm(np.einsum("sij,sj->si", jacobian, v), axis=1))
             if np.isfinite(tool.angular):
-                jacobian = query.angular_jacobian(kinematics.jacobian, joint)
+                jacobian = angular_jacobian(query.reduced, kinematics.jacobian, joint)
                 columns.append(np.linalg.norm(np.einsum("sij,sj->si", jacobian, v), axis=1))
         return np.stack(columns, axis=1)
 

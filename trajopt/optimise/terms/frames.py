@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.geometry import angular_jacobian, point_jacobian
 from trajopt.problem.motion import Motion
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
@@ -55,20 +56,20 @@ def relative_frame(
         reference: "world", link, tool frame or object.
         offset: The point, in the frame, shape (3,) [m].
     """
-    kinematics, query = motion.kinematics, motion.query
+    kinematics, model = motion.kinematics, motion.query.reduced
     joint, held = reduced.attachment(frame)
     rotation = kinematics.rotation[:, joint] @ held.rotation
     point = kinematics.rotation[:, joint] @ (held * offset) + kinematics.translation[:, joint]
     count = len(point)
-    velocity = query.point_jacobian(kinematics.jacobian, np.full(count, joint), point)
-    spin = query.angular_jacobian(kinematics.jacobian, joint)
+    velocity = point_jacobian(model, kinematics.jacobian, np.full(count, joint), point)
+    spin = angular_jacobian(model, kinematics.jacobian, joint)
     base, base_held = reduced.attachment(reference)
     if base == 0:  # it stands still
         to_base = base_held.rotation.T
         origin = base_held.translation
     else:
-        velocity -= query.point_jacobian(kinematics.jacobian, np.full(count, base), point)
-        spin -= query.angular_jacobian(kinematics.jacobian, base)
+        velocity -= point_jacobian(model, kinematics.jacobian, np.full(count, base), point)
+        spin -= angular_jacobian(model, kinematics.jacobian, base)
         to_base = np.swapaxes(kinematics.rotation[:, base] @ base_held.rotation, 1, 2)
         origin = kinematics.rotation[:, base] @ base_held.translation + kinematics.translation[:, base]
     return RelativeFrame(

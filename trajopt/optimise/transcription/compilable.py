@@ -35,11 +35,10 @@ from trajopt.optimise.terms.point_on_arc import ArcCoordinates
 from trajopt.optimise.terms.residual_from_function import FunctionResidual
 from trajopt.optimise.terms.rolling import Rolling
 from trajopt.optimise.terms.singularity_distance import LostManipulability, SmallestSingularValue
-from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
 from trajopt.optimise.transcription.frame_terms import FRAME_TERMS, frame_in_core
 from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable
 from trajopt.optimise.transcription.motion_nlp import MotionNlp
-from trajopt.optimise.transcription.spline_terms import SplineRate, SplineTorque
+from trajopt.optimise.transcription.spline_terms import ClearanceInTime, SplineRate, SplineTorque
 from trajopt.optimise.transcription.tapered_bounds import TaperedConstraint
 from trajopt.problem.motion import Motion, MotionInTime
 from trajopt.problem.residual import WHOLE, Constraint, Cost, units_of
@@ -143,14 +142,17 @@ class CompilableMotionNlp(MotionNlp):
             return None
         empty = _empty(item, within)
         if isinstance(residual, ClearanceInTime):
-            driven = np.ascontiguousarray(residual.timed.driven.at(within.times))
-            pairs = residual.pairs
+            obstacles = residual.obstacles
+            if not isinstance(obstacles.query, Query):
+                return None
+            driven = np.ascontiguousarray(obstacles.timed.driven.at(within.times))
+            pairs = obstacles.pairs
             return ChangingDistancePart(
                 empty,
                 _samples(within),
                 within.times,
                 driven,
-                residual.query.core,
+                obstacles.query.core,
                 residual.reach,
                 residual.margin,
                 pairs.errors,

@@ -7,7 +7,7 @@ are shown never to need a row.
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator
 from trajopt.optimise.terms import Constraint, constraint
 from trajopt.optimise.terms.gravity_torque import HoldingTorque
 from trajopt.problem.problem import Problem
@@ -24,7 +24,7 @@ LISTED = 0.3
 """A joint gets a row from this far below its share on: a step may change its load by about that."""
 
 
-def holding_rows(problem: Problem, query: Query, stops: Floats) -> tuple[Constraint, ...]:
+def holding_rows(problem: Problem, query: Evaluator, stops: Floats) -> tuple[Constraint, ...]:
     """Return the rows that keep the joints able to hold the load still; none if they always are.
 
     A joint may use its share, or its load at a fixed stop if that is larger. If the problem itself limits

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts, covered_query
+from trajopt.geometry import Evaluator, WorkCounts, covered_query, evaluator
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
@@ -38,7 +38,7 @@ TURN = 0.5
 
 
 def swept_samples(
-    query: Query, corners: Floats, least: int = COARSE_SAMPLES, *, sweep: float = SWEEP
+    query: Evaluator, corners: Floats, least: int = COARSE_SAMPLES, *, sweep: float = SWEEP
 ) -> Ints:
     """Return the number of samples that each segment of a polyline needs, shape (N - 1,).
 
@@ -56,7 +56,7 @@ def samples_for(way: Floats, least: int, sweep: float = SWEEP) -> Ints:
     return np.clip(np.ceil(way / sweep), least, MOST_SAMPLES).astype(np.int64)
 
 
-def swept(query: Query, corners: Floats) -> Floats:
+def swept(query: Evaluator, corners: Floats) -> Floats:
     """Return the approximate travel of bodies in each segment of a polyline, shape (N - 1,) [m].
 
     Args:
@@ -193,7 +193,9 @@ def transcribe(
             not one knot for each waypoint.
     """
     _check_waypoints(problem, waypoint_knots)
-    return _transcribed(problem, seed, waypoint_knots, Query(problem.reduced, counts))
+    return _transcribed(
+        problem, seed, waypoint_knots, problem.evaluator(problem.reduced, counts or WorkCounts())
+    )
 
 
 @checked
@@ -212,9 +214,11 @@ def transcribe_covered(
         counts: Receives the work done.
 
     Returns:
-        The program; None if there is no cloud that boxes can replace.
+        The program; None if there is no cloud that boxes can replace, or the evaluator is not the native one.
     """
     _check_waypoints(problem, waypoint_knots)
+    if problem.evaluator is not evaluator:
+        return None
     stops = seed[list(waypoint_knots)]
     query = covered_query(
         problem.reduced, counts, np.vstack((problem.reduced.start_positions, stops, seed[-1]))
@@ -222,7 +226,7 @@ def transcribe_covered(
     return None if query is None else _transcribed(problem, seed, waypoint_knots, query)
 
 
-def _transcribed(problem: Problem, seed: Floats, waypoint_knots: Sequence[int], query: Query) -> KnotsNlp:
+def _transcribed(problem: Problem, seed: Floats, waypoint_knots: Sequence[int], query: Evaluator) -> KnotsNlp:
     reduced, counts = problem.reduced, query.counts
     limits, count = reduced.limits, problem.knots
     goal = fixed_goal(problem)
@@ -275,7 +279,7 @@ def _clearance(problem: Problem, margins: TaperedMargins, share: float) -> Const
 def _written(
     given: PathConstraint | During[PathConstraint],
     problem: Problem,
-    query: Query,
+    query: Evaluator,
     waypoint_knots: Sequence[int],
     ends: Floats,
 ) -> Sequence[Constraint]:

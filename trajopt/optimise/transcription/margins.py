@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator
 from trajopt.scene.clearances import ROOM
 from trajopt.scene.reduced import BodyPairs
 from trajopt.scene.scene import DEFAULT_MARGIN
@@ -95,7 +95,7 @@ def shrinkable(pairs: BodyPairs) -> Bools:
 
 
 def tapered_margins(
-    query: Query,
+    query: Evaluator,
     knots: int,
     goal: Floats | None,
     duration: float,

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import Evaluator, WorkCounts
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
@@ -36,7 +36,7 @@ class MotionNlp(ABC):
     lower: Floats
     upper: Floats
     scale: Floats
-    query: Query
+    query: Evaluator
     constraints: tuple[Constraint, ...]
 
     @abstractmethod

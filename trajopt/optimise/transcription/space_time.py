@@ -15,7 +15,6 @@ from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.terms import Constraint, constraint
 from trajopt.optimise.transcription.basis import SplineBasis
 from trajopt.optimise.transcription.bspline import COARSE_SAMPLES, BsplineNlp, KnotPlaces
-from trajopt.optimise.transcription.clearance_in_time import ClearanceInTime
 from trajopt.optimise.transcription.knots import (
     CLEARANCE_TOLERANCE,
     KnotsNlp,
@@ -23,8 +22,8 @@ from trajopt.optimise.transcription.knots import (
     shortest_duration,
     swept,
 )
-from trajopt.optimise.transcription.spline_terms import SplineRate, SplineTorque
-from trajopt.optimise.transcription.world import DynamicObstacles
+from trajopt.optimise.transcription.obstacle_margins import ObstacleMargins
+from trajopt.optimise.transcription.spline_terms import ClearanceInTime, SplineRate, SplineTorque
 from trajopt.problem.motion import MotionInTime
 from trajopt.values.arrays import Floats, Ints, Printed, readonly
 from trajopt.values.trajectory import Path, Trajectory
@@ -48,7 +47,7 @@ class SpaceTimeFamily(Printed):
 
     Attributes:
         base: The problem over knots.
-        world: What changes with time; None where nothing does.
+        obstacles: The margins from dynamic obstacles; None if there are none.
         basis: Cubic pieces of equal length.
         places: Where its parameters are along the motion over knots.
         end: Where the motion comes to rest, shape (n,) [rad | m].
@@ -56,7 +55,7 @@ class SpaceTimeFamily(Printed):
     """
 
     base: KnotsNlp
-    world: DynamicObstacles | None
+    obstacles: ObstacleMargins | None
     basis: SplineBasis
     places: KnotPlaces
     end: Floats
@@ -72,11 +71,11 @@ class SpaceTimeFamily(Printed):
 
     def ends_clear(self, duration: float) -> bool:
         """Say whether nothing that changes is in the way at the end of a motion of a duration [s]."""
-        return self.world is None or bool((self._spare_after(self.world, duration) >= 0.0).all())
+        return self.obstacles is None or bool((self._spare_after(self.obstacles, duration) >= 0.0).all())
 
-    def _spare_after(self, world: DynamicObstacles, duration: float) -> Floats:
+    def _spare_after(self, obstacles: ObstacleMargins, duration: float) -> Floats:
         """Return what pairs have above what is required while the robot stays at the end, (p,) [m]."""
-        return world.spare_staying(self.end, duration, self.base.problem.dwell)
+        return obstacles.spare_staying(self.end, duration, self.base.problem.dwell)
 
     def lasting(self, duration: float) -> "SpaceTimeNlp":
         """Return the program of motions of a duration [s]."""
@@ -88,15 +87,14 @@ class SpaceTimeFamily(Printed):
         moments = self.places.exact
         if self.dynamics is not None:
             items.append(self._torque(duration))
-        if self.world is not None:
-            world, margin = self.world, self._margin(self.world, duration)
-            residual = ClearanceInTime(world.timed, world.query, world.pairs, margin, duration)
+        if self.obstacles is not None:
+            residual = ClearanceInTime(self.obstacles.rows, self._margin(self.obstacles, duration), duration)
             items.append(constraint(residual, lower=0.0, upper=np.inf, tolerance=CLEARANCE_TOLERANCE))
-            inside = world.moments[(world.moments > 0.0) & (world.moments < duration)]
-            moments = np.union1d(moments, inside / duration)
+            appearing = self.obstacles.checks.moments
+            moments = np.union1d(moments, appearing[appearing < duration] / duration)
         places = KnotPlaces(self.places.parameters, self.places.knots, moments)
         fields = base.problem, base.counts, lower, upper, base.scale, base.query, tuple(items)
-        return SpaceTimeNlp(*fields, self.basis, places, duration, self.world)
+        return SpaceTimeNlp(*fields, self.basis, places, duration, self.obstacles)
 
     def started(self, duration: float) -> Floats:
         """Return the first control points of a motion of a duration, (3, n): its start has its rates."""
@@ -142,15 +140,15 @@ class SpaceTimeFamily(Printed):
         )
         return constraint(residual, lower=-USED, upper=USED, tolerance=TOLERANCE, reach=LISTED)
 
-    def _margin(self, world: DynamicObstacles, duration: float) -> Floats:
+    def _margin(self, obstacles: ObstacleMargins, duration: float) -> Floats:
         """Return the clearance that pairs keep, shape (p,) [m].
 
         Above what is required it is no more than half of what they have at the start and at the end.
         """
-        start = world.spare_staying(self.base.lower[0], 0.0, 0.0)
-        spare = np.minimum(start, self._spare_after(world, duration))
-        least = np.minimum(world.room, np.maximum(spare, 0.0) / 2.0)
-        return world.pairs.required + np.where(spare < world.room, least, world.room)
+        start = obstacles.spare_staying(self.base.lower[0], 0.0, 0.0)
+        spare = np.minimum(start, self._spare_after(obstacles, duration))
+        least = np.minimum(obstacles.margin, np.maximum(spare, 0.0) / 2.0)
+        return obstacles.checks.pairs.required + np.where(spare < obstacles.margin, least, obstacles.margin)
 
 
 @dataclass(eq=False)
@@ -159,21 +157,21 @@ class SpaceTimeNlp(BsplineNlp):
 
     Attributes:
         duration: Of the motion [s].
-        world: What changes with time; None where nothing does.
+        obstacles: The margins from dynamic obstacles; None if there are none.
     """
 
     duration: float
-    world: DynamicObstacles | None
+    obstacles: ObstacleMargins | None
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per piece: few, or as many as the sweep of bodies and things demands."""
-        if self.world is None or not fine:
+        if self.obstacles is None or not fine:
             return super().sampling(x, fine=fine)
         breaks = self.basis.breaks
         corners = self.basis.at_breaks[0](x)
         way = swept(self.query, corners)
         samples = samples_for(way, COARSE_SAMPLES)
-        return np.maximum(samples, self.world.samples(corners, breaks * self.duration, way))
+        return np.maximum(samples, self.obstacles.samples(corners, breaks * self.duration, way))
 
     def motion(self, x: Floats, sampling: Ints) -> MotionInTime:
         """Sample the spline as its base does, each sample at its time."""

@@ -1,16 +1,20 @@
-"""Terms of a spline in time: derivatives of its positions, and torques.
+"""Terms of a spline in time: derivatives of its positions, torques, and clearance from dynamic obstacles.
 
 The derivative of a spline is a spline that lies between its control points D^r c / T^r, which are linear in
 the control points c: bounds on these bound the rate at all times, not at samples only.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from trajopt.geometry import DynamicObstacles
 from trajopt.geometry.dynamics import DynamicsQuery
-from trajopt.problem.motion import Motion
+from trajopt.optimise.terms.clearance import ACTIVATION
+from trajopt.problem.motion import Motion, MotionInTime
 from trajopt.values.arrays import Floats, Ints, Printed, Rows, Value
+from trajopt.values.errors import ProblemError
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,3 +85,49 @@ class SplineTorque(Printed):
         by_state = np.stack((slopes.position, slopes.velocity, slopes.acceleration))[:, which, joint]
         jacobian = np.einsum("rmn,rmk->mkn", by_state / self.effort[joint, None], self.weights[:, moment])
         return Rows(share[moment, joint], jacobian, self.support[moment], joint, self.place[moment])
+
+
+@dataclass(frozen=True, eq=False)
+class ClearanceInTime(Printed):
+    """Distance less error and margin of every pair that is near at a time at which both are present [m].
+
+    Linearised as `Clearance`, with each obstacle at its place at the sample's time. The component of a row is
+    the index of its pair in the timed model.
+
+    Attributes:
+        obstacles: The dynamic obstacles.
+        margin: Clearance to keep, shape (p,) [m].
+        duration: Of the motion [s].
+    """
+
+    obstacles: DynamicObstacles
+    margin: Floats
+    duration: float
+    name = "clearance in time"
+    units = ("m",)
+
+    @cached_property
+    def kept(self) -> Floats:
+        """The margin of every pair, -inf for those that do not change, shape (p,) [m]."""
+        return np.where(self.obstacles.pairs.changes, self.margin, -np.inf)
+
+    @cached_property
+    def reach(self) -> Floats:
+        """Distance of interest of every pair, -inf for those that do not change, shape (p,) [m]."""
+        return self.kept + ACTIVATION + self.obstacles.pairs.error_at(self.duration, slice(None))
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Measure the near pairs at all samples and differentiate by the group's positions.
+
+        Raises:
+            ProblemError: If the motion's samples have no times.
+        """
+        if not isinstance(motion, MotionInTime):
+            raise ProblemError(f"{self.name}: the motion has no times")
+        found = self.obstacles.contacts(
+            motion.positions, motion.times, self.kept, within=ACTIVATION, until=self.duration
+        )
+        near = found.present
+        return motion.rows(
+            found.sample[near], found.least_spare[near], found.jacobian[near], found.pair[near]
+        )

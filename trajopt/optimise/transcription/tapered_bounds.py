@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator
 from trajopt.optimise.terms import Constraint
 from trajopt.optimise.terms.requirement import constrain
 from trajopt.optimise.transcription.margins import TAPER_KNOTS
@@ -68,7 +68,7 @@ class TaperedConstraint(Constraint):
 
 
 def tapered(
-    required: Requirement, query: Query, window: Window, places: Sequence[int], stops: Floats, last: int
+    required: Requirement, query: Evaluator, window: Window, places: Sequence[int], stops: Floats, last: int
 ) -> tuple[Constraint, ...]:
     """Return a path constraint as terms that every stop holds if it holds the requirement.
 

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.planning.infeasibility.reach import Chain
 from trajopt.problem.problem import Problem
@@ -71,7 +71,7 @@ class ConfigurationCover:
                 never do; the required clearance when None.
             counts: Receives the work done.
         """
-        self._reduced, self._query = reduced, Query(reduced, counts)
+        self._reduced, self._query = reduced, evaluator(reduced, counts)
         self._levers = pair_levers(reduced)
         self._required = reduced.pairs.required if apart is None else apart
         self._reach = np.where(np.isfinite(self._levers).all(axis=1), self._required, -np.inf)

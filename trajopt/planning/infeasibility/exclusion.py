@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import Evaluator
 from trajopt.optimise.kinematics.goal_candidates import random_starts
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.terms.joint_positions import without_followers
@@ -201,11 +201,7 @@ STARTS = 1024
 
 
 def conflicting(
-    reduced: ReducedModel,
-    requirements: Sequence[Requirement],
-    *,
-    rng: np.random.Generator,
-    counts: WorkCounts,
+    query: Evaluator, requirements: Sequence[Requirement], *, rng: np.random.Generator
 ) -> tuple[Requirement, ...]:
     """Return requirements for which no common configuration was found, a minimal set.
 
@@ -214,12 +210,11 @@ def conflicting(
     linear programs, ORSA J. Computing 1991, with the search of goal configurations as its oracle.
 
     Args:
-        reduced: The robot and its limits; collisions are not considered.
+        query: Of the robot and its limits; collisions are not considered.
         requirements: The requirements.
         rng: Draws the starts of the search.
-        counts: Receives the work done.
     """
-    query, begin = Query(reduced, counts), random_starts(reduced, rng, STARTS)
+    reduced, begin = query.reduced, random_starts(query.reduced, rng, STARTS)
     kept = list(requirements)
     for item in requirements:
         rest = [other for other in kept if other is not item]

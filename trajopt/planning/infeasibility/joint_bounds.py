@@ -5,7 +5,7 @@ from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.optimise.terms.joint_positions import joint_box
 from trajopt.planning.infeasibility.reach import Chain
 from trajopt.problem.problem import Problem
@@ -231,7 +231,7 @@ def _missing(goal: FramePlacement, reduced: ReducedModel) -> float:
     carrier, place = reduced.attachment(goal.frame)
     if reference != 0 or carrier == 0:
         return 0.0
-    at = Query(reduced).kinematics(reduced.start_positions[None])
+    at = evaluator(reduced).kinematics(reduced.start_positions[None])
     point = at.rotation[0, carrier] @ (place * goal.offset) + at.translation[0, carrier]
     away = float(np.linalg.norm(where * goal.placement.translation - point))
     return max(away - float(np.linalg.norm(goal.position_tolerance)) - EXCESS, 0.0)

@@ -13,7 +13,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import DynamicObstacles, WorkCounts, evaluator
 from trajopt.planning.infeasibility.cover import pair_levers
 from trajopt.scene.timed import ChangingPairs, TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
@@ -82,11 +82,11 @@ class Occupancy:
 
     timed: TimedModel
     counts: WorkCounts
-    _query: Query = field(init=False)
+    _obstacles: DynamicObstacles = field(init=False)
 
     def __post_init__(self) -> None:
         """Make the workspace for distances."""
-        self._query = Query(self.timed.reduced, self.counts)
+        self._obstacles = DynamicObstacles(self.timed, evaluator(self.timed.reduced, self.counts))
 
     def free(self, positions: Floats, times: Floats, which: Bools | None = None) -> Bools:
         """Return which configurations (s, n) seem clear of changing objects at times (s,); see `too_near`."""
@@ -139,14 +139,12 @@ class Occupancy:
         Returns:
             Indices of configurations with a pair too near, the pair, and its violation [m], shape (k,) each.
         """
-        known = self._pairs
-        farthest = known.required + known.error_at(float(times.max(initial=0.0)), slice(None))
-        reach = np.where(known.changes if which is None else known.changes & which, farthest, -inf)
-        found = self._query.close_pairs(self.timed.positions(positions, times), reach)
-        sample, pair, when = found.sample, found.pair, times[found.sample]
-        depth = known.required[pair] + known.error_at(when, pair) - found.distance
-        near = (when >= known.appears[pair]) & (when <= known.expires[pair]) & (depth > 0.0)
-        return sample[near], pair[near], depth[near]
+        kept = self._obstacles.required()
+        found = self._obstacles.contacts(
+            positions, times, kept if which is None else np.where(which, kept, -inf)
+        )
+        near = found.present & (found.least_spare < 0.0)
+        return found.sample[near], found.pair[near], -found.least_spare[near]
 
     def is_met(self, positions: Floats, time: float, which: Bools) -> bool:
         """Prove that a pair is too near at a configuration (n,) at a time [s].
@@ -228,7 +226,7 @@ class Occupancy:
         there = counts & inside & (known.appears <= begin) & (known.expires >= end)
         kept = np.where(there, known.required + known.error_at(max(begin, 0.0), slice(None)), -inf)
         reach = np.where(np.isfinite(self._levers).all(axis=1), kept, -inf)
-        found = self._query.close_pairs(middle, reach)
+        found = self._obstacles.query.close_pairs(middle, reach)
         poses = self._kinematics.poses(middle)
         for box in range(len(middle)):
             mine = np.flatnonzero(found.sample == box)
@@ -288,9 +286,9 @@ class Occupancy:
         )
         return low[0], high[0]
 
-    @cached_property
+    @property
     def _pairs(self) -> ChangingPairs:
-        return ChangingPairs.of(self.timed)
+        return self._obstacles.pairs
 
     @cached_property
     def _levers(self) -> Floats:

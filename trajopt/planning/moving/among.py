@@ -6,13 +6,12 @@ from math import inf
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
-from trajopt.planning.moving.looks import Looks
+from trajopt.geometry import DynamicObstacles, Evaluator, WorkCounts
+from trajopt.planning.moving.sampled_checks import SampledChecks
 from trajopt.planning.moving.timed_path import PathTiming, TimedOnPath
 from trajopt.planning.moving.timing_words import waits
 from trajopt.planning.moving.waiting import LONGEST, STEP, Waiting
 from trajopt.problem.problem import Problem
-from trajopt.scene.timed import timed_model
 from trajopt.values.trajectory import Trajectory
 
 
@@ -21,33 +20,33 @@ class Among:
     """Times motions of one problem among what changes; one for each thread.
 
     Attributes:
-        looks: Looks at configurations.
+        checks: Checks configurations for dynamic obstacles.
         waiting: Begins them later.
         timing: Times them anew on their paths.
         latest: When they must be over, or nothing is known any more [s].
     """
 
-    looks: Looks
+    checks: SampledChecks
     waiting: Waiting
     timing: PathTiming
     latest: float
 
     @staticmethod
-    def of(problem: Problem, query: Query) -> "Among | None":
+    def of(problem: Problem, query: Evaluator) -> "Among | None":
         """Return what times the motions of a problem; None where nothing changes with time.
 
         Args:
             problem: The problem.
             query: Of its reduced model.
         """
-        timed = timed_model(problem.reduced)
-        if timed is None:
+        obstacles = DynamicObstacles.of(problem.reduced, WorkCounts(), problem.evaluator)
+        if obstacles is None:
             return None
-        looks = Looks(timed, WorkCounts())
+        checks, until = SampledChecks(obstacles), obstacles.timed.until
         torque = query.dynamics.torque if np.isfinite(problem.limits.effort).any() else None
-        waiting = Waiting(looks, problem.dwell)
-        latest = timed.until if problem.finish_by is None else min(timed.until, problem.finish_by)
-        return Among(looks, waiting, PathTiming(looks, problem.limits, torque, problem.dwell), latest)
+        waiting = Waiting(checks, problem.dwell)
+        latest = until if problem.finish_by is None else min(until, problem.finish_by)
+        return Among(checks, waiting, PathTiming(checks, problem.limits, torque, problem.dwell), latest)
 
     def soon(self, fastest: Trajectory, by: float) -> Iterator[TimedOnPath]:
         """Yield a motion as it is, and begun later, where that seems clear and is over by a time.
@@ -72,7 +71,7 @@ class Among:
         if begun is fastest:
             yield TimedOnPath(fastest, ())
             begun = next(later, None)
-        settled = min(self.looks.settled, LONGEST) + 2.0 * fastest.duration
+        settled = min(self.checks.settled, LONGEST) + 2.0 * fastest.duration
         until = settled if begun is None else begun.duration - STEP
         yield from self.timing.timings(fastest, min(until, self.latest, by))
         while begun is not None:

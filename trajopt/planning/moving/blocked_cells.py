@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from trajopt.planning.moving.looks import Looks
+from trajopt.planning.moving.sampled_checks import SampledChecks
 from trajopt.values.arrays import Bools, Floats, Ints
 
 SIDE = 8
@@ -26,11 +26,13 @@ Along: TypeAlias = Callable[[Floats], Floats]
 """The configurations (s, n) at parameters (s,) of a path."""
 
 
-def blocked_cells(looks: Looks, along: Along, edges: Floats, times: Floats, *, hurried: bool = False) -> Ints:
+def blocked_cells(
+    checks: SampledChecks, along: Along, edges: Floats, times: Floats, *, hurried: bool = False
+) -> Ints:
     """Find what is in the way where along a path, and when.
 
     Args:
-        looks: Looks at configurations; how much room pairs keep is known to it.
+        checks: Checks configurations; it has the clearance that pairs keep.
         along: The path.
         edges: Parameters of the path at which its m cells begin and end, increasing, shape (m + 1,).
         times: When the k intervals begin and end, increasing, shape (k + 1,) [s].
@@ -41,7 +43,7 @@ def blocked_cells(looks: Looks, along: Along, edges: Floats, times: Floats, *, h
     Returns:
         The pair that is too near in each cell, or FREE, shape (m, k).
     """
-    plane = _Plane(looks, along, edges, times, hurried)
+    plane = _Plane(checks, along, edges, times, hurried)
     parts, moments = plane.found.shape
     if not hurried:
         plane.look((0, parts), (0, moments))
@@ -74,10 +76,12 @@ def _reached(before: Bools, free: Bools) -> Bools:
 class _Plane:
     """The plane of a path and time, in which blocks of cells are looked at."""
 
-    def __init__(self, looks: Looks, along: Along, edges: Floats, times: Floats, hurried: bool) -> None:
+    def __init__(
+        self, checks: SampledChecks, along: Along, edges: Floats, times: Floats, hurried: bool
+    ) -> None:
         """Begin with nothing found; arguments as of `blocked_cells`."""
         self.found = np.full((len(edges) - 1, len(times) - 1), FREE, dtype=np.int64)
-        self._looks, self._along, self._edges, self._times = looks, along, edges, times
+        self._checks, self._along, self._edges, self._times = checks, along, edges, times
         self._hurried = hurried
         self._robot = self._travelled(along(edges), np.zeros(len(edges)))
 
@@ -101,7 +105,7 @@ class _Plane:
             travel += _away(others, times[ahead], late, begin[:, 1] - ahead.start, end[:, 1] - ahead.start)
             around = np.stack((late - times[begin[:, 1]], times[end[:, 1]] - late), axis=1)
             room = travel if size > 1 else np.zeros(len(travel))
-            seen = self._looks.seen(self._along(place), late, around, room)
+            seen = self._checks.check(self._along(place), late, around, room)
             whole = seen.near if size == 1 else seen.throughout
             for (part, moment), (after, until), pair in zip(
                 begin[whole].tolist(), end[whole].tolist(), seen.pair[whole].tolist(), strict=True
@@ -112,8 +116,7 @@ class _Plane:
 
     def _travelled(self, positions: Floats, times: Floats) -> Floats:
         """Bound how far anything has come at configurations (s, n) at times (s,), shape (s,) [m]."""
-        rows = self._looks.timed.positions(positions, times)
-        return np.append(0.0, np.cumsum(self._looks.query.displacement(rows[:-1], rows[1:])))
+        return np.append(0.0, np.cumsum(self._checks.obstacles.moved(positions, times)))
 
 
 def _quarters(begin: Ints, size: int, last: Ints) -> Ints:

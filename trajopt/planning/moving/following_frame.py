@@ -12,7 +12,7 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.forward import moving_frame, stacked_jacobian
 from trajopt.problem.requirements import FramePlacement
 from trajopt.robot.limits import JointLimits
@@ -50,7 +50,7 @@ class FollowingFrame:
 
     def __post_init__(self) -> None:
         """Make the query."""
-        self._query = Query(self.timed.reduced)
+        self._query = evaluator(self.timed.reduced)
 
     def positions(self, at_meeting: Floats, meeting: float, times: Floats) -> Floats | None:
         """Return configurations that keep all placements as they are at the meeting, or None if some do not.

@@ -136,7 +136,9 @@ class Rendezvous:
     def _missed_by(self, meeting: float) -> float:
         """Return by how much configurations that were tried miss the goal where it is at a time [m, rad]."""
         problem, counts = self._still(meeting), WorkCounts()
-        found = goal_candidates(problem.reduced, problem.goals, rng=np.random.default_rng(0), counts=counts)
+        found = goal_candidates(
+            problem.evaluator(problem.reduced, counts), problem.goals, rng=np.random.default_rng(0)
+        )
         self.tracker.count_work(counts)
         return 0.0 if found.free or found.blocked else found.nearest_miss
 

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import WorkCounts
+from trajopt.geometry import DynamicObstacles, WorkCounts
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
-from trajopt.planning.moving.looks import LOOK, Looks
+from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
 from trajopt.planning.result import Plan, Result
-from trajopt.scene.timed import TimedModel, timed_model
 from trajopt.values.arrays import Floats, Ints, Value, number, readonly
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked
@@ -59,11 +58,12 @@ def forbidden_times(plan: Plan | Result, *, until: float | None = None) -> PathT
         ShapeError: If the time is not positive.
     """
     planned = plan.require()
-    motion, timed = planned.trajectory, timed_model(planned.problem.reduced)
+    motion, problem = planned.trajectory, planned.problem
+    around = DynamicObstacles.of(problem.reduced, WorkCounts(), problem.evaluator)
     end = motion.duration * 1.5 if until is None else number("until", until)
     if end <= 0.0:
         raise ShapeError("until", f"must be after 0 s, is {end:g} s")
-    count = int(np.clip(np.ceil(end / LOOK), 1, MOST_TIMES))
+    count = int(np.clip(np.ceil(end / INTERVAL), 1, MOST_TIMES))
     times: Floats = np.linspace(0.0, end, count + 1)
     clock: Floats = np.union1d(np.linspace(0.0, motion.duration, count), motion.times)
     rows = motion(clock)
@@ -71,14 +71,14 @@ def forbidden_times(plan: Plan | Result, *, until: float | None = None) -> PathT
     way = way / way[-1]
     places: Floats = np.linspace(0.0, 1.0, PARTS + 1)
     blocked, objects = np.full((PARTS, count), FREE, dtype=np.int64), tuple[str, ...]()
-    if timed is not None:
-        objects = tuple(timed.timings)
-        blocked = _objects(timed, objects, motion, (clock, way), (places, times))
+    if around is not None:
+        objects = tuple(around.timed.timings)
+        blocked = _objects(around, objects, motion, (clock, way), (places, times))
     return PathTime(readonly(places), readonly(times), blocked, objects, readonly(clock), readonly(way))
 
 
 def _objects(
-    timed: TimedModel,
+    around: DynamicObstacles,
     objects: tuple[str, ...],
     motion: Trajectory,
     passed: tuple[Floats, Floats],
@@ -86,10 +86,10 @@ def _objects(
 ) -> Ints:
     """Return the objects that block cells, by the pairs that do."""
     clock, way = passed
-    looks = Looks(timed, WorkCounts())
-    looks.leave_room(motion(np.zeros(1)))
-    pairs = blocked_cells(looks, lambda place: motion(np.interp(place, way, clock)), *grid)
-    which = {pair: objects.index(looks.mover(pair)) for pair in np.unique(pairs).tolist() if pair != FREE}
+    checks = SampledChecks(around)
+    checks.start_at(motion(np.zeros(1)))
+    pairs = blocked_cells(checks, lambda place: motion(np.interp(place, way, clock)), *grid)
+    which = {pair: objects.index(checks.mover(pair)) for pair in np.unique(pairs).tolist() if pair != FREE}
     found = pairs.copy()
     for pair, place in which.items():
         found[pairs == pair] = place

@@ -92,10 +92,10 @@ class InSpaceTime:
         """
         # What moves may do so for ever.
         alone, until = self.still.require().trajectory, min(self.program.until, LONGEST)
-        enough, dwell, world = ENOUGH * alone.duration, self.work.problem.dwell, self.program.world
+        enough, dwell, margins = ENOUGH * alone.duration, self.work.problem.dwell, self.program.obstacles
         clear = enough
-        if world is not None:
-            clear = world.first_clear(alone.positions[-1], min(enough, until), until, dwell)
+        if margins is not None:
+            clear = margins.first_clear(alone.positions[-1], min(enough, until), until, dwell)
         return enough if clear <= enough else min(clear / PRECISION, max(until, clear))
 
     def longer(self) -> Result:
@@ -187,14 +187,14 @@ def _clear_later(motion: Trajectory, program: SpaceTimeProgram, tracker: BudgetT
 
 def _first_clear(motion: Trajectory, program: SpaceTimeProgram) -> float:
     """Return when a motion can begin if the robot may be anywhere until then; 0 if never, or at once [s]."""
-    assert program.world is not None
-    world, dwell = program.world, program.problem.dwell
+    assert program.obstacles is not None
+    margins, dwell = program.obstacles, program.problem.dwell
     times = np.linspace(0.0, motion.duration, PACES)
     positions, step = motion(times), motion.duration / STEPS
-    last = min(world.settled, program.until - motion.duration, LONGEST)
+    last = min(margins.checks.settled, program.until - motion.duration, LONGEST)
     for wait in (step * np.arange(ceil(max(last, 0.0) / step) + 1)).tolist():
-        if (world.spare(positions, times + wait) >= 0.0).all():
-            stays = world.spare_staying(positions[-1], motion.duration + wait, dwell)
+        if (margins.spare(positions, times + wait) >= 0.0).all():
+            stays = margins.spare_staying(positions[-1], motion.duration + wait, dwell)
             if (stays >= 0.0).all():
                 return wait
     return 0.0
@@ -208,7 +208,7 @@ def _sampled(
     rng: np.random.Generator,
 ) -> Trajectory | None:
     """Return a path through space and time, if there is one that is over in so many durations."""
-    assert program.world is not None
+    assert program.obstacles is not None
     counts, latest = program.counts, min(horizon * alone.duration, program.until)
     before = replace(counts)
     ends = alone.positions[0], alone.positions[-1]
@@ -217,7 +217,7 @@ def _sampled(
         tracker.check(counts.since(before))
 
     dwell = program.problem.dwell
-    stage = SpaceTimeProblem(program.world, program.problem.limits, *ends, latest, dwell, CHECKED, check)
+    stage = SpaceTimeProblem(program.obstacles, program.problem.limits, *ends, latest, dwell, CHECKED, check)
     with tracker.stage("seed"):
         try:
             return searched(stage, alone.joint_names, rng)

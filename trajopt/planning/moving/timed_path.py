@@ -12,8 +12,8 @@ from math import ceil, floor
 import numpy as np
 
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
-from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.moving.order_search import OrderSearch, TimingStep, ever_over
+from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
 from trajopt.planning.moving.speed_changes import RATES, TICKS, Limited, SpeedChange, possible_changes
 from trajopt.planning.moving.timing_words import remarks_of
 from trajopt.robot.limits import JointLimits
@@ -24,7 +24,7 @@ from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Interpolation, Trajectory
 
 CELLS = (24, 200)
-"""Least and most cells of a path: each as long as between two looks, but no fewer than show a short motion,
+"""Least and most cells of a path: each as long as between two checks, but no fewer than show a short motion,
 and no more than can be searched in the time that planning takes."""
 SLOWER = 1.005
 """The clock is slower than the fastest by this, so that a change that holds all limits at samples does so
@@ -56,13 +56,13 @@ class PathTiming:
     """Times motions among what changes; one for each thread.
 
     Attributes:
-        looks: Looks at configurations.
+        checks: Checks configurations for dynamic obstacles.
         limits: Of the joints.
         inverse_dynamics: Torques of the joints; None where they are not limited.
         dwell: How long the robot stays where a motion ends [s].
     """
 
-    looks: Looks
+    checks: SampledChecks
     limits: JointLimits
     inverse_dynamics: InverseDynamics | None
     dwell: float = 0.0
@@ -78,14 +78,14 @@ class PathTiming:
             return
         at_rest = not fastest(0.0, 1).any()
         clock = stretched(fastest, SLOWER) if at_rest else fastest
-        cells = int(np.clip(ceil(clock.duration / LOOK), *CELLS))
+        cells = int(np.clip(ceil(clock.duration / INTERVAL), *CELLS))
         cell = clock.duration / cells
         stays = ceil(self.dwell / cell)
         moments = floor(until / cell) + stays
-        self.looks.leave_room(clock(np.zeros(1)))
+        self.checks.start_at(clock(np.zeros(1)))
         edges: Floats = np.linspace(0.0, clock.duration, cells + 1)
         times: Floats = np.linspace(0.0, moments * cell, moments + 1)
-        pairs = blocked_cells(self.looks, clock, edges, times, hurried=True)
+        pairs = blocked_cells(self.checks, clock, edges, times, hurried=True)
         changes: Mapping[int, Sequence[SpeedChange]] = {}
         last: list[TimingStep] = []
         for grown in GROWN:
@@ -99,7 +99,7 @@ class PathTiming:
             if not steps:
                 return
             if steps != last:
-                remarks = tuple(remarks_of(steps, pairs, self.looks, clock(edges), cell / TICKS))
+                remarks = tuple(remarks_of(steps, pairs, self.checks, clock(edges), cell / TICKS))
                 yield TimedOnPath(followed(clock, steps, cell), remarks)
             last = steps
 

@@ -7,8 +7,8 @@ from itertools import groupby
 import numpy as np
 
 from trajopt.planning.moving.blocked_cells import FREE
-from trajopt.planning.moving.looks import Looks
 from trajopt.planning.moving.order_search import TimingStep
+from trajopt.planning.moving.sampled_checks import SampledChecks
 from trajopt.planning.moving.speed_changes import FULL, RATES, TICKS
 from trajopt.values.arrays import Floats, Ints
 
@@ -24,14 +24,14 @@ def waits(seconds: float, cause: str = "what changes with time") -> str:
 
 
 def remarks_of(
-    steps: Sequence[TimingStep], pairs: Ints, looks: Looks, rows: Floats, tick: float
+    steps: Sequence[TimingStep], pairs: Ints, checks: SampledChecks, rows: Floats, tick: float
 ) -> list[str]:
     """Say what a timing does that the fastest motion along its path does not.
 
     Args:
         steps: The timing.
         pairs: What blocks each cell, or FREE.
-        looks: Knows what the pairs are of.
+        checks: Names the obstacle of each pair.
         rows: Configurations at the ends of the cells.
         tick: Time of one [s].
     """
@@ -39,7 +39,7 @@ def remarks_of(
     way = way / way[-1]
     said: list[str] = []
     for delay in _delays(steps):
-        cause = _cause(delay, steps, pairs, looks)
+        cause = _cause(delay, steps, pairs, checks)
         place = f"at {way[delay.cell]:.0%} of the path"
         if delay.rests and delay.cell == 0:
             said.append(waits(delay.rests * tick, cause))
@@ -88,7 +88,7 @@ def _slowest(step: TimingStep) -> int:
     return step.rate if step.change is None else min(step.change.before, step.change.after)
 
 
-def _cause(delay: _Delay, steps: Sequence[TimingStep], pairs: Ints, looks: Looks) -> str:
+def _cause(delay: _Delay, steps: Sequence[TimingStep], pairs: Ints, checks: SampledChecks) -> str:
     """Name what would be in the way if the rest of the timing came earlier."""
     later = [step for step in steps if step.cells and step.tick >= delay.ends - step.ticks]
     cells = np.concatenate([np.arange(step.begin, step.begin + step.cells) for step in later])
@@ -97,5 +97,5 @@ def _cause(delay: _Delay, steps: Sequence[TimingStep], pairs: Ints, looks: Looks
         earlier = np.maximum(ticks - sooner, 0) // TICKS
         hit = pairs[cells, np.minimum(earlier, pairs.shape[1] - 1)]
         if (hit != FREE).any():
-            return looks.mover(int(hit[hit != FREE][0]))
+            return checks.mover(int(hit[hit != FREE][0]))
     return "what changes with time"

@@ -11,7 +11,7 @@ from math import ceil, inf
 
 import numpy as np
 
-from trajopt.planning.moving.looks import LOOK, Looks
+from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
 from trajopt.timing.standing import begun_later
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.trajectory import Trajectory
@@ -36,11 +36,11 @@ class Waiting:
     """Finds when a motion can begin; one for each thread.
 
     Attributes:
-        looks: Looks at configurations among what changes.
+        checks: Checks configurations for dynamic obstacles.
         dwell: How long the robot stays where a motion ends [s].
     """
 
-    looks: Looks
+    checks: SampledChecks
     dwell: float = 0.0
 
     def beginnings(self, trajectory: Trajectory, *, latest: float = inf) -> Iterator[Trajectory]:
@@ -50,7 +50,7 @@ class Waiting:
             trajectory: Of the group's joints.
             latest: It is begun no later than so [s].
         """
-        self.looks.leave_room(trajectory(np.zeros(1)))
+        self.checks.start_at(trajectory(np.zeros(1)))
         met = self._met(trajectory, 0.0)
         if not len(met):
             yield trajectory
@@ -79,12 +79,12 @@ class Waiting:
 
     def stands_clear(self, start: Floats, until: float) -> bool:
         """Say whether it is clear of what changes to stand at the start, (1, n), until a time [s]."""
-        self.looks.leave_room(start)
+        self.checks.start_at(start)
         return self._standing(start, 0.0, np.array((until,))) == 1
 
     def _later(self, latest: float) -> Iterator[float]:
         """Yield times to begin at, until nothing changes any more."""
-        last = min(self.looks.settled, LONGEST, self.looks.timed.until, latest)
+        last = min(self.checks.settled, LONGEST, self.checks.obstacles.timed.until, latest)
         yield from (STEP * number for number in range(1, ceil(last / STEP)))
         if 0.0 < last < LONGEST:
             yield last
@@ -109,15 +109,16 @@ class Waiting:
         Besides evenly spaced times it is looked at the very moments at which things appear and expire.
         """
         even = self._even(trajectory)
-        looks: Floats = np.concatenate((even, np.clip(self.looks.moments - wait, 0.0, even[-1])))
-        near = np.flatnonzero(self.looks.near(trajectory(looks), looks + wait))
+        moments = self.checks.obstacles.moments
+        times: Floats = np.concatenate((even, np.clip(moments - wait, 0.0, even[-1])))
+        near = np.flatnonzero(self.checks.near(trajectory(times), times + wait))
         spread = np.linspace(0, len(near) - 1, min(len(near), FEW)).astype(np.int64)
-        return looks[near[spread]]
+        return times[near[spread]]
 
     def _even(self, trajectory: Trajectory) -> Floats:
         """Return times along a motion, and the stay after it, at which it is looked at [s]."""
         duration = trajectory.duration + self.dwell
-        return np.linspace(0.0, duration, max(2, ceil(duration / LOOK) + 1))
+        return np.linspace(0.0, duration, max(2, ceil(duration / INTERVAL) + 1))
 
     def _still_met(self, trajectory: Trajectory, met: Floats, waits: Floats) -> Bools:
         """Say of waits whether something is too near at one of some times along a motion, shape (w,)."""
@@ -126,7 +127,7 @@ class Waiting:
         if not len(met) or not len(waits):
             return np.zeros(len(waits), dtype=np.bool_)
         positions = np.tile(trajectory(met), (len(waits), 1))
-        near = self.looks.near(positions, (waits[:, None] + met).ravel())
+        near = self.checks.near(positions, (waits[:, None] + met).ravel())
         return np.any(near.reshape(len(waits), len(met)), axis=1)
 
     def _standing(self, start: Floats, since: float, waits: Floats) -> int:
@@ -138,11 +139,11 @@ class Waiting:
             waits: Increasing, shape (w,) [s].
         """
         begins: list[float] = [since, *waits[:-1].tolist()]
-        looks: list[Floats] = [
-            np.arange(begin, end, LOOK, dtype=np.float64)
+        steps: list[Floats] = [
+            np.arange(begin, end, INTERVAL, dtype=np.float64)
             for begin, end in zip(begins, waits.tolist(), strict=True)
         ]
-        times: Floats = np.concatenate(looks)
-        near = self.looks.near(np.tile(start, (len(times), 1)), times)
-        which = np.repeat(np.arange(len(waits)), [len(each) for each in looks])
+        times: Floats = np.concatenate(steps)
+        near = self.checks.near(np.tile(start, (len(times), 1)), times)
+        which = np.repeat(np.arange(len(waits)), [len(each) for each in steps])
         return int(which[near].min(initial=len(waits)))

@@ -155,10 +155,9 @@ class _WhyNot:
         goals = [self.alone.positions[-1]]
         if several:
             found = goal_candidates(
-                problem.reduced,
+                problem.evaluator(problem.reduced, self._counts),
                 (*problem.goals, *problem.requirements_at(problem.last_stop)),
                 rng=np.random.default_rng(0),
-                counts=self._counts,
                 starts=STARTS,
                 effort=problem.limits.effort,
             )

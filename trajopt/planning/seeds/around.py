@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import Evaluator, WorkCounts, point_jacobian
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
 from trajopt.values.arrays import Floats, Value
 
@@ -77,7 +77,7 @@ def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, coun
     Raises:
         NoSeed: If the pair is no longer near, or its point does not move.
     """
-    query = Query(context.reduced, counts)
+    query = context.query(counts)
     point = _TouchingPoint.of(query, blocked)
     direction = point.sides(_way(blocked))[side]
     moved = point.moved(size * direction, context.scale)
@@ -107,14 +107,14 @@ class _TouchingPoint:
         push: Unit vector in which the contact pushes it, in the world, shape (3,).
     """
 
-    query: Query
+    query: Evaluator
     positions: Floats
     joint: int
     local: Floats
     push: Floats
 
     @staticmethod
-    def of(query: Query, blocked: Blocked) -> "_TouchingPoint":
+    def of(query: Evaluator, blocked: Blocked) -> "_TouchingPoint":
         reduced, positions = query.reduced, _at(blocked.knots, blocked.place)
         pairs = reduced.pairs
         reach = np.full(len(pairs.margin), -np.inf)
@@ -171,7 +171,7 @@ class _TouchingPoint:
         at = self.query.kinematics(positions[None, :])
         place = at.rotation[0, self.joint] @ self.local + at.translation[0, self.joint]
         joints = np.array([self.joint])
-        return place, self.query.point_jacobian(at.jacobian, joints, place[None, :])[0]
+        return place, point_jacobian(self.query.reduced, at.jacobian, joints, place[None, :])[0]
 
 
 def _at(knots: Floats, place: float) -> Floats:

@@ -12,7 +12,8 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.optimise.transcription.space_time import DynamicObstacles
+from trajopt.geometry import DynamicObstacles
+from trajopt.optimise.transcription.obstacle_margins import ObstacleMargins
 from trajopt.planning.seeds.sampled import STEP, SURE, TURN
 from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Bools, Floats, Printed
@@ -43,7 +44,7 @@ class SpaceTimeProblem(Printed):
     """Where and when a path is searched.
 
     Attributes:
-        world: What changes, and the query that sees it.
+        margins: The dynamic obstacles around the robot, with the margins from them.
         limits: Of the joints.
         start: Where it begins, at time 0, shape (n,) [rad | m].
         goal: Where it ends, shape (n,).
@@ -53,7 +54,7 @@ class SpaceTimeProblem(Printed):
         check: Called between pieces of work; may raise to stop.
     """
 
-    world: DynamicObstacles
+    margins: ObstacleMargins
     limits: JointLimits
     start: Floats
     goal: Floats
@@ -79,18 +80,17 @@ class SpaceTimeProblem(Printed):
     @cached_property
     def kept(self) -> Floats:
         """Distance that each pair keeps, no more than at the ends, but for errors, shape (p,) [m]."""
-        pairs, known = self.world.timed.reduced.pairs, self.world.pairs
+        pairs, known = self._obstacles.timed.reduced.pairs, self._obstacles.pairs
         kept = np.where(known.changes, known.required, (pairs.required + pairs.margin) / 2.0)
-        ends = self.world.timed.positions(np.stack((self.start, self.goal)), np.zeros(2))
-        found = self.world.query.close_pairs(ends, kept)
+        ends = self._obstacles.timed.positions(np.stack((self.start, self.goal)), np.zeros(2))
+        found = self._obstacles.query.close_pairs(ends, kept)
         touching = (found.sample == 0) | ~known.changes[found.pair]
         np.minimum.at(kept, found.pair[touching], found.distance[touching] - SURE)
         return kept
 
-    @cached_property
-    def reach(self) -> Floats:
-        """Distance of interest of each pair, shape (p,) [m]."""
-        return self.kept + self.world.pairs.error_at(self.latest, slice(None))
+    @property
+    def _obstacles(self) -> DynamicObstacles:
+        return self.margins.rows
 
     def spend(self, count: int) -> None:
         """Count configurations as checked.
@@ -118,14 +118,7 @@ class SpaceTimeProblem(Printed):
             Exhausted: If no more may be checked.
         """
         self.spend(len(states))
-        known, times = self.world.pairs, states[:, -1]
-        found = self.world.query.close_pairs(self.world.timed.positions(states[:, :-1], times), self.reach)
-        when, pair = times[found.sample], found.pair
-        there = (when >= known.appears[pair]) & (when <= known.expires[pair])
-        touching = there & (found.distance < self.kept[pair] + known.error_at(when, pair))
-        clear = np.ones(len(states), dtype=np.bool_)
-        clear[found.sample[touching]] = False
-        return clear
+        return self._obstacles.clear(states[:, :-1], states[:, -1], self.kept, until=self.latest)
 
     def looks(self, first: Floats, last: Floats) -> Floats:
         """Return the states of a straight branch that are checked, but for its first, shape (s, n + 1).
@@ -143,19 +136,17 @@ class SpaceTimeProblem(Printed):
     def _rates(self) -> Floats:
         """How far each joint moves bodies, about, at the start, shape (n,) [m/rad | 1]."""
         nudge = NUDGE * np.eye(len(self.start))
-        first = self.world.timed.positions(np.tile(self.start, (len(nudge), 1)), np.zeros(len(nudge)))
-        after = self.world.timed.positions(self.start + nudge, np.zeros(len(nudge)))
-        return self.world.query.displacement(first, after) / NUDGE
+        timed, begin = self._obstacles.timed, np.zeros(len(nudge))
+        first = timed.positions(np.tile(self.start, (len(nudge), 1)), begin)
+        return self._obstacles.query.displacement(first, timed.positions(self.start + nudge, begin)) / NUDGE
 
     @cached_property
     def _speed(self) -> float:
         """How fast things move at most, between moments, and that errors grow [m/s]."""
         times = np.linspace(0.0, self.latest, MOMENTS)
-        states = self.world.timed.positions(np.tile(self.start, (MOMENTS, 1)), times)
-        moved = float(self.world.query.displacement(states[:-1], states[1:]).max())
-        radii = self.world.pairs.error_at(self.latest, slice(None)) - self.world.pairs.error_at(
-            0.0, slice(None)
-        )
+        moved = float(self._obstacles.moved(np.tile(self.start, (MOMENTS, 1)), times).max())
+        begin, end = (self._obstacles.pairs.error_at(time, slice(None)) for time in (0.0, self.latest))
+        radii = end - begin
         return (moved * (MOMENTS - 1) + float(radii.max(initial=0.0))) / self.latest
 
 
@@ -239,7 +230,7 @@ def searched(stage: SpaceTimeProblem, names: tuple[str, ...], rng: np.random.Gen
 def _rooted(tree: _Tree, time: float) -> None:
     """Add the goal at a time to a tree, if it is free then."""
     stage, root = tree.stage, np.append(tree.stage.goal, time)
-    stays = stage.world.spare_staying(stage.goal, time, stage.dwell)
+    stays = stage.margins.spare_staying(stage.goal, time, stage.dwell)
     if (stays >= 0.0).all() and stage.free(root[None]) == 1:
         tree.add(root, -1)
 

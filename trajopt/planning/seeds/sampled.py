@@ -11,7 +11,7 @@ from itertools import count, pairwise
 
 import numpy as np
 
-from trajopt.geometry import Query, SearchSpace, WorkCounts, search_path
+from trajopt.geometry import Evaluator, SearchSpace, WorkCounts, search_path
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
 from trajopt.values.arrays import Floats, Value
@@ -92,7 +92,7 @@ def sampled(
     Raises:
         NoSeed: If a leg was not found, or a path constraint could not be held.
     """
-    query, knots = Query(context.reduced, counts), context.line.knots
+    query, knots = context.query(counts), context.line.knots
     places = (0, *context.line.places, len(knots) - 1)
     legs = [knots[:1]]
     for first, last in pairwise(places):
@@ -114,7 +114,7 @@ def sampled(
     return _held(np.concatenate(legs), context, query)
 
 
-def _space(query: Query, ends: Floats, scale: Floats, kept: float) -> SearchSpace:
+def _space(query: Evaluator, ends: Floats, scale: Floats, kept: float) -> SearchSpace:
     """Return the search space of a leg: about its ends, with no pair kept farther apart than at an end."""
     reduced = query.reduced
     pairs, limits = reduced.pairs, reduced.limits
@@ -127,7 +127,7 @@ def _space(query: Query, ends: Floats, scale: Floats, kept: float) -> SearchSpac
     return SearchSpace(lower, upper, unit, reach, STEP)
 
 
-def _rates(query: Query, ends: Floats, scale: Floats) -> Floats:
+def _rates(query: Evaluator, ends: Floats, scale: Floats) -> Floats:
     """Return the travel of bodies by each joint, the largest at any of the ends, shape (n,) [m/rad | 1]."""
     nudge = np.diag(NUDGE * scale)
     first = np.repeat(ends, len(scale), axis=0)
@@ -135,11 +135,11 @@ def _rates(query: Query, ends: Floats, scale: Floats) -> Floats:
     return np.maximum(moved.reshape(len(ends), -1).max(axis=0) / (NUDGE * scale), np.finfo(float).tiny)
 
 
-def _held(path: Floats, context: SeedContext, query: Query) -> Floats:
+def _held(path: Floats, context: SeedContext, query: Evaluator) -> Floats:
     """Move the inner knots onto the path constraints."""
-    if not context.requirements:
+    if not context.problem.requirements:
         return path
-    projection = Projection(context.reduced, context.requirements, query)
+    projection = Projection(context.reduced, context.problem.requirements, query)
     inner = [place for place in range(1, len(path) - 1) if place not in context.line.places]
     ended = projection(path[inner])
     lost = int((ended.violation > 0.0).sum())

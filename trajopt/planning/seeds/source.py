@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
-from trajopt.geometry import WorkCounts
+from trajopt.geometry import Evaluator, WorkCounts
 from trajopt.planning.seeds.waypoints import WaypointLine
-from trajopt.problem.requirements import Requirement
+from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value
 
@@ -42,18 +42,25 @@ class SeedContext(Value):
     """Input of a source of seeds.
 
     Attributes:
-        reduced: The robot and its surroundings.
+        problem: The problem, with its robot and surroundings.
         line: Straight legs from the start through the waypoints to a goal configuration.
         scale: A step of ordinary size in each joint, shape (n,) [rad | m].
-        requirements: Requirements all the way.
         other_ends: Goal configurations that a seed may lead to instead of the line's, each of shape (n,).
     """
 
-    reduced: ReducedModel
+    problem: Problem
     line: WaypointLine
     scale: Floats
-    requirements: tuple[Requirement, ...] = ()
     other_ends: tuple[Floats, ...] = ()
+
+    @property
+    def reduced(self) -> ReducedModel:
+        """The robot and its surroundings."""
+        return self.problem.reduced
+
+    def query(self, counts: WorkCounts) -> Evaluator:
+        """Return an evaluator of the robot among its surroundings, which adds its work to the counts."""
+        return self.problem.evaluator(self.reduced, counts)
 
     @property
     def ends(self) -> Floats:

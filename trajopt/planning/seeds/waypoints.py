@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import Evaluator
 from trajopt.optimise.kinematics.goal_candidates import (
     HOLDABLE,
     MANY_STARTS,
@@ -52,12 +52,11 @@ class WaypointChoice:
 
 
 def choose_waypoints(
-    reduced: ReducedModel,
+    query: Evaluator,
     waypoints: Sequence[Sequence[Requirement]],
     passing: Sequence[Sequence[Requirement]],
     *,
     rng: np.random.Generator,
-    counts: WorkCounts,
     effort: Floats | None = None,
     check: Callable[[], None] | None = None,
 ) -> WaypointChoice:
@@ -66,16 +65,15 @@ def choose_waypoints(
     If joint positions are required, these are tried first, and then others within their tolerances.
 
     Args:
-        reduced: The robot and its surroundings.
+        query: Of the robot and its surroundings.
         waypoints: Requirements at each, in order.
         passing: Other requirements at each, which hold on the way to it or on from it.
         rng: Draws the starts of the search.
-        counts: Receives the work done.
         effort: Effort limits within which the joints must hold the arm and its payload still, shape (n,)
             [Nm | N]; not required when None.
         check: Called repeatedly; may raise to stop.
     """
-    query = Query(reduced, counts)
+    reduced = query.reduced
     last = reduced.start_positions
     found: list[Floats] = []
     for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
@@ -83,7 +81,7 @@ def choose_waypoints(
         if middle is not None and holding_load(query, middle[None], effort)[0] < HOLDABLE:
             last = middle
         else:
-            search = partial(goal_candidates, reduced, (*wanted, *also), rng=rng, counts=counts)
+            search = partial(goal_candidates, query, (*wanted, *also), rng=rng)
             seen = search(effort=effort, check=check)
             if not seen.free and not seen.colliding and not seen.overloaded:
                 seen = search(effort=effort, check=check, starts=MANY_STARTS)
@@ -95,7 +93,7 @@ def choose_waypoints(
 
 
 def _middle(
-    reduced: ReducedModel, wanted: Sequence[Requirement], also: Sequence[Requirement], query: Query
+    reduced: ReducedModel, wanted: Sequence[Requirement], also: Sequence[Requirement], query: Evaluator
 ) -> Floats | None:
     """Return the middle of a range of all joint positions, if it holds all and touches nothing."""
     asked = fixed_positions(wanted, reduced)

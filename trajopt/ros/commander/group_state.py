@@ -16,7 +16,7 @@ from trajopt.files.messages import (
 )
 from trajopt.files.moveit.frames import world_names
 from trajopt.files.moveit.scene_messages import state_message
-from trajopt.geometry import Query
+from trajopt.geometry import angular_jacobian, evaluator, point_jacobian
 from trajopt.planning.result import Result
 from trajopt.problem.tool_speed import tool_speed
 from trajopt.robot.loading.mimics import followed_limits
@@ -370,9 +370,9 @@ def jacobian(reduced: ReducedModel, link: str, values: Floats, reference_point: 
         Three rows of the linear and three of the angular velocity, in the axes of the world.
     """
     point = floats("reference_point", reference_point, (3,))
-    query, (joint, where) = Query(reduced), reduced.attachment(link)
+    query, (joint, where) = evaluator(reduced), reduced.attachment(link)
     kinematics = query.kinematics(values[None])
     carrier = kinematics.rotation[:, joint] @ (where * point) + kinematics.translation[:, joint]
-    linear = query.point_jacobian(kinematics.jacobian, np.array([joint], dtype=np.int64), carrier)
-    angular = query.angular_jacobian(kinematics.jacobian, joint)
+    linear = point_jacobian(reduced, kinematics.jacobian, np.array([joint], dtype=np.int64), carrier)
+    angular = angular_jacobian(reduced, kinematics.jacobian, joint)
     return np.concatenate((linear[0], angular[0]))

@@ -11,7 +11,7 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.methods.timing import tool_limits
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
 from trajopt.planning.infeasibility import reasons
@@ -184,7 +184,7 @@ class _Following:
     def on_curve(self) -> OnCurve:
         """The curve and the arm."""
         reduced = self.problem.reduced
-        return OnCurve(reduced, self.required, Query(reduced, WorkCounts()), self.tracker)
+        return OnCurve(reduced, self.required, evaluator(reduced, WorkCounts()), self.tracker)
 
     def run(self) -> Followed:
         """Follow the curve until the budget ends."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator
 from trajopt.optimise.terms.follows_curve import CurveError
 from trajopt.optimise.terms.frames import relative_frame
 from trajopt.planning.budget import Budget, BudgetTracker
@@ -61,7 +61,7 @@ class OnCurve:
         self,
         reduced: ReducedModel,
         required: FollowsCurve,
-        query: Query,
+        query: Evaluator,
         tracker: BudgetTracker | None = None,
     ) -> None:
         """Build the residual of the curve."""

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.goal_candidates import goal_candidates
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, axis_alignment, frame_placement
@@ -162,10 +163,9 @@ def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Flo
     """
     counts = on_curve.query.counts
     found = goal_candidates(
-        on_curve.reduced,
+        evaluator(on_curve.reduced, counts),
         _at_beginning(on_curve),
         rng=rng,
-        counts=counts,
         check=lambda: on_curve.tracker.check(counts),
     )
     if not found.free:

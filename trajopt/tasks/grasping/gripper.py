@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import evaluator
 from trajopt.robot.loading.srdf import EndEffector
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
@@ -262,7 +262,7 @@ def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
     limits, robot = reduced.limits, reduced.scene.robot
     apart = reduce_model(reduced.scene.allow(*fingers, allowed=False), reduced.group, reduced.start)
     positions = limits.lower + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (limits.upper - limits.lower)
-    contacts = Query(apart).close_pairs(positions, np.full(len(apart.pairs.margin), FAR))
+    contacts = evaluator(apart).close_pairs(positions, np.full(len(apart.pairs.margin), FAR))
     between = [set(apart.owners(int(pair))) == set(fingers) for pair in contacts.pair]
     sample, distance = contacts.sample[between], contacts.distance[between]
     gaps = np.full(SAMPLES, np.inf)

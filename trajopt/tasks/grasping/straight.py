@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.geometry import Query, WorkCounts
+from trajopt.geometry import Evaluator, WorkCounts, evaluator
 from trajopt.geometry.gap import TOUCHING
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.budget import BudgetTracker
@@ -88,12 +88,12 @@ def track_line(
     """
     counts = WorkCounts()
     try:
-        return _tracked(Query(reduced, counts), tool, at, away, lambda: tracker.check(counts))
+        return _tracked(evaluator(reduced, counts), tool, at, away, lambda: tracker.check(counts))
     finally:
         tracker.count_work(counts)
 
 
-def _tracked(query: Query, tool: str, at: Floats, away: Floats, check: Callable[[], None]) -> LineTrack:
+def _tracked(query: Evaluator, tool: str, at: Floats, away: Floats, check: Callable[[], None]) -> LineTrack:
     reduced = query.reduced
     begin = reduced.scene.placement_of(tool, reduced.all_positions(at))
     now = at
@@ -176,7 +176,7 @@ def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
         positions: The group's positions at the near end of the motion, shape (n,).
     """
     scene = reduced.scene
-    contacts = Query(reduced).close_pairs(positions[None], reduced.pairs.margin)
+    contacts = evaluator(reduced).close_pairs(positions[None], reduced.pairs.margin)
     gaps: dict[frozenset[str], float] = {}
     for pair, distance in zip(contacts.pair.tolist(), contacts.distance.tolist(), strict=True):
         owners = frozenset(reduced.owners(pair))

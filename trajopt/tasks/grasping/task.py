@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.geometry import WorkCounts
+from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.kinematics.goal_candidates import goal_candidates
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.infeasibility import reasons
@@ -148,7 +148,7 @@ class Task:
         with tracker.stage("inverse kinematics"):
             try:
                 found = goal_candidates(
-                    reduced, goals, rng=self.rng, counts=counts, check=lambda: tracker.check(counts)
+                    evaluator(reduced, counts), goals, rng=self.rng, check=lambda: tracker.check(counts)
                 )
             finally:
                 tracker.count_work(counts)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.placement import Placement
 from trajopt.viewer import palette
@@ -63,7 +63,7 @@ class GoalDrawing:
             self._server, reduced, f"goal_{self._ghosts}", COLOURS[Reachability.REACHABLE], opacity=OPACITY
         )
 
-    def show(self, goal: Goal, query: Query, now: np.ndarray) -> None:
+    def show(self, goal: Goal, query: Evaluator, now: np.ndarray) -> None:
         """Show a goal.
 
         Args:

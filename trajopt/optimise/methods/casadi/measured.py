@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from trajopt.geometry import Query
+from trajopt.geometry import Evaluator
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import Constraint, Residual
 from trajopt.scene.reduced import ReducedModel
@@ -41,7 +41,7 @@ class SegmentEnds:
     segment: Ints
     fraction: Floats
     segments: int
-    query: Query
+    query: Evaluator
 
     @property
     def place(self) -> Floats:
