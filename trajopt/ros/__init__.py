@@ -1,1 +1,1 @@
-"""Faces for users of ROS: rosbridge, MoveIt's commander, and drivers of robots."""
+"""Interfaces to ROS: rosbridge, MoveIt's commander, and robot drivers."""

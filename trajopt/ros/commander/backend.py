@@ -38,7 +38,7 @@ class Backend(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is in progress."""
         ...
 
     @property
@@ -51,7 +51,7 @@ class Backend(Protocol):
         ...
 
     def stand(self, positions: Floats) -> None:
-        """Put the simulated robot somewhere, shape (number of joints,) [rad | m]."""
+        """Set the simulated robot's positions, shape (number of joints,) [rad | m]."""
         ...
 
     def take(self, scene: Scene) -> None:

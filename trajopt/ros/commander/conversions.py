@@ -27,7 +27,7 @@ def list_to_pose_stamped(pose_list: Sequence[float], target_frame: str) -> PoseS
 
 
 def stamped(where: Placement, frame: str) -> PoseStamped:
-    """Return a placement in a frame as a pose."""
+    """Convert a placement in a frame to a pose."""
     return PoseStamped(Header(stamp=Time.now(), frame_id=frame), pose_of(where))
 
 
@@ -35,7 +35,7 @@ def placement_of(pose: Any) -> Placement:
     """Return the placement of a pose, or of a list of six (with roll, pitch, yaw) or seven numbers.
 
     Raises:
-        MoveItCommanderException: If it is neither.
+        MoveItCommanderException: If the value has another form.
     """
     if isinstance(pose, Placement):
         return pose

@@ -45,13 +45,13 @@ R = TypeVar("R")
 _LOG = logging.getLogger("trajopt.ros.commander")
 
 THIRD = 3
-"""Place of the third argument, after `self`."""
+"""Index of the third argument, after `self`."""
 ALGORITHMS = (
     "iterative_time_parameterization",
     "iterative_spline_parameterization",
     "time_optimal_trajectory_generation",
 )
-"""Names that MoveIt has for algorithms of this kind."""
+"""MoveIt's names of retiming algorithms."""
 PATH_TOLERANCE = 1e-3
 """Largest deviation of the timed motion from the path [m]; MoveIt's default is 0.1 rad in every joint."""
 
@@ -75,7 +75,7 @@ def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
 
 
 class GroupMotions(GroupBase):
-    """Following lines, picking and placing."""
+    """Cartesian paths, picking and placing."""
 
     @without_jump_threshold
     def compute_cartesian_path(
@@ -132,7 +132,7 @@ class GroupMotions(GroupBase):
         return trajectory_message(followed.trajectory, self._planning_frame), followed.fraction
 
     def get_last_followed(self) -> Followed | None:
-        """Return trajopt's own result of the last Cartesian path, with why it ended; None before."""
+        """Return trajopt's result of the last Cartesian path, with the reason of its end; None before."""
         return self._followed
 
     def pick(self, object_name: str, grasp: Any = (), plan_only: bool = False) -> int:
@@ -198,7 +198,7 @@ class GroupMotions(GroupBase):
         return self._finish(result, plan_only)
 
     def get_last_pick_place(self) -> PickPlaceResult | None:
-        """Return trajopt's own result of the last picking or placing; None before."""
+        """Return trajopt's result of the last pick or place; None before."""
         return self._pick_place
 
     def _finish(self, result: PickPlaceResult, plan_only: bool) -> int:
@@ -319,12 +319,12 @@ def retimed(
 
     Args:
         reduced: The robot in its scene, the group's joints free.
-        trajectory: Joints in the group's order; its times do not count.
+        trajectory: Joints in the group's order; its times are ignored.
         velocity: Factor in (0, 1] on the velocity limits.
         acceleration: Factor in (0, 1] on the acceleration limits.
 
     Raises:
-        MoveItCommanderException: If no timing holds the limits.
+        MoveItCommanderException: If no timing satisfies the limits.
         ProblemError: If a factor is outside (0, 1].
     """
     last = dict(zip(reduced.joint_names, trajectory.positions[-1].tolist(), strict=True))

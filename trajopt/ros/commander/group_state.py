@@ -95,7 +95,7 @@ class GroupBase:
         if not link:
             raise MoveItCommanderException(
                 f"group {shown(self._group.name)} is not a chain and has no end effector; "
-                "set_end_effector_link says which"
+                "set one by set_end_effector_link"
             )
         known = (*scene.frame_names, *(key for key in scene.objects if scene.holder(key).link != WORLD))
         if link not in known:
@@ -106,7 +106,7 @@ class GroupBase:
         """Return a frame's name in the scene.
 
         Raises:
-            FrameNotFound: If it is none.
+            FrameNotFound: If the frame does not exist.
         """
         scene = self._world.scene
         if name in world_names(scene.robot):
@@ -127,7 +127,7 @@ class GroupState(GroupBase):
         return self._group.name
 
     def get_active_joints(self) -> list[str]:
-        """Return the names of the joints that are planned for."""
+        """Return the names of the planned joints."""
         return list(self._group.joints)
 
     def get_joints(self) -> list[str]:
@@ -135,7 +135,7 @@ class GroupState(GroupBase):
         return joint_names(self._world.robot, self._group)
 
     def get_variable_count(self) -> int:
-        """Return the number of joints that are planned for."""
+        """Return the number of planned joints."""
         return len(self._group.joints)
 
     def has_end_effector_link(self) -> bool:
@@ -143,11 +143,11 @@ class GroupState(GroupBase):
         return bool(self._tip)
 
     def get_end_effector_link(self) -> str:
-        """Return the link that poses are about; empty for none."""
+        """Return the link of pose targets; empty if none."""
         return self._tip
 
     def set_end_effector_link(self, link_name: str) -> None:
-        """Choose the link, tool frame or attached object that poses are about."""
+        """Set the link, tool frame or attached object of pose targets."""
         self._tip = self._link(link_name)
 
     def get_interface_description(self) -> PlannerInterfaceDescription:
@@ -176,7 +176,7 @@ class GroupState(GroupBase):
         return self._pose(end_effector_link, self._world.positions)
 
     def get_current_rpy(self, end_effector_link: str = "") -> list[float]:
-        """Return roll, pitch and yaw of the end effector, or of another link [rad]."""
+        """Return the current roll, pitch and yaw of the end effector, or of another link [rad]."""
         where = self._world.scene.placement_of(self._link(end_effector_link), self._world.positions)
         return list(where.rpy)
 
@@ -197,7 +197,7 @@ class GroupState(GroupBase):
         return state_message(self._world.scene, self._world.positions)
 
     def get_current_state_bounded(self) -> RobotState:
-        """Return the same with every joint moved inside its limits."""
+        """Return the current state clipped to the joint limits."""
         return self.enforce_bounds(self.get_current_state())
 
     def enforce_bounds(self, robot_state_msg: Any) -> RobotState:
@@ -282,13 +282,13 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, replanning=bool(value))
 
     def set_planning_time(self, seconds: float) -> None:
-        """Set the time to plan for [s]."""
+        """Set the time limit of planning [s]."""
         if not number("planning time", seconds) > 0.0:
             raise MoveItCommanderException(f"planning time must be positive, is {seconds:g} s")
         self._settings = replace(self._settings, planning_time=float(seconds))
 
     def get_planning_time(self) -> float:
-        """Return the time to plan for [s]."""
+        """Return the time limit of planning [s]."""
         return self._settings.planning_time
 
     def set_planning_pipeline_id(self, planning_pipeline: str) -> None:
@@ -307,7 +307,7 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, planner=planner_id or PLANNERS[0])
 
     def get_planner_id(self) -> str:
-        """Return the name of the method of planning."""
+        """Return the name of the planner."""
         return self._settings.planner
 
     def set_num_planning_attempts(self, num_planning_attempts: int) -> None:
@@ -317,13 +317,13 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, attempts=int(num_planning_attempts))
 
     def set_workspace(self, ws: Sequence[float]) -> None:
-        """Set the box in which a mobile base may be; it holds no arm back, as in MoveIt.
+        """Set the bounds of a mobile base; arms are not limited, as in MoveIt.
 
         Args:
-            ws: Nothing, [min x, min y, max x, max y] or [min x, min y, min z, max x, max y, max z] [m].
+            ws: Empty, [min x, min y, max x, max y] or [min x, min y, min z, max x, max y, max z] [m].
 
         Raises:
-            MoveItCommanderException: If it is of another length.
+            MoveItCommanderException: If its length is not 0, 4 or 6.
         """
         if len(ws) not in (0, 4, 6):
             raise MoveItCommanderException(f"a workspace has 0, 4 or 6 numbers, not {len(ws)}")
@@ -333,11 +333,11 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, workspace=tuple(values))
 
     def set_max_velocity_scaling_factor(self, value: float) -> None:
-        """Set the factor on all velocity limits, in (0, 1]; it is 0.1 until then."""
+        """Set the factor on all velocity limits, in (0, 1]; 0.1 by default."""
         self._settings = replace(self._settings, velocity_scaling=scaling("velocity scaling", value))
 
     def set_max_acceleration_scaling_factor(self, value: float) -> None:
-        """Set the factor on all acceleration limits, in (0, 1]; it is 0.1 until then."""
+        """Set the factor on all acceleration limits, in (0, 1]; 0.1 by default."""
         factor = scaling("acceleration scaling", value)
         self._settings = replace(self._settings, acceleration_scaling=factor)
 
@@ -347,11 +347,11 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, tool_speed=limited)
 
     def clear_max_cartesian_link_speed(self) -> None:
-        """Lift the limit on the speed of a link."""
+        """Remove the limit on the speed of a link."""
         self._settings = replace(self._settings, tool_speed=None)
 
     def set_support_surface_name(self, value: str) -> None:
-        """Name the object that `place` puts objects down on; empty for none."""
+        """Set the object on which `place` puts objects; empty for none."""
         if value:
             self._world.scene.object(value)
         self._settings = replace(self._settings, support_surface=value)

@@ -38,7 +38,7 @@ class GroupTargets(GroupBase):
     """Targets of a group."""
 
     def get_joint_value_target(self) -> list[float]:
-        """Return the joint values that the group was sent to last [rad | m]."""
+        """Return the last joint-space target [rad | m]."""
         return list(self._targets.joints.values())
 
     def set_joint_value_target(self, arg1: Any, arg2: Any = None, arg3: Any = None) -> None:
@@ -71,24 +71,24 @@ class GroupTargets(GroupBase):
             self._set_joints(self._by_place("joint values", arg1))
 
     def set_rpy_target(self, rpy: Sequence[float], end_effector_link: str = "") -> None:
-        """Send the end effector to an orientation, [roll, pitch, yaw] [rad], at any position."""
+        """Set a target orientation of the end effector, [roll, pitch, yaw] [rad], at any position."""
         self._aim(end_effector_link, TargetKind.ORIENTATION, [placement(rpy=rpy)])
 
     def set_orientation_target(self, q: Sequence[float], end_effector_link: str = "") -> None:
-        """Send the end effector to an orientation, [qx, qy, qz, qw], at any position."""
+        """Set a target orientation of the end effector, [qx, qy, qz, qw], at any position."""
         self._aim(end_effector_link, TargetKind.ORIENTATION, [placement(quaternion=q)])
 
     def set_position_target(self, xyz: Sequence[float], end_effector_link: str = "") -> None:
-        """Send the end effector to a position [m], at any orientation."""
+        """Set a target position of the end effector [m], at any orientation."""
         self._aim(end_effector_link, TargetKind.POSITION, [placement(xyz)])
 
     def set_pose_target(self, pose: Any, end_effector_link: str = "") -> None:
-        """Send the end effector to a pose.
+        """Set a target pose of the end effector.
 
         Args:
             pose: A PoseStamped, or in the pose reference frame a Pose, [x, y, z, roll, pitch, yaw] or
                 [x, y, z, qx, qy, qz, qw] [m, rad].
-            end_effector_link: Another link in its place.
+            end_effector_link: Link to use instead of the end effector.
         """
         self.set_pose_targets([pose], end_effector_link)
 
@@ -117,17 +117,17 @@ class GroupTargets(GroupBase):
         self._aim(end_effector_link, TargetKind.POSE, [where], self._planning_frame)
 
     def clear_pose_target(self, end_effector_link: str) -> None:
-        """Forget the poses that a link was sent to."""
+        """Clear the pose targets of a link."""
         link = self._link(end_effector_link)
         poses = {key: value for key, value in self._targets.poses.items() if key != link}
         self._targets = replace(self._targets, poses=poses)
 
     def clear_pose_targets(self) -> None:
-        """Forget the poses that links were sent to; the joint values count then."""
+        """Clear all pose targets; the joint target applies again."""
         self._targets = replace(self._targets, poses={})
 
     def set_random_target(self) -> None:
-        """Send the group to random joint values within the limits."""
+        """Set random joint values within the limits as the target."""
         limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
         lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
         self._set_joints(self._by_place("random values", self._world.rng.uniform(lower, upper).tolist()))
@@ -138,11 +138,11 @@ class GroupTargets(GroupBase):
         return list(dict.fromkeys((*described, *self._remembered)))
 
     def set_named_target(self, name: str) -> None:
-        """Send the group to remembered joint values, or to a state of the robot's description."""
+        """Set a remembered or described state as the target."""
         self._set_joints(self.get_named_target_values(name))
 
     def get_named_target_values(self, target: str) -> dict[str, float]:
-        """Return the joint values of a name, joint -> position [rad | m]."""
+        """Return the joint values of a named state, joint -> position [rad | m]."""
         if target in self._remembered:
             return self._by_place(target, self._remembered[target])
         if target not in self.get_named_targets():
@@ -156,7 +156,7 @@ class GroupTargets(GroupBase):
         self._remembered[name] = here if values is None else list(self._by_place(name, values).values())
 
     def get_remembered_joint_values(self) -> dict[str, list[float]]:
-        """Return the joint values that are remembered, by name [rad | m]."""
+        """Return the remembered joint values, by name [rad | m]."""
         return {name: list(values) for name, values in self._remembered.items()}
 
     def forget_joint_values(self, name: str) -> None:
@@ -188,11 +188,11 @@ class GroupTargets(GroupBase):
         return frame
 
     def _set_joints(self, values: Mapping[str, float]) -> None:
-        """Change joint values that the group is sent to.
+        """Change joint values of the target.
 
         Raises:
             JointNotFound: If a joint is not in the group.
-            MoveItCommanderException: If a position is out of its limits.
+            MoveItCommanderException: If a position is outside its limits.
         """
         limits = self._world.robot.limits
         for joint, value in values.items():
@@ -220,7 +220,7 @@ class GroupTargets(GroupBase):
         return {joint: value for joint, value in named.items() if joint in self._group.joints}
 
     def _reaching(self, pose: Any, *more: Any) -> dict[str, float]:
-        """Return the nearest joint values that bring a link to a pose, free of collisions."""
+        """Return the nearest collision-free joint values with a link at a pose."""
         if True in more:
             raise MoveItCommanderException("there are no approximate solutions; widen the goal tolerances")
         link = self._link(next((each for each in more if isinstance(each, str)), ""))
@@ -278,7 +278,7 @@ class GroupConstraints(GroupBase):
         return None
 
     def clear_path_constraints(self) -> None:
-        """Hold nothing on the way."""
+        """Clear the path constraints."""
         self._path_constraints = Constraints()
 
     def get_trajectory_constraints(self) -> TrajectoryConstraints:
@@ -325,7 +325,7 @@ class GroupConstraints(GroupBase):
         self._known_constraints = stored
 
     def _check(self, name: str, message: object) -> None:
-        """Make sure that constraints can be read, before they are planned with."""
+        """Check that constraints can be read, before planning."""
         self._read(document_of(message, name))
 
     def _read(self, document: Node) -> None:

@@ -130,7 +130,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return self._world.outcome
 
     def get_last_result(self) -> Result | None:
-        """Return trajopt's own result of the last planning, with the judge's certificate; None before."""
+        """Return trajopt's result of the last planning, with its certificate; None before."""
         return self._result
 
     def construct_motion_plan_request(self) -> MotionPlanRequest:

@@ -1,4 +1,4 @@
-"""PlanningSceneInterface: edits the scene of a world, in MoveIt's words."""
+"""PlanningSceneInterface: edits the scene of a world, with MoveIt's API."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -36,7 +36,7 @@ Three = Sequence[float]
 
 @speaks_moveit
 class PlanningSceneInterface:
-    """Edits the scene of a world; the very next plan sees the edit."""
+    """Edits the scene of a world; the next plan uses each edit."""
 
     def __init__(self, ns: str = "", synchronous: bool = True, *, world: World | None = None) -> None:
         """Select a world.
@@ -73,7 +73,7 @@ class PlanningSceneInterface:
         self.add_object(self.make_box(name, pose, size))
 
     def add_plane(self, name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> None:
-        """Add everything below the plane normal * x + offset = 0, seen from a PoseStamped."""
+        """Add the half-space below the plane normal * x + offset = 0, in the frame of a PoseStamped."""
         self.add_object(self.make_plane(name, pose, normal, offset))
 
     def attach_object(
@@ -152,11 +152,11 @@ class PlanningSceneInterface:
         self.attach_object(made, link, touch_links)
 
     def clear(self) -> None:
-        """Remove all objects, those that are carried too."""
+        """Remove all objects, including attached ones."""
         self._world.edit(_emptied)
 
     def remove_world_object(self, name: str | None = None) -> None:
-        """Remove an object from the world, or all that nothing carries."""
+        """Remove an object from the world, or all objects that are not attached."""
         if name is not None:
             self._world.scene.object(name)
         self.add_object(CollisionObject(id=name or "", operation=CollisionObject.REMOVE))
@@ -170,7 +170,7 @@ class PlanningSceneInterface:
         self._apply(document_of(message, "attached object"), apply_attached)
 
     def get_known_object_names(self, with_type: bool = False) -> list[str]:
-        """Return the names of the objects in the world; none with a type, for objects have none here."""
+        """Return the names of the objects in the world; empty if `with_type`, as objects have no types."""
         return [] if with_type else list(world_messages(self._world.scene, ""))
 
     def get_known_object_names_in_roi(
@@ -183,7 +183,7 @@ class PlanningSceneInterface:
         maxz: float,
         with_type: bool = False,
     ) -> list[str]:
-        """Return the names of the objects whose shapes all have their origin in a box in the world [m]."""
+        """Return the names of objects whose shape origins are all in a box in the world [m]."""
         lower, upper = np.array((minx, miny, minz)), np.array((maxx, maxy, maxz))
         scene = self._world.scene
         found: list[str] = []
@@ -249,7 +249,7 @@ class PlanningSceneInterface:
 
     @staticmethod
     def make_plane(name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> CollisionObject:
-        """Return the message that adds everything below a plane."""
+        """Return the message that adds the half-space below a plane."""
         message = _placed(name, pose)
         message.planes = [Plane([*map(float, normal), float(offset)])]
         return message

@@ -72,7 +72,7 @@ class Joint:
     """A joint of a robot."""
 
     def __init__(self, robot: "RobotCommander", name: str) -> None:
-        """Choose a joint; `RobotCommander.get_joint` does."""
+        """Select a joint; called by `RobotCommander.get_joint`."""
         self._robot = robot
         self._name = name
 
@@ -85,7 +85,7 @@ class Joint:
         return int(self._name in self._robot.world.robot.joint_names)
 
     def bounds(self) -> list[float]:
-        """Return its lowest and its highest position [rad | m]; nothing for a fixed joint."""
+        """Return its lower and upper limits [rad | m]; empty for a fixed joint."""
         robot = self._robot.world.robot
         if not self.variable_count():
             return []
@@ -93,11 +93,11 @@ class Joint:
         return [float(robot.limits.lower[place]), float(robot.limits.upper[place])]
 
     def min_bound(self) -> float | list[float]:
-        """Return its lowest position [rad | m]; nothing for a fixed joint."""
+        """Return its lower limit [rad | m]; empty for a fixed joint."""
         return self.bounds()[0] if self.variable_count() else []
 
     def max_bound(self) -> float | list[float]:
-        """Return its highest position [rad | m]; nothing for a fixed joint."""
+        """Return its upper limit [rad | m]; empty for a fixed joint."""
         return self.bounds()[1] if self.variable_count() else []
 
     def value(self) -> float | list[float]:
@@ -106,7 +106,7 @@ class Joint:
         return float(world.positions[world.robot.index([self._name])[0]]) if self.variable_count() else []
 
     def move(self, position: float, wait: bool = True) -> bool:
-        """Move it alone, by the smallest group that has it [rad | m]."""
+        """Move only this joint, by the smallest group that contains it [rad | m]."""
         owner = self._robot.get_default_owner_group(self._name)
         if owner is None:
             raise MoveItCommanderException(f"joint {shown(self._name)} is in no group and cannot be moved")
@@ -120,7 +120,7 @@ class Link:
     """A link of a robot."""
 
     def __init__(self, robot: "RobotCommander", name: str) -> None:
-        """Choose a link; `RobotCommander.get_link` does."""
+        """Select a link; called by `RobotCommander.get_link`."""
         self._robot = robot
         self._name = name
 

@@ -79,7 +79,7 @@ class ServerBackend:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is in progress."""
         motion = self._motion
         return motion is not None and motion.thread is not None and motion.thread.is_alive()
 
@@ -98,7 +98,7 @@ class ServerBackend:
         return {"robot": self.robot, "scene": self.scene}
 
     def stand(self, positions: Floats) -> None:
-        """Put the simulated robot somewhere, shape (number of joints,) [rad | m]."""
+        """Set the simulated robot's positions, shape (number of joints,) [rad | m]."""
         self._session.edit([{"stand": positions.tolist()}])
         self.positions = positions
 

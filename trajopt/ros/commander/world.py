@@ -182,7 +182,7 @@ class World:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is in progress."""
         return self._backend.moving
 
     @property

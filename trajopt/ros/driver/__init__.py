@@ -1,3 +1,3 @@
-"""Drivers of robots in ROS: an executor for `FollowJointTrajectory`, through a rosbridge server."""
+"""Robot drivers for ROS: an executor for `FollowJointTrajectory`, through a rosbridge server."""
 
 from trajopt.ros.driver.executor import FollowJointTrajectoryExecutor as FollowJointTrajectoryExecutor

@@ -1,4 +1,4 @@
-"""How goals of an action are sent and cancelled, and how their results arrive, in ROS 2 and in ROS 1."""
+"""Sending and cancelling action goals, and reading their results, in ROS 2 and ROS 1."""
 
 from collections.abc import Mapping
 from typing import Protocol, cast
@@ -49,7 +49,7 @@ class Ros2Action:
         self._name = name
 
     def begin(self, client: RosbridgeClient) -> None:
-        """Do nothing: results come without a subscription."""
+        """Do nothing; results arrive without a subscription."""
 
     def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
         """Send a goal; return the reason if it cannot be sent."""

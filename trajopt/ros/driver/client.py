@@ -1,4 +1,4 @@
-"""A client of a rosbridge server, whose messages a thread of its own reads."""
+"""A client of a rosbridge server; a thread reads its messages."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,7 +15,7 @@ class RosbridgeClient:
     """A connection.
 
     Attributes:
-        failure: Why the connection is of no use; empty while it is.
+        failure: Reason why the connection failed; empty while it works.
     """
 
     def __init__(self, url: str, *, timeout: float, heard: Callable[[Incoming], None]) -> None:
@@ -23,11 +23,11 @@ class RosbridgeClient:
 
         Args:
             url: Address of the server, such as "ws://robot:9090".
-            timeout: Time in which the server must answer [s].
-            heard: Called by the reading thread with each operation that the server sends.
+            timeout: Timeout of the server's answers [s].
+            heard: Called by the reading thread with each operation of the server.
 
         Raises:
-            ExecutionError: If there is no rosbridge server at the address.
+            ExecutionError: If no rosbridge server answers at the address.
         """
         try:
             self._socket = connect(url, open_timeout=timeout, close_timeout=timeout)

@@ -25,17 +25,17 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 DRIFT = 1e-4
-"""Two clocks go apart by no more than this share of the time: quartz keeps 1e-4."""
+"""Bound on the relative drift of two clocks; quartz keeps 1e-4."""
 SETTLING = 0.5
 """Time during which stamps are compared with this machine's clock before the first motion [s]."""
 
 
 class RosClock:
-    """The clock of stamps, estimated from when they arrive; it starts at 0 with the first.
+    """The clock of stamps, estimated from their arrival times; it starts at 0 with the first.
 
-    The shortest delay of all messages is taken for none, so the clock is behind by that delay, and never
-    behind a stamp (the minimum filter of NTP: RFC 5905, section 10). As delays shorter than those before
-    are rare and clocks drift, the estimate of the shortest delay grows by `DRIFT`.
+    The shortest delay of all messages is assumed to be zero, so the clock lags by that delay, and is never
+    behind a stamp (the minimum filter of NTP: RFC 5905, section 10). As shorter delays are rare and clocks
+    drift, the estimate of the shortest delay grows by `DRIFT`.
     """
 
     def __init__(self, first: Time) -> None:
@@ -75,16 +75,16 @@ class _Measured:
 class FollowJointTrajectoryExecutor:
     """Drives a robot through rosbridge, by the action `FollowJointTrajectory` and the topic of joint states.
 
-    Each motion that is spliced in becomes a goal: the rest of the motion under way, and then the new motion.
-    The goal has the present time as its stamp, and points with velocities and accelerations. A joint
-    trajectory controller replaces the goal under way by it, and so drives the same polynomials as before up
-    to the splice, and then the new ones. The executor's clock is the clock of the stamps in ROS, which must
-    run in real time.
+    Each spliced motion becomes a goal: the rest of the current motion, followed by the new motion. The goal
+    is stamped with the present time and has points with velocities and accelerations. A joint trajectory
+    controller replaces its current goal by the new one, and so drives the same polynomials as before up to
+    the splice, and then the new ones. The executor's clock is the clock of the ROS stamps, which must run in
+    real time.
 
     Attributes:
         joint_names: Joints that the controller drives.
-        period: Time from one command of the controller to the next [s].
-        latency: Time after which a motion given now can begin, at the earliest [s].
+        period: Control period of the controller [s].
+        latency: Shortest time until a new motion can begin [s].
         tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
         committed: The motion that the robot must follow.
     """
@@ -104,7 +104,7 @@ class FollowJointTrajectoryExecutor:
         silence: float = 0.5,
         timeout: float = 5.0,
     ) -> None:
-        """Connect, and wait for joint states; the robot must stand still.
+        """Connect, and wait for joint states; the robot must be at rest.
 
         Args:
             url: Address of the rosbridge server, such as "ws://robot:9090".
@@ -114,14 +114,14 @@ class FollowJointTrajectoryExecutor:
             action: Name of the action.
             joint_states: Name of the topic of `sensor_msgs/JointState`; messages of other joints are ignored.
             generation: ROS 2 with actions, or ROS 1 with the topics of actionlib.
-            period: Time from one command of the controller to the next [s].
-            latency: Time from `splice` until the controller has the goal, at most [s].
-            silence: Joint states that are older than this are a fault [s].
-            timeout: Time in which the server and the first joint states must come [s].
+            period: Control period of the controller [s].
+            latency: Longest time from `splice` until the controller has the goal [s].
+            silence: Longest age of joint states before a fault is reported [s].
+            timeout: Time limit for the connection and the first joint states [s].
 
         Raises:
-            ExecutionError: If there is no server, or no joint states with stamps come.
-            ProblemError: If a time is not positive, a tolerance is negative, or a joint is that of a base.
+            ExecutionError: If no server answers, or no stamped joint states arrive.
+            ProblemError: If a time is not positive, a tolerance is negative, or a joint belongs to a base.
             ShapeError: If the tolerance is not one finite number for each joint.
         """
         named = {"period": period, "latency": latency, "silence": silence, "timeout": timeout}
@@ -199,7 +199,7 @@ class FollowJointTrajectoryExecutor:
         """Continue from the measured positions, at rest.
 
         Raises:
-            ExecutionError: If the connection is lost, or joint states do not come.
+            ExecutionError: If the connection is lost, or joint states do not arrive.
         """
         with self._lock:
             self._failure, self._goal = "", ""
@@ -242,7 +242,7 @@ class FollowJointTrajectoryExecutor:
         return refused
 
     def _heard(self, incoming: Incoming) -> None:
-        """Take in an operation of the server; the reading thread calls it."""
+        """Process an operation of the server; called by the reading thread."""
         if incoming.op == "publish" and incoming.topic == self._topic:
             self._measure(plain(incoming.msg))
             return
@@ -255,7 +255,7 @@ class FollowJointTrajectoryExecutor:
                 self._failure = self._failure or f"the controller gave up: {ended[1]}"
 
     def _measure(self, document: object) -> None:
-        """Take in a message of joint states, if it has all joints and a stamp."""
+        """Store a message of joint states, if it has all joints and a stamp."""
         node = Node(document, self._topic)
         stated = {key: node[key].value for key in ("header", "name")}
         state = decode(JointState, stated, self._generation, name=self._topic)
@@ -279,7 +279,7 @@ class FollowJointTrajectoryExecutor:
 
 
 def _chosen(name: str, stated: object, columns: list[int]) -> Floats | None:
-    """Return the numbers of some joints; None if one of them is missing, or is not a number."""
+    """Select the numbers of some joints; None if one is missing or not a number."""
     if not isinstance(stated, list) or len(cast(list[object], stated)) <= max(columns):
         return None
     values = [cast(list[object], stated)[column] for column in columns]
@@ -287,6 +287,6 @@ def _chosen(name: str, stated: object, columns: list[int]) -> Floats | None:
 
 
 def _rates(before: _Measured | None, moment: float, positions: Floats) -> Floats:
-    """Return velocities by the difference to the message before."""
+    """Return velocities by finite differences from the previous message."""
     span = inf if before is None else moment - before.stamp
     return (positions - (positions if before is None else before.positions)) / span

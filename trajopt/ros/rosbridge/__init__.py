@@ -1,6 +1,7 @@
-"""rosbridge, version 2: clients made for ROS and MoveIt plan and drive as if a `move_group` were behind it.
+"""rosbridge, version 2: clients made for ROS and MoveIt plan and move as with a `move_group`.
 
-`rosbridge_face` serves a `Service` so; `docs/from-compas-fab.md` says what is answered, and how it differs.
+`rosbridge_face` serves a `Service` this way; `docs/from-compas-fab.md` lists the supported requests and
+the differences.
 """
 
 from trajopt.ros.rosbridge.description import RobotDescription as RobotDescription

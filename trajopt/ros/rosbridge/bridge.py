@@ -1,4 +1,4 @@
-"""The bridge: what all clients share, from the robot's description to its state on topics."""
+"""The bridge: data shared by all clients, from the robot's description to its state topics."""
 
 import asyncio
 import logging
@@ -31,33 +31,33 @@ from trajopt.values.errors import TrajoptError
 
 _LOG = logging.getLogger("trajopt.server")
 PACE = 0.1
-"""Where the robot is, and how its goals are going, is published so often [s]."""
+"""Period of the robot state and goal status topics [s]."""
 SCENE = "/monitored_planning_scene"
 PLANNED = "/display_planned_path"
 PIPELINE = "trajopt"
 
 
 class Connected(TopicClient, Provider, Protocol):
-    """A client, as far as the bridge knows it."""
+    """A client, as seen by the bridge."""
 
 
 class Bridge:
-    """What the clients of one robot share.
+    """Data shared by the clients of one robot.
 
     Attributes:
-        cell: The robot among its objects.
+        cell: The robot in its scene.
         description: The robot's files.
-        options: Whom it lets in, and which ROS it answers as.
-        generation: How it writes messages.
-        largest: Size of a message [bytes].
+        options: Admission of clients, and the ROS distribution.
+        generation: Message format.
+        largest: Largest size of a message [bytes].
         topics: The topics.
         offered: Services that clients offer.
         offered_actions: Actions that clients offer.
-        clients: Who is connected.
+        clients: Connected clients.
     """
 
     def __init__(self, cell: Cell, description: RobotDescription, options: RosbridgeOptions) -> None:
-        """Begin with no clients."""
+        """Create a bridge without clients."""
         self.cell, self.description, self.options = cell, description, options
         self.generation: Generation = options.distro.generation
         self.largest = cell.service.limits.body
@@ -82,26 +82,26 @@ class Bridge:
             self.topics.expect(name, kind)
 
     def leave(self, client: Connected) -> None:
-        """Forget a client."""
+        """Remove a client."""
         self.topics.leave(client)
         self.offered.leave(client)
         self.offered_actions.leave(client)
 
     def look(self) -> None:
-        """Publish the state soon: it may have changed."""
+        """Publish the state soon, as it may have changed."""
         self._look.set()
 
     def heard(self, topic: str) -> None:
-        """Tell soon who has begun to hear a topic."""
+        """Publish soon for a new subscriber of a topic."""
         if topic == SCENE:
             self._revision = -1
         self.look()
 
     def offer_service(self, client: Connected, name: str, kind: str) -> None:
-        """Take note of a service that a client offers.
+        """Register a service of a client.
 
         Raises:
-            Unusable: If the server itself, or another client, has one of that name.
+            Unusable: If the server or another client already offers that name.
         """
         if name in SERVICES or name.startswith("/rosapi/"):
             raise Unusable(f"{name} is a service of the server itself")
@@ -115,20 +115,20 @@ class Bridge:
         return {**{name: plain_name(kind).removesuffix("Action") for name, kind in offered}, **own}
 
     def offer_action(self, client: Connected, name: str, kind: str) -> None:
-        """Add an action that a client offers.
+        """Register an action of a client.
 
         Raises:
-            Unusable: If the server itself, or another client, has one of that name.
+            Unusable: If the server or another client already offers that name.
         """
         if name in ACTIONS:
             raise Unusable(f"{name} is an action of the server itself")
         self.offered_actions.offer(client, name, kind)
 
     async def call(self, name: str, incoming: Incoming) -> bytes:
-        """Call a service; return what it answers, as JSON.
+        """Call a service; return its response, as JSON.
 
         Raises:
-            Unusable: If it cannot answer; it says why.
+            Unusable: If the call fails, with the reason.
         """
         service = SERVICES.get(name)
         if service is not None:
@@ -149,10 +149,10 @@ class Bridge:
         return await self.offered.call(name, incoming.args, min(_seconds(incoming.timeout) or most, most))
 
     async def published(self, topic: str, message: msgspec.Raw) -> None:
-        """Do what a client published, where that is more than to pass it on.
+        """Process a client's message on a topic of actions, scene edits or point clouds.
 
         Raises:
-            Unusable: If it cannot be done.
+            Unusable: If the message cannot be processed.
         """
         if self._actions.take(topic, message):
             self.look()
@@ -164,7 +164,7 @@ class Bridge:
             self.look()
 
     async def tell(self) -> None:
-        """Publish where the robot is, how goals are going, and the scene where it was changed; for ever."""
+        """Publish the robot's state, the goal statuses and each changed scene, until cancelled."""
         while True:
             self._look.clear()
             self._actions.tell()
@@ -183,7 +183,7 @@ class Bridge:
                 continue
 
     def close(self) -> None:
-        """End what is under way."""
+        """End all goals in progress."""
         self._actions.close()
 
     async def _tell_scene(self) -> None:
@@ -197,7 +197,7 @@ class Bridge:
         self.topics.tell(SCENE, msgspec.json.decode(answer)["scene"])
 
     def _show(self, answer: bytes) -> None:
-        """Publish a motion that was planned, for who shows such."""
+        """Publish a planned motion for display."""
         if not self.topics.heard(PLANNED):
             return
         plan: dict[str, Any] = msgspec.json.decode(answer)["motion_plan_response"]
@@ -212,5 +212,5 @@ def _planners() -> QueryPlannerInterfacesResponse:
 
 
 def _seconds(timeout: float | None) -> float | None:
-    """Return the time that a call may take: none that is positive is the server's own."""
+    """Return the timeout of a call; None, the server's default, if it is not positive."""
     return timeout if timeout is not None and timeout > 0.0 else None

@@ -1,4 +1,4 @@
-"""The robot cell that all clients of the bridge share, as the nodes around one `move_group` do."""
+"""The robot cell shared by all clients of the bridge, like the nodes around one `move_group`."""
 
 import asyncio
 from collections.abc import Callable
@@ -12,11 +12,11 @@ from trajopt.server.requests import Cancellation
 from trajopt.server.service import Service
 
 FACE = "rosbridge"
-"""By this the session is found again after a restart."""
+"""Key by which the session is found after a restart."""
 AGAIN = 0.05
-"""Clients made for ROS do not ask again: what finds the queue full waits so long at least [s]."""
+"""Least delay before a retry if the queue is full [s]; clients made for ROS do not retry."""
 PATIENCE = 10.0
-"""And no longer than that in all [s]."""
+"""Longest total delay of the retries [s]."""
 
 
 class Cell:
@@ -24,18 +24,18 @@ class Cell:
 
     Attributes:
         service: The service.
-        session: The session: its scene and where its robot stands.
+        session: The session: its scene and the state of its robot.
     """
 
     def __init__(self, service: Service, robot: str = "") -> None:
-        """Begin a session that stays, or go on with the one of before a restart.
+        """Open a persistent session, or resume the one from before a restart.
 
         Args:
             service: The service, started.
-            robot: Name of the robot; the first one where it is empty.
+            robot: Name of the robot; the first one if empty.
 
         Raises:
-            RobotNotFound: If there is no such robot.
+            RobotNotFound: If the robot does not exist.
         """
         self.service, self.session = service, service.create(robot, face=FACE)
 
@@ -55,19 +55,19 @@ class Cell:
         listener: Callable[[msgspec.Raw], None] | None = None,
         cancellation: Cancellation | None = None,
     ) -> bytes:
-        """Have a worker answer a message; return its message, as JSON.
+        """Have a worker process a message; return its response, as JSON.
 
         Args:
-            operation: What is to be done.
+            operation: The operation.
             message: The message, JSON.
-            generation: How it is written, and the answer.
-            difference: A planning scene message, JSON: what is different for this request alone.
-            seconds: Time that it may take [s].
-            listener: Told, as JSON, how far it is.
-            cancellation: Ends it from elsewhere.
+            generation: Format of the message and the response.
+            difference: A planning scene message, JSON: changes for this request alone.
+            seconds: Time limit [s].
+            listener: Called with progress, as JSON.
+            cancellation: Cancels the request.
 
         Raises:
-            Unusable: If there is no answer; it says why.
+            Unusable: If there is no response, with the reason.
         """
         other = b"" if difference is None else b',"difference":' + difference
         body = b'{"ros":"%s","args":%s%s}' % (generation.name.encode(), bytes(message), other)

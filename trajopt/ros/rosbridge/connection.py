@@ -1,4 +1,4 @@
-"""A connection: what one client asks, and what it is told."""
+"""A connection: requests of one client, and the messages sent to it."""
 
 import asyncio
 import logging
@@ -20,9 +20,9 @@ from trajopt.values.errors import TrajoptError, listed, shown
 
 _LOG = logging.getLogger("trajopt.server")
 WAITING = 256
-"""Messages that wait for a client that is slow to take them: further ones of topics are left out."""
+"""Messages queued for a slow client; further messages of topics are dropped."""
 FULL = 1013
-"""What a WebSocket is closed with where it may be tried again later."""
+"""WebSocket close code "try again later"."""
 ABORTED = 6
 """Status of a goal that its server has given up (`action_msgs/GoalStatus`)."""
 LEVELS = ("error", "warning", "info", "none")
@@ -30,11 +30,11 @@ NOT_HERE = {
     "png": "messages are not written as pictures here",
     "auth": "there is nothing to log in to: the port is for this machine, or opened to whoever reaches it",
 }
-"""Operations of the protocol that are not done here, and why not."""
+"""Unsupported operations of the protocol, and the reasons."""
 
 
 class Socket(Protocol):
-    """What carries messages."""
+    """Transport of messages."""
 
     async def send(self, message: str) -> None:
         """Send a message."""
@@ -45,11 +45,11 @@ class ClientConnection:
     """One client.
 
     Attributes:
-        bridge: What it talks to.
+        bridge: The bridge.
     """
 
     def __init__(self, bridge: Bridge, socket: Socket) -> None:
-        """Take a connected socket."""
+        """Wrap a connected socket."""
         self.bridge, self._socket = bridge, socket
         self._out: asyncio.Queue[Iterable[bytes]] = asyncio.Queue(WAITING)
         self._fragments = Fragments(bridge.largest)
@@ -79,18 +79,18 @@ class ClientConnection:
         }
 
     async def write(self) -> None:
-        """Send what is to be sent, one message after the other, until that fails."""
+        """Send queued messages in order until sending fails."""
         while True:
             for piece in await self._out.get():
                 await self._socket.send(piece.decode())
 
     def offer(self, message: bytes, fragment_size: int | None = None) -> None:
-        """Send a message soon, or leave it out where the client is too slow."""
+        """Queue a message, or drop it if the client is too slow."""
         with suppress(asyncio.QueueFull):
             self._out.put_nowait(pieces(message, fragment_size, "publish"))  # all of them, or none
 
     async def take(self, text: str | bytes) -> None:
-        """Do what a message of the client says; it is told if that cannot be done."""
+        """Process a message of the client; report a failure to it."""
         name: str | int | None = None
         try:
             incoming = parsed(text)
@@ -100,7 +100,7 @@ class ClientConnection:
             await self._say("error", str(error), name)
 
     async def leave(self) -> None:
-        """Forget the client: what it drives stops, what it publishes and hears ends."""
+        """Remove the client: stop its motions, and end its topics and subscriptions."""
         self.bridge.leave(self)
         for goal in self._goals.values():
             goal.cancel()
@@ -126,7 +126,7 @@ class ClientConnection:
             await self.call(status(level, reason, name))
 
     def _begin(self, task: Awaitable[None]) -> None:
-        """Do something beside what the client asks next."""
+        """Run a task concurrently with the client's next requests."""
         begun = asyncio.ensure_future(task)
         self._tasks.add(begun)
         begun.add_done_callback(self._done)
@@ -224,7 +224,7 @@ class ClientConnection:
             self._begin(self._relayed(relayed, name, incoming.args))
 
     async def _relayed(self, goal: RelayedGoal, name: str, arguments: msgspec.Raw) -> None:
-        """Have another client pursue a goal, and pass on its result."""
+        """Relay a goal to another client, and pass on its result."""
         try:
             ended = await self.bridge.offered_actions.pursue(goal, arguments)
         except Unusable as error:
@@ -284,17 +284,17 @@ class ClientConnection:
         self._level = incoming.level
 
     async def _ignore(self, incoming: Incoming) -> None:
-        """Hear what a client has to say of itself."""
+        """Accept and ignore an operation."""
 
 
 async def converse(bridge: Bridge, socket: ServerConnection) -> None:
-    """Talk to a client until it leaves."""
+    """Serve a client until it disconnects."""
     if len(bridge.clients) >= bridge.options.connections:
         await socket.close(FULL, "there are too many connections")
         return
     client = ClientConnection(bridge, socket)
     bridge.clients.add(client)
-    # Who cannot be told anything any more is not heard either: else what waits to be said waits for ever.
+    # Stop reading once writing fails: otherwise queued messages would wait for ever.
     both = [asyncio.create_task(each) for each in (_heard(client, socket), client.write())]
     try:
         await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
@@ -311,6 +311,6 @@ async def converse(bridge: Bridge, socket: ServerConnection) -> None:
 
 
 async def _heard(client: ClientConnection, socket: ServerConnection) -> None:
-    """Do what a client says until it has nothing more to say."""
+    """Process a client's messages until it disconnects."""
     async for message in socket:
         await client.take(message)

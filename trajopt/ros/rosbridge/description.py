@@ -1,4 +1,4 @@
-"""What clients are told of a robot: its URDF and SRDF as they are written, and the files of its meshes."""
+"""Robot description for clients: original URDF and SRDF, and the files of the meshes."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ KINDS = (
     ".tiff",
     ".bmp",
 )
-"""Endings of the files that a robot is drawn with: nothing else of a package is given away."""
+"""Suffixes of mesh and texture files; other files of a package are not served."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,8 @@ class RobotDescription(Value):
 
     Attributes:
         urdf: The URDF.
-        srdf: The SRDF; empty where there is none.
-        packages: Folders of the packages that its meshes are in, by name.
+        srdf: The SRDF; empty if none.
+        packages: Folders of the packages of its meshes, by name.
     """
 
     urdf: str
@@ -53,10 +53,10 @@ class RobotDescription(Value):
         Args:
             urdf: The URDF or xacro file.
             srdf: The SRDF.
-            package_dirs: Folders of packages, or that hold packages.
+            package_dirs: Folders of packages, or that contain packages.
 
         Raises:
-            FileFormatError: If a file is no text.
+            FileFormatError: If a file is not a text file.
         """
         try:
             text = expanded(urdf, {}, package_dirs).decode() if urdf.suffix == ".xacro" else urdf.read_text()
@@ -67,23 +67,23 @@ class RobotDescription(Value):
 
     @staticmethod
     def of(robot: Robot, srdf: Path | None = None, package_dirs: Sequence[Path] = ()) -> "RobotDescription":
-        """Read the files of a robot that is loaded; where it brings no SRDF of its own, one is written of it.
+        """Read the files of a loaded robot; generate the SRDF if it has none.
 
         Args:
             robot: The robot.
             srdf: The SRDF that it was loaded with.
-            package_dirs: Folders of packages, or that hold packages.
+            package_dirs: Folders of packages, or that contain packages.
 
         Raises:
-            ModelError: If it was not made of a URDF.
+            ModelError: If the robot was not loaded from a URDF.
         """
         if robot.urdf_path.suffix not in (".urdf", ".xacro"):
-            raise ModelError(f"robot {shown(robot.name)} has no URDF that clients of ROS could be told")
+            raise ModelError(f"robot {shown(robot.name)} has no URDF for clients of ROS")
         found = RobotDescription.read(robot.urdf_path, srdf, package_dirs)
         return found if srdf is not None else replace(found, srdf=_semantics(robot))
 
     def file(self, name: str) -> Path | None:
-        """Return the file of a mesh or of what is drawn on it; None if there is none, or it is no such file.
+        """Return a mesh or texture file; None if it does not exist or has another suffix.
 
         Args:
             name: Package and path in it, as after `package://`.
@@ -100,7 +100,7 @@ class RobotDescription(Value):
 
 
 def _semantics(robot: Robot) -> str:
-    """Return what a robot is to MoveIt, as an SRDF."""
+    """Return an SRDF of a robot."""
     chains = {name: group.links[0] if group.tip else "" for name, group in robot.groups.items()}
     groups = [
         ProposedGroup(
@@ -123,7 +123,7 @@ def _semantics(robot: Robot) -> str:
 
 
 def _packages(text: str, names: MeshNames) -> dict[str, Path]:
-    """Return the folder of each package that meshes of a description are in."""
+    """Return the folder of each package with meshes of a description."""
     folders: dict[str, Path] = {}
     for relative in dict.fromkeys(PACKAGE_NAME.findall(text)):
         package, _, inner = relative.partition("/")

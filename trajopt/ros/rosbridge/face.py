@@ -28,19 +28,19 @@ TYPES = {
 }
 OTHER = "application/octet-stream"
 ANSWERS = "trajopt.ros.rosbridge.answers"
-"""The module of the operations that a service needs for this."""
+"""Module of the operations that the service needs."""
 CLOSING = 1.0
-"""Clients are waited for so long when the server ends [s]."""
+"""Time to wait for clients when the server ends [s]."""
 
 
 def http_response(status: HTTPStatus, body: bytes, kind: str, origin: str = "") -> Response:
-    """Return an answer after which the connection is closed.
+    """Return an HTTP response that closes the connection.
 
     Args:
-        status: How it went.
-        body: What is answered.
-        kind: Its media type.
-        origin: Where the page is from that may read it.
+        status: HTTP status.
+        body: Body of the response.
+        kind: Media type of the body.
+        origin: Origin of the web page that may read it.
     """
     headers = Headers()
     headers["Content-Type"] = kind
@@ -98,19 +98,19 @@ async def serve_rosbridge(
     ready: Callable[[int, int], None] | None = None,
     stop: asyncio.Event | None = None,
 ) -> None:
-    """Serve until it is cancelled, or told to stop.
+    """Serve until cancelled or stopped.
 
     Args:
         service: The service, started, with the operations of `ANSWERS`.
         description: The robot's files.
-        options: Where it listens, and whom it lets in.
-        robot: Name of the robot; the first one where it is empty.
+        options: Addresses, and admission of clients.
+        robot: Name of the robot; the first one if empty.
         ready: Called with the ports of rosbridge and of the meshes, once both listen.
         stop: Set to end.
 
     Raises:
-        OSError: If it cannot listen there.
-        RobotNotFound: If there is no such robot.
+        OSError: If the address cannot be listened on.
+        RobotNotFound: If the robot does not exist.
     """
     cell = Cell(service, robot)
     await service.keep(cell.session)
@@ -126,7 +126,7 @@ async def serve_rosbridge(
         return None
 
     async def nobody(connection: ServerConnection) -> None:
-        """Meet no one: every request for a mesh is answered before it could become a conversation."""
+        """Do nothing; mesh requests are answered before the WebSocket handshake."""
 
     careful = partial(serve, open_timeout=options.head, close_timeout=CLOSING, server_header=None)
     async with AsyncExitStack() as stack:

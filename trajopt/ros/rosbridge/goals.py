@@ -1,4 +1,4 @@
-"""Goals of actions: what MoveIt's action servers do with them, whoever sent them and in whichever way."""
+"""Goals of actions, processed as by MoveIt's action servers, for every client and transport."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -65,11 +65,11 @@ class ActionGoal:
     Attributes:
         name: Its id.
         server: The action.
-        message: What is asked, JSON.
-        generation: How it is written, and what is told of it.
+        message: The goal message, JSON.
+        generation: Format of the goal, feedback and result.
         tell: Called with feedback, as plain data or JSON.
         cancellation: Ends it.
-        cancelled: Whether it was told to end.
+        cancelled: Whether cancellation was requested.
     """
 
     name: str
@@ -81,7 +81,7 @@ class ActionGoal:
     cancelled: bool = False
 
     def cancel(self) -> None:
-        """End it soon: the robot stops."""
+        """Cancel the goal: the robot stops."""
         self.cancelled = True
         self.cancellation()
 
@@ -92,7 +92,7 @@ class ActionGoal:
             cell: The cell.
 
         Raises:
-            Unusable: If it cannot be done at all.
+            Unusable: If the goal cannot be processed.
         """
         if self.server.operation:
             result = msgspec.json.decode(await self._driven(cell, self.server.operation, self.message))
@@ -117,7 +117,7 @@ class ActionGoal:
             self.tell(feedback)
 
     async def _moved(self, cell: Cell) -> dict[str, Any]:
-        """Plan a motion, and drive it unless the plan is all that is wanted."""
+        """Plan a motion, and drive it unless only the plan is requested."""
         try:
             goal = msgspec.json.decode(self.message, type=_MoveGoal)
         except (msgspec.MsgspecError, RecursionError) as error:

@@ -1,4 +1,4 @@
-"""Services that clients offer: a call of one client is passed to another, and its answer back."""
+"""Services that clients offer: calls are relayed between clients."""
 
 import asyncio
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ import msgspec
 from trajopt.ros.rosbridge.wire import Incoming, Unusable, written
 
 SERVICES = 64
-"""Services of one client at most."""
+"""Most services of one client."""
 
 
 class Provider(Protocol):
-    """A connection, as far as this knows it."""
+    """A connection to a client that offers services."""
 
     async def call(self, message: bytes) -> None:
         """Send a message."""
@@ -31,7 +31,7 @@ class Offered:
     """The services that clients offer."""
 
     def __init__(self) -> None:
-        """Know none yet."""
+        """Start without services."""
         self._services: dict[str, tuple[Provider, str]] = {}
         self._calls: dict[str, _Call] = {}
         self._numbers = count(1)
@@ -41,10 +41,10 @@ class Offered:
         return {name: kind for name, (_, kind) in self._services.items()}
 
     def offer(self, provider: Provider, name: str, kind: str) -> None:
-        """Take note of a service.
+        """Register a service.
 
         Raises:
-            Unusable: If another client offers it, or this one offers too many.
+            Unusable: If another client offers it, or this client offers too many.
         """
         owner = self._services.get(name)
         if owner is not None and owner[0] is not provider:
@@ -54,15 +54,15 @@ class Offered:
         self._services[name] = provider, kind
 
     def withdraw(self, provider: Provider, name: str) -> None:
-        """Forget a service of a client."""
+        """Remove a service of a client."""
         if name in self._services and self._services[name][0] is provider:
             del self._services[name]
 
     async def call(self, name: str, arguments: msgspec.Raw, seconds: float) -> bytes:
-        """Have a client do its service; return what it answers, as JSON.
+        """Relay a call to a client; return its response, as JSON.
 
         Raises:
-            Unusable: If there is no such service, it fails, or takes too long.
+            Unusable: If the service does not exist, fails, or exceeds its time limit.
         """
         if name not in self._services:
             raise Unusable(f"there is no service {name}")
@@ -80,10 +80,10 @@ class Offered:
             del self._calls[number]
 
     def answered(self, provider: Provider, response: Incoming) -> None:
-        """Pass on what a client answers.
+        """Pass on a client's response.
 
         Raises:
-            Unusable: If it was not asked.
+            Unusable: If it does not match a pending call.
         """
         call = self._calls.get(str(response.id))
         if call is None or call.provider is not provider:
@@ -96,7 +96,7 @@ class Offered:
             call.done.set_exception(Unusable(f"the service failed: {bytes(response.values).decode()[:1000]}"))
 
     def leave(self, provider: Provider) -> None:
-        """Forget a client; calls that wait for it fail."""
+        """Remove a client; its pending calls fail."""
         for name in [key for key, (owner, _) in self._services.items() if owner is provider]:
             del self._services[name]
         for call in self._calls.values():

@@ -1,4 +1,4 @@
-"""Actions that clients offer: goals of one client are passed to another, and its feedback and result back."""
+"""Actions that clients offer: goals, feedback and results are relayed between clients."""
 
 import asyncio
 from collections.abc import Callable
@@ -12,14 +12,14 @@ from trajopt.ros.rosbridge.wire import Incoming, Unusable, written
 from trajopt.values.errors import shown
 
 ACTIONS = 64
-"""Actions of one client at most."""
+"""Most actions of one client."""
 
 
 class ActionProvider(Protocol):
     """A connection to a client that offers actions."""
 
     def offer(self, message: bytes, fragment_size: int | None = None) -> None:
-        """Send a message soon, or leave it out if the client is too slow."""
+        """Queue a message, or drop it if the client is too slow."""
         ...
 
     async def call(self, message: bytes) -> None:
@@ -35,9 +35,9 @@ class RelayedGoal:
         provider: The client that offers the action.
         number: The goal's id between the server and that client.
         action: Name of the action.
-        kind: Type of the action, as the client gave it.
+        kind: Type of the action, as sent by the client.
         tell: Called with feedback, as JSON.
-        done: Becomes the result.
+        done: Future of the result.
     """
 
     provider: ActionProvider
@@ -57,7 +57,7 @@ class OfferedActions:
     """The actions that clients offer, and the goals that are under way."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start without actions."""
         self._actions: dict[str, tuple[ActionProvider, str]] = {}
         self._goals: dict[str, RelayedGoal] = {}
         self._numbers = count(1)
@@ -67,10 +67,10 @@ class OfferedActions:
         return {name: kind for name, (_, kind) in self._actions.items()}
 
     def offer(self, provider: ActionProvider, name: str, kind: str) -> None:
-        """Add an action of a client.
+        """Register an action of a client.
 
         Raises:
-            Unusable: If another client offers it, or this one offers too many.
+            Unusable: If another client offers it, or this client offers too many.
         """
         owner = self._actions.get(name)
         if owner is not None and owner[0] is not provider:
@@ -132,7 +132,7 @@ class OfferedActions:
             goal.done.set_result(incoming)
 
     def leave(self, provider: ActionProvider) -> None:
-        """Forget a client; goals that it pursues fail."""
+        """Remove a client; goals that it pursues fail."""
         for name in [key for key, (owner, _) in self._actions.items() if owner is provider]:
             del self._actions[name]
         for goal in self._goals.values():

@@ -28,9 +28,9 @@ from trajopt.values.errors import TrajoptError, shown
 
 _LOG = logging.getLogger("trajopt.server")
 GOALS = 8
-"""Goals of an action under way at a time."""
+"""Most goals of an action in progress at a time."""
 REMEMBERED = 5.0
-"""A goal that is over is told of for so long [s], as in actionlib."""
+"""Time for which the status of a finished goal is published [s], as in actionlib."""
 OLD = Generation.ROS1
 
 
@@ -44,7 +44,7 @@ class OldActions:
     """The topics of all actions."""
 
     def __init__(self, topics: Topics, cell: Cell) -> None:
-        """Publish and take what belongs to them."""
+        """Announce the status, feedback and result topics, and expect goals and cancellations."""
         self._topics, self._cell, self._numbers = topics, cell, count(1)
         self._goals: dict[str, dict[str, tuple[GoalStatus, ActionGoal]]] = {name: {} for name in ACTIONS}
         self._over: dict[str, float] = {}
@@ -60,10 +60,10 @@ class OldActions:
             self._takers[f"{name}/cancel"] = self._cancel_taker(name)
 
     def take(self, topic: str, message: msgspec.Raw) -> bool:
-        """Do what is published on one of the topics; say whether it is one.
+        """Process a message of one of the topics; return whether the topic is one of them.
 
         Raises:
-            Unusable: If it cannot be done.
+            Unusable: If the message cannot be processed.
         """
         taker = self._takers.get(topic)
         if taker is not None:
@@ -71,7 +71,7 @@ class OldActions:
         return taker is not None
 
     def tell(self) -> None:
-        """Publish how all goals are going."""
+        """Publish the status of all goals."""
         now = time.monotonic()
         for action, goals in self._goals.items():
             for name in [key for key in goals if now - self._over.get(f"{action}#{key}", now) > REMEMBERED]:

@@ -1,4 +1,4 @@
-"""Where the bridge listens, whom it lets in, and which ROS it answers as."""
+"""Options of the bridge: addresses, admission of clients, and the ROS distribution."""
 
 import hmac
 from dataclasses import dataclass
@@ -12,46 +12,46 @@ from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 
 LOCAL_NAMES = frozenset(("localhost", "127.0.0.1", "::1"))
-"""What clients on this machine call it."""
+"""Names of this machine for its own clients."""
 
 
 class Distro(Enum):
-    """The distributions of ROS that the bridge can answer as.
+    """ROS distributions that the bridge supports.
 
     Attributes:
         version: 1 or 2.
-        generation: How its messages are written.
+        generation: Message format.
     """
 
     NOETIC = ("noetic", 1, Generation.ROS1)
     JAZZY = ("jazzy", 2, Generation.ROS2)
 
     def __init__(self, title: str, version: int, generation: Generation) -> None:
-        """Keep its name and ways."""
+        """Set the version and the message format."""
         self.title, self.version, self.generation = title, version, generation
 
 
 @checked
 @dataclass(frozen=True, kw_only=True)
 class RosbridgeOptions(Value):
-    """Where the bridge listens, and whom it lets in.
+    """Addresses of the bridge, and admission of clients.
 
-    The protocol has no token: whoever reaches the port drives the robot. So it listens on this machine only,
-    unless another address is given, admits no web page but those of `origins`, and may ask for a token in the
-    address. The port of the meshes asks for none.
+    The protocol has no token: every client that reaches the port can drive the robot. Therefore the bridge
+    listens on this machine only, unless another address is given, admits only the web pages of `origins`, and
+    can require a token in the address. The port of the meshes requires none.
 
     Attributes:
         host: Address to listen on.
-        port: Port of rosbridge; 0 for any that is free.
-        mesh_port: Port of the meshes over HTTP; 0 for any that is free.
-        distro: Which ROS it answers as.
-        origins: Addresses of pages, such as "https://cell.example", that browsers may bring in.
-        token: If not empty, a client connects by `ws://HOST:PORT/?token=TOKEN` only.
-        names: Names, beside that of the host, by which clients may call the server.
+        port: Port of rosbridge; 0 for any free port.
+        mesh_port: Port of the meshes over HTTP; 0 for any free port.
+        distro: ROS distribution to emulate.
+        origins: Admitted origins of web pages, such as "https://cell.example".
+        token: If not empty, required in the address: `ws://HOST:PORT/?token=TOKEN`.
+        names: Further host names by which clients may call the server.
         clouds: Topics of `sensor_msgs/PointCloud2` that become obstacles.
-        connections: At a time.
-        calls: Requests of one connection that are under way at a time.
-        head: A connection must say what it wants in so long [s].
+        connections: Most connections at a time.
+        calls: Most requests of one connection in progress at a time.
+        head: Time limit of a connection's opening handshake [s].
     """
 
     host: str = "127.0.0.1"
@@ -70,8 +70,8 @@ class RosbridgeOptions(Value):
         """Check the numbers.
 
         Raises:
-            ShapeError: If a port is negative, or there may be no connection.
-            ProblemError: If a topic is none.
+            ShapeError: If a port is negative, or no connection is allowed.
+            ProblemError: If a topic name is invalid.
         """
         strange = [topic for topic in self.clouds if not topic.startswith("/")]
         if strange:
@@ -91,9 +91,9 @@ class RosbridgeOptions(Value):
         """Whether a client may connect.
 
         Args:
-            host: The name by which it calls the server: a foreign page can have any name lead here.
-            origin: Origin of the web page, as its browser states it; empty if the client is not a browser. A
-                page is admitted only if `origins` names it, whichever machine or port it is from.
+            host: Host name in the client's request; a foreign page can make any name resolve to this machine.
+            origin: Origin of the web page, set by its browser; empty if the client is not a browser. A page
+                is admitted only if `origins` contains it, from any machine or port.
         """
         called = _name_in(f"//{host}")
         if not called or (not self.open and called not in {*LOCAL_NAMES, self.host, *self.names}):
@@ -101,7 +101,7 @@ class RosbridgeOptions(Value):
         return not origin or origin in self.origins
 
     def knows(self, path: str) -> bool:
-        """Whether the path of a request holds the token, if one is needed."""
+        """Whether the path of a request contains the token, if one is required."""
         given = parse_qs(path.partition("?")[2]).get("token", [""])[0]
         sent = given.encode(errors="surrogateescape")  # bytes beyond ASCII arrive as lone surrogates
         return hmac.compare_digest(sent, self.token.encode()) or not self.token

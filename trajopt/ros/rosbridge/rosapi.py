@@ -1,4 +1,4 @@
-"""`/rosapi/*`: what clients ask about the server itself, in the words of ROS 1 and ROS 2."""
+"""`/rosapi/*`: queries about the server itself, in the formats of ROS 1 and ROS 2."""
 
 import asyncio
 import base64
@@ -20,15 +20,15 @@ from trajopt.values.errors import MessageNotFound
 
 Reply: TypeAlias = Mapping[str, object]
 NODE = "/trajopt"
-"""The one node that there is, beside the clients."""
+"""Name of the server's node, the only node except the clients."""
 PARAMETERS = 1000
-"""Parameters at most."""
+"""Most parameters."""
 LARGEST = 100_000
-"""Characters of a parameter that a client sets."""
+"""Most characters of a parameter set by a client."""
 
 
 class RosApi:
-    """Answers what clients ask about topics, services, types and parameters."""
+    """Answers queries about topics, services, types and parameters."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class RosApi:
         description: RobotDescription,
         options: RosbridgeOptions,
     ) -> None:
-        """Answer for what is there."""
+        """Answer queries about a bridge."""
         self._topics_known, self._offered = topics, offered
         self._description, self._options = description, options
         self.parameters: dict[str, str] = {
@@ -82,7 +82,7 @@ class RosApi:
             arguments: The arguments, plain data.
 
         Raises:
-            Unusable: If there is no such service, or it cannot be answered.
+            Unusable: If the service does not exist, or fails.
         """
         service = self.services.get(name)
         if service is None:
@@ -95,7 +95,7 @@ class RosApi:
         """Return a file of the robot's packages, as ROS 1's `/file_server/get_file` does.
 
         Raises:
-            Unusable: If there is no such file.
+            Unusable: If the file does not exist.
         """
         name = _text(cast("Mapping[str, Any]", arguments if isinstance(arguments, dict) else {}), "name")
         found = await asyncio.to_thread(self._description.file, name.removeprefix("package://"))
@@ -181,7 +181,7 @@ def _parameter(asked: Mapping[str, Any]) -> str:
 
 
 def typedefs(kind: type[Any]) -> list[dict[str, object]]:
-    """Return the definition of a message, and those of all messages in it, as `rosapi` writes them."""
+    """Return the definitions of a message and all messages in it, in the format of `rosapi`."""
     found: dict[str, dict[str, object]] = {}
     _collect(kind.definition.name, found)
     return list(found.values())

@@ -1,4 +1,4 @@
-"""The services that clients made for ROS call: MoveIt's, done by workers, and their types."""
+"""MoveIt's services and actions for clients made for ROS: their operations and types."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ EDITS: Mapping[str, tuple[str, str]] = {
     "/collision_object": ("moveit_msgs/CollisionObject", "moveit/collision_object"),
     "/attached_collision_object": ("moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"),
 }
-"""Topics that change the scene: the type of each, and what a worker does."""
+"""Topics that change the scene: type and worker operation of each."""
 CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
-"""The same of a topic on which a camera is told to publish."""
+"""Type and worker operation of a camera's topic."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class MoveItService:
     """A service of MoveIt.
 
     Attributes:
-        kind: Its type, as ROS 1 writes it; its messages are named so, with Request and Response behind.
-        operation: What a worker does.
+        kind: Its type in ROS 1; its messages add the suffixes Request and Response.
+        operation: The worker's operation.
     """
 
     kind: str
@@ -45,11 +45,11 @@ SERVICES: Mapping[str, MoveItService] = {
 
 @dataclass(frozen=True)
 class ActionServer:
-    """An action that is served.
+    """A served action.
 
     Attributes:
-        kind: Its type, as ROS 1 writes it; its messages are named so, with Goal, Result and Feedback behind.
-        operation: What drives the robot; empty where it is planned first.
+        kind: Its type in ROS 1; its messages add the suffixes Goal, Result and Feedback.
+        operation: Operation that drives the robot; empty if it is planned first.
     """
 
     kind: str
@@ -70,5 +70,5 @@ ACTIONS: Mapping[str, ActionServer] = {
 
 
 def same_type(named: str | None, kind: str) -> bool:
-    """Say whether a type that a client names is the one that is meant; ROS 1 adds Action to an action's."""
+    """Return whether a client's type matches; ROS 1 adds Action to an action's type."""
     return not named or plain_name(named).removesuffix("Action") == kind

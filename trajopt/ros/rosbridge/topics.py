@@ -1,4 +1,4 @@
-"""Topics: who publishes what, who hears it, and what late comers are told."""
+"""Topics: publishers, subscribers, and latched messages."""
 
 import asyncio
 import time
@@ -13,31 +13,31 @@ from trajopt.ros.rosbridge.wire import Unusable, plain, written
 from trajopt.values.errors import FileFormatError, MessageNotFound, listed, shown
 
 TOPICS = 256
-"""Topics of one client at most, those that it publishes and those that it hears."""
+"""Most topics that one client publishes and subscribes to."""
 LARGEST_LATCHED = 2**20
-"""A message that is kept for late comers has so many bytes at most."""
+"""Largest size of a latched message [bytes]."""
 INLINE = 100_000
-"""A message of more bytes is looked at in a thread: others need not wait for it."""
+"""Size above which a message is checked in a thread [bytes], so that other messages need not wait."""
 COMPRESSIONS = (None, "", "none")
 
 
 class TopicClient(Protocol):
-    """A connection, as far as topics know it."""
+    """A connection, as seen by topics."""
 
     def offer(self, message: bytes, fragment_size: int | None = None) -> None:
-        """Send a message soon, or leave it out where the client is too slow."""
+        """Queue a message, or drop it if the client is too slow."""
         ...
 
 
 @dataclass(eq=False)
 class Subscription:
-    """A client that hears a topic.
+    """A client's subscription to a topic.
 
     Attributes:
         names: The client's names of its subscriptions to the topic.
         spacing: Least time between two messages [s].
         fragment_size: Largest piece of a message [bytes].
-        last: When it was told last.
+        last: Time of the last message.
     """
 
     names: set[str | int | None] = field(default_factory=set[str | int | None])
@@ -52,12 +52,12 @@ class Topic:
 
     Attributes:
         name: Its name.
-        kind: Its type, as ROS 1 writes it; empty while nobody has said.
-        ours: Whether the server publishes it, and clients do not.
-        kept: Whether it is known though no client knows it.
-        latched: The last message, where late comers are told it.
-        clients: Who publishes it.
-        heard: Who hears it.
+        kind: Its type in ROS 1; empty while unknown.
+        ours: Whether only the server publishes it.
+        kept: Whether it exists without clients.
+        latched: The last message, sent to later subscribers.
+        clients: Its publishers.
+        heard: Its subscribers.
     """
 
     name: str
@@ -73,10 +73,10 @@ class Topics:
     """All topics."""
 
     def __init__(self, generation: Generation) -> None:
-        """Have none yet.
+        """Start without topics.
 
         Args:
-            generation: How messages are written here.
+            generation: Message format.
         """
         self.generation = generation
         self._all: dict[str, Topic] = {}
@@ -86,16 +86,16 @@ class Topics:
         return sorted(self._all)
 
     def kind(self, name: str) -> str:
-        """Return the type of a topic, as ROS 1 writes it; empty if there is none."""
+        """Return the type of a topic in ROS 1; empty if unknown."""
         return self._all[name].kind if name in self._all else ""
 
     def announce(self, name: str, kind: str, latched: object = None) -> None:
-        """Publish a topic from here.
+        """Add a topic that the server publishes.
 
         Args:
             name: Its name.
             kind: Its type.
-            latched: A first message, which late comers are told.
+            latched: A first message, sent to later subscribers.
         """
         topic = self._topic(name, kind)
         topic.ours = True
@@ -103,23 +103,23 @@ class Topics:
             topic.latched = msgspec.Raw(msgspec.json.encode(latched))
 
     def expect(self, name: str, kind: str) -> None:
-        """Know a topic that clients publish, and keep it."""
+        """Add a topic that clients publish, and keep it."""
         self._topic(name, kind).kept = True
 
     def heard(self, name: str) -> bool:
-        """Say whether anybody hears a topic."""
+        """Return whether a topic has a subscriber."""
         return name in self._all and bool(self._all[name].heard)
 
     def advertise(self, client: TopicClient, name: str, kind: str) -> None:
-        """Let a client publish a topic.
+        """Register a client as a publisher of a topic.
 
         Raises:
-            Unusable: If the topic has another type, is the server's own, or the client has too many.
+            Unusable: If the topic has another type, belongs to the server, or the client has too many.
         """
         self._publisher(client, name, kind)
 
     def unadvertise(self, client: TopicClient, name: str) -> None:
-        """Take note that a client publishes a topic no more."""
+        """Remove a client from the publishers of a topic."""
         if name in self._all:
             self._all[name].clients.discard(client)
             self._forget(name)
@@ -134,14 +134,14 @@ class Topics:
         spacing: float = 0.0,
         fragment_size: int | None = None,
     ) -> None:
-        """Let a client hear a topic; it is told the last message of one that keeps it.
+        """Subscribe a client to a topic; send it the latched message, if any.
 
         Args:
             client: The client.
             name: Name of the topic.
-            kind: Its type; empty for whatever it is.
+            kind: Its type; empty for any.
             subscription: The client's name of this subscription.
-            spacing: Least time between two messages [s]; of several subscriptions the shortest counts.
+            spacing: Least time between two messages [s]; the shortest of several subscriptions applies.
             fragment_size: Largest piece of a message [bytes].
 
         Raises:
@@ -157,7 +157,7 @@ class Topics:
             client.offer(_published(topic, topic.latched), mine.fragment_size)
 
     def unsubscribe(self, client: TopicClient, name: str, subscription: str | int | None) -> None:
-        """End a subscription; all of a client to the topic where it names none."""
+        """End a subscription, or all of a client's subscriptions to the topic."""
         topic = self._all.get(name)
         if topic is None or client not in topic.heard:
             return
@@ -168,14 +168,14 @@ class Topics:
             self._forget(name)
 
     async def publish(self, client: TopicClient, name: str, message: msgspec.Raw, *, latch: bool) -> str:
-        """Pass on what a client publishes; return the topic's type.
+        """Pass on a client's message; return the topic's type.
 
         Raises:
-            Unusable: If nobody has said of which type it is, or the message is not of it.
+            Unusable: If the type is unknown, or the message does not match it.
         """
         topic = self._publisher(client, name, "")
         if not topic.kind:
-            raise Unusable(f"nobody has said of which type {name} is: advertise it first")
+            raise Unusable(f"the type of {name} is unknown: advertise it first")
         checked = self._check(topic.kind, message)
         await (asyncio.to_thread(checked) if len(bytes(message)) > INLINE else _at_once(checked))
         if latch and len(bytes(message)) <= LARGEST_LATCHED:
@@ -184,20 +184,20 @@ class Topics:
         return topic.kind
 
     def tell(self, name: str, document: object) -> None:
-        """Publish a message from here, as plain data."""
+        """Publish a message of the server, as plain data."""
         topic = self._all[name]
         if topic.heard:
             self._pass(topic, msgspec.Raw(msgspec.json.encode(document)))
 
     def leave(self, client: TopicClient) -> None:
-        """Forget a client."""
+        """Remove a client."""
         for name, topic in list(self._all.items()):
             topic.clients.discard(client)
             topic.heard.pop(client, None)
             self._forget(name)
 
     def _check(self, kind: str, message: msgspec.Raw) -> Callable[[], None]:
-        """Return what makes sure that a message is of a type; of types that are not here nothing is known."""
+        """Return a check of a message's type; messages of unknown types only need to be plain data."""
 
         def check() -> None:
             try:
@@ -230,7 +230,7 @@ class Topics:
         return topic
 
     def _topic(self, name: str, kind: str) -> Topic:
-        """Return a topic, new if there is none.
+        """Return a topic, created if new.
 
         Raises:
             Unusable: If it has another type.
@@ -248,7 +248,7 @@ class Topics:
             raise Unusable(f"a client has {TOPICS} topics at most")
 
     def _forget(self, name: str) -> None:
-        """Forget a topic that only clients knew, when none of them does any more."""
+        """Remove a topic without clients, unless the server keeps it."""
         topic = self._all[name]
         if not (topic.ours or topic.kept or topic.clients or topic.heard):
             del self._all[name]
@@ -263,10 +263,10 @@ def _published(topic: Topic, message: msgspec.Raw) -> bytes:
 
 
 def no_compression(compression: str | None) -> None:
-    """Refuse a way of writing messages that is not spoken here.
+    """Refuse unsupported compressions of messages.
 
     Raises:
-        Unusable: If it is one.
+        Unusable: If the compression is unsupported.
     """
     if compression not in COMPRESSIONS:
         known: Iterable[str] = ("none",)

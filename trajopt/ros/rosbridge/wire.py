@@ -12,39 +12,39 @@ from trajopt.values.errors import TrajoptError, shown
 RAW = msgspec.Raw
 NOTHING = RAW(b"{}")
 LARGEST_ID = 1000
-"""Characters of an id, a topic or another name."""
+"""Most characters of an id, a topic or another name."""
 _ENCODER = msgspec.json.Encoder()
 MESSAGES = 8
-"""Messages of a client that may be incomplete at a time."""
+"""Most incomplete messages of a client at a time."""
 PIECES = 10_000
-"""Pieces of one message."""
+"""Most fragments of one message."""
 
 
 class Incoming(msgspec.Struct):
-    """An operation that a client sends; what other operations have is at its default.
+    """An operation sent by a client; fields of other operations have their defaults.
 
     Attributes:
-        op: Which operation.
+        op: Name of the operation.
         id: The client's own name for it.
-        topic: Of a topic.
-        service: Of a service.
-        action: Of an action.
+        topic: Name of a topic.
+        service: Name of a service.
+        action: Name of an action.
         type: Type of a topic or service.
         action_type: Type of an action.
-        msg: What is published.
-        args: What is asked of a service or an action.
-        values: Answer of a service, or feedback or result of an action, that a client offers.
+        msg: Published message.
+        args: Arguments of a service, or goal of an action.
+        values: Response of a client's service, or feedback or result of a client's action.
         result: Whether the service or the goal succeeded.
-        status: How a goal ended (`action_msgs/GoalStatus`).
-        latch: Whether the last message is kept for who subscribes later.
+        status: Final status of a goal (`action_msgs/GoalStatus`).
+        latch: Whether the last message is kept for later subscribers.
         throttle_rate: Least time between two messages [ms].
-        compression: How messages are written.
-        fragment_size: Largest message that the client takes in one piece [bytes].
-        timeout: Time that a call may take [s].
+        compression: Compression of messages.
+        fragment_size: Largest message that the client accepts in one piece [bytes].
+        timeout: Time limit of a call [s].
         data: A fragment.
-        num: Its place.
-        total: How many there are.
-        level: Of what the client wants to be told.
+        num: Index of the fragment.
+        total: Number of fragments.
+        level: Level of the status messages sent to the client.
     """
 
     op: str
@@ -71,17 +71,17 @@ class Incoming(msgspec.Struct):
 
 
 class Unusable(TrajoptError):
-    """A message of a client cannot be done; the reason is told to it."""
+    """A client's message cannot be processed; the client receives the reason."""
 
 
 _DECODER = msgspec.json.Decoder(Incoming)
 
 
 def parsed(text: str | bytes) -> Incoming:
-    """Return the operation that a client sent.
+    """Parse an operation of a client.
 
     Raises:
-        Unusable: If it is none.
+        Unusable: If it is invalid.
     """
     try:
         incoming = _DECODER.decode(text)
@@ -115,16 +115,16 @@ def plain(raw: msgspec.Raw) -> object:
 
 
 def status(level: str, reason: str, name: str | int | None) -> bytes:
-    """Return what tells a client of something: that an operation was not done, and why."""
+    """Return a status message for a client: a failed operation, with the reason."""
     told: dict[str, object] = {"op": "status", "level": level, "msg": reason}
     return written(told if name is None else {**told, "id": name})
 
 
 def named(name: str | None, what: str) -> str:
-    """Return the full name of a topic, service or action, with the slash that some leave out.
+    """Return the full name of a topic, service or action; a missing leading slash is added.
 
     Raises:
-        Unusable: If there is none.
+        Unusable: If the name is missing or invalid.
     """
     if not name:
         raise Unusable(f"it names no {what}")
@@ -134,12 +134,12 @@ def named(name: str | None, what: str) -> str:
 
 
 def pieces(text: bytes, size: int | None, name: str) -> Iterator[bytes]:
-    """Yield a message in pieces that are no larger than a client takes.
+    """Yield a message in pieces of a client's fragment size.
 
     Args:
         text: The message.
         size: The largest piece [bytes]; None for any.
-        name: Of the message.
+        name: Name of the message.
     """
     if size is None or size < 1 or len(text) <= size:
         yield text
@@ -158,18 +158,18 @@ class _Parts:
 
 
 class Fragments:
-    """The pieces that a client has sent of messages that are not complete."""
+    """Fragments of incomplete messages of a client."""
 
     def __init__(self, largest: int) -> None:
-        """Bound the size of all of them together [bytes]."""
+        """Limit their total size [bytes]."""
         self._largest, self._size = largest, 0
         self._parts: dict[str | int | None, _Parts] = {}
 
     def add(self, fragment: Incoming) -> str | None:
-        """Keep a piece; return the whole message once it is complete.
+        """Store a fragment; return the whole message once it is complete.
 
         Raises:
-            Unusable: If the piece has no place in its message, or they are too many or too large.
+            Unusable: If the fragment does not fit its message, or they are too many or too large.
         """
         name, total = fragment.id, fragment.total
         if not 0 < total <= PIECES or not 0 <= fragment.num < total:

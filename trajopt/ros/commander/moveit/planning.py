@@ -18,7 +18,7 @@ from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_m
 from trajopt.values.errors import shown
 
 POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-3, 1e-2
-"""Tolerances of MoveIt for a goal that is a pose [m, rad]."""
+"""MoveIt's tolerances of a pose goal [m, rad]."""
 
 
 @dataclass(init=False)
@@ -89,7 +89,7 @@ class MotionPlanResponse(InPart):
 
 @dataclass(frozen=True)
 class ExecutionStatus(InPart):
-    """How an execution ended; true if the robot has arrived, or has begun to move.
+    """Status of an execution; true if the robot arrived, or started.
 
     Attributes:
         status: "SUCCEEDED" or "ABORTED".
@@ -112,7 +112,7 @@ class _Group(UnchangedMoveGroup):
     goals: Sequence[Constraints] = ()
 
     def construct_motion_plan_request(self) -> MotionPlanRequest:
-        """Return the request that `plan` plans, as a message."""
+        """Return the request that `plan` would solve, as a message."""
         request = super().construct_motion_plan_request()
         if self.goals:
             request.goal_constraints = list(self.goals)
@@ -124,7 +124,7 @@ class PlanningComponent(InPart):
     """Plans motions of one group."""
 
     def __init__(self, joint_model_group_name: str, moveit_py_instance: "MoveItPy") -> None:
-        """Choose a group; `MoveItPy.get_planning_component` does."""
+        """Select a group; called by `MoveItPy.get_planning_component`."""
         self._moveit, self._world = moveit_py_instance, moveit_py_instance.world
         self._group = _Group(joint_model_group_name, world=self._world)
         self._group.set_goal_position_tolerance(POSITION_TOLERANCE)
@@ -166,7 +166,7 @@ class PlanningComponent(InPart):
         return True
 
     def get_start_state(self) -> RobotState:
-        """Return the state that is planned from."""
+        """Return the start state."""
         return self._moveit.current_state() if self._start is None else self._start.__copy__()
 
     def set_goal_state(
@@ -203,18 +203,18 @@ class PlanningComponent(InPart):
         return True
 
     def set_path_constraints(self, path_constraints: Constraints) -> bool:
-        """Hold constraints all the way."""
+        """Set constraints along the whole motion."""
         self._group.set_path_constraints(path_constraints)
         return True
 
     def set_workspace(
         self, min_x: float, min_y: float, min_z: float, max_x: float, max_y: float, max_z: float
     ) -> None:
-        """Set the box in which a mobile base may be [m]."""
+        """Set the bounds of a mobile base [m]."""
         self._group.set_workspace([min_x, min_y, min_z, max_x, max_y, max_z])
 
     def unset_workspace(self) -> None:
-        """Lift the limits of the workspace."""
+        """Remove the bounds of a mobile base."""
         self._group.set_workspace([])
 
     def plan(
@@ -227,8 +227,8 @@ class PlanningComponent(InPart):
         """Plan a motion and verify it.
 
         Args:
-            single_plan_parameters: How to plan.
-            multi_plan_parameters: How several pipelines would plan; the parameters of the first count.
+            single_plan_parameters: Parameters of the request.
+            multi_plan_parameters: Parameters for several pipelines; only the first are used.
             parameters: Another name of `single_plan_parameters`.
         """
         chosen = single_plan_parameters or parameters or PlanRequestParameters()
@@ -254,7 +254,7 @@ class PlanningSceneMonitor(InPart):
     """Gives a script read and write access to a world's scene."""
 
     def __init__(self, robot_model: RobotModel, world: World) -> None:
-        """Watch a world; `MoveItPy.get_planning_scene_monitor` does."""
+        """Monitor a world; called by `MoveItPy.get_planning_scene_monitor`."""
         self._model, self._world = robot_model, world
 
     @property
@@ -264,12 +264,12 @@ class PlanningSceneMonitor(InPart):
 
     @contextmanager
     def read_only(self) -> Generator[PlanningScene]:
-        """Enter the scene, to read it."""
+        """Open the scene for reading."""
         yield PlanningScene(self._model, self._world, writable=False)
 
     @contextmanager
     def read_write(self) -> Generator[PlanningScene]:
-        """Enter the scene, to change it; the next plan uses each change."""
+        """Open the scene for changes; the next plan uses each change."""
         yield PlanningScene(self._model, self._world, writable=True)
 
     def process_collision_object(self, collision_object_msg: Any, color_msg: Any = None) -> bool:
@@ -289,7 +289,7 @@ class PlanningSceneMonitor(InPart):
         return PlanningSceneInterface(world=self._world).apply_planning_scene(scene)
 
     def wait_for_current_robot_state(self, *_: object) -> bool:
-        """Return: the state is always known."""
+        """Return immediately; the state is always known."""
         return True
 
 

@@ -13,7 +13,7 @@ def init(*_: object, **__: object) -> None:
 
 
 def ok(*_: object) -> bool:
-    """Return whether `shutdown` was not called yet."""
+    """Return whether `shutdown` has not been called."""
     world = current_world()
     return world is None or not world.node.shut_down
 

@@ -1,4 +1,4 @@
-"""What MoveIt's services and actions answer: operations that run in a worker, from messages to messages."""
+"""MoveIt's services and actions as worker operations from messages to messages."""
 
 from collections.abc import Mapping
 
@@ -28,4 +28,4 @@ OPERATIONS: Mapping[str, Operation] = {
     "moveit/execute_trajectory": Operation(execute_trajectory, Lane.DRIVING),
     "moveit/follow_joint_trajectory": Operation(follow_joint_trajectory, Lane.DRIVING),
 }
-"""What clients made for ROS ask for, by name."""
+"""Operations for clients made for ROS, by name."""

@@ -37,15 +37,15 @@ from trajopt.values.errors import JointNotFound, ProblemError, TrajoptError
 from trajopt.values.trajectory import Trajectory
 
 STATES = ("MONITOR", "IDLE")
-"""What MoveIt says of an execution that is under way, and of one that is over."""
+"""MoveIt's texts for an execution in progress, and for a finished one."""
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How far joints may be off; joints that are not named may be anywhere.
+    """Joint tolerances of a followed trajectory; joints without an entry are unbounded.
 
     Attributes:
-        stated: What is stated of joints.
+        stated: The tolerances in the goal.
     """
 
     stated: Sequence[JointTolerance]
@@ -53,12 +53,12 @@ class Tolerances:
     def broken(
         self, joints: Sequence[str], desired: JointTrajectoryPoint, actual: JointTrajectoryPoint
     ) -> str:
-        """Say which joint is too far from where it should be; nothing where none is.
+        """Return an error message for the first joint out of tolerance; empty if none.
 
         Args:
             joints: Names of the joints of both points.
-            desired: Where they should be; how fast, where that is said.
-            actual: Where they are, and how fast.
+            desired: Desired positions; velocities are optional.
+            actual: Actual positions and velocities.
         """
         for each in self.stated:
             place = joints.index(each.name)
@@ -73,13 +73,13 @@ class Tolerances:
 
 
 def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Tolerances]:
-    """Return the tolerances of a goal: on the way, and at its end.
+    """Return the path and goal tolerances of a goal.
 
-    0 leaves it to the controller and -1 frees the joint: both mean no bound here.
+    0 selects the controller's default and -1 frees the joint: both mean no bound here.
 
     Raises:
-        JointNotFound: If one is of a joint that the trajectory does not move.
-        ProblemError: If one cannot be watched.
+        JointNotFound: If a tolerance is of a joint that the trajectory does not move.
+        ProblemError: If a tolerance cannot be monitored.
     """
     if goal.component_path_tolerance or goal.component_goal_tolerance:
         raise ProblemError("tolerances of joints of several degrees of freedom are not supported")
@@ -93,12 +93,12 @@ def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Toleranc
 
 @dataclass(frozen=True)
 class Seen:
-    """What is seen of a robot on its way.
+    """State of a robot during an execution.
 
     Attributes:
         joints: Names of the joints.
-        desired: Where they should be, and how fast.
-        actual: Where they are, and how fast.
+        desired: Desired positions and velocities.
+        actual: Actual positions and velocities.
     """
 
     joints: tuple[str, ...]
@@ -107,7 +107,7 @@ class Seen:
 
 
 def execute_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Drive the session's robot along a trajectory, at the pace of the world; a cancelled one stops."""
+    """Drive the session's robot along a trajectory in real time; a cancellation stops it."""
     request = read_call(ExecuteTrajectoryGoal, arguments, watch)
 
     def tell(_: Seen) -> object:
@@ -121,7 +121,7 @@ def execute_trajectory(state: SessionState, arguments: Node, watch: Watch) -> An
 
 
 def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Drive the session's robot along a trajectory as a controller does, telling where it is."""
+    """Drive the session's robot along a trajectory as a controller does, with feedback."""
     request = read_call(FollowJointTrajectoryGoal, arguments, watch)
     goal, result, off = request.message, FollowJointTrajectoryResult, list[str]()
     whole = RobotTrajectory(goal.trajectory, goal.multi_dof_trajectory)
@@ -168,15 +168,15 @@ def driven(
 
     Args:
         message: The trajectory.
-        state: What the session holds.
-        watch: Of the request; where it is cancelled, the robot stops as soon as is proven.
-        tell: Makes a document of what is seen on the way.
+        state: State of the session.
+        watch: Watch of the request; after its cancellation the robot follows the next proven stop.
+        tell: Makes a feedback document of the state during the execution.
 
     Returns:
-        How it ended, and what the session holds then.
+        The outcome, and the new state of the session.
 
     Raises:
-        TrajoptError: If the trajectory is malformed, or of joints that are no group.
+        TrajoptError: If the trajectory is malformed, or its joints do not form a group.
     """
     robot = state.scene.robot
     group = _group_of(message.joint_trajectory, message.multi_dof_joint_trajectory.joint_names, robot)
@@ -201,7 +201,7 @@ def driven(
 
 
 def _seen(arm: SimulatedExecutor, trajectory: Trajectory, now: float) -> Seen:
-    """Return where a robot is on its way, and where it should be."""
+    """Return the actual and desired state of a robot during an execution."""
     columns, is_at = [arm.joint_names.index(name) for name in trajectory.joint_names], arm.state()
     moment = min(now, trajectory.duration)
     desired = _point(trajectory(moment), trajectory(moment, 1), now)
@@ -216,10 +216,10 @@ def _point(positions: Floats, velocities: Floats, moment: float) -> JointTraject
 
 
 def _group_of(trajectory: JointTrajectory, planar: list[str], robot: Robot) -> Group:
-    """Return the group that a trajectory moves: it has just these joints.
+    """Return the group with exactly the joints of a trajectory.
 
     Raises:
-        ProblemError: If there is none.
+        ProblemError: If no group has these joints.
     """
     moved = {*trajectory.joint_names, *(f"{name}{suffix}" for name in planar for suffix in PLANAR)}
     for group in robot.groups.values():

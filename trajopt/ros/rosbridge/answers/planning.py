@@ -49,16 +49,16 @@ from trajopt.values.documents.document import Node
 from trajopt.values.errors import FrameNotFound, GroupNotFound, TrajoptError, shown
 
 ANSWERING = 0.5
-"""Time that is left for the answer when planning ends [s]: it must be there in the time of the request."""
+"""Time reserved for the answer after planning [s], within the time limit of the request."""
 
 HEEDED = ("planner_id", "pipeline_id", "num_planning_attempts")
-"""Fields that files have to no effect, and requests do not."""
+"""Fields that are ignored in files, but not in requests."""
 SHORTEST = 1e-3
-"""Planning time of the first attempt at least [s]."""
+"""Least planning time of the first attempt [s]."""
 
 
 def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Plan a motion to a goal, and have it judged; of several attempts the motion of least duration."""
+    """Plan a motion to a goal and verify it; of several attempts, keep the least duration."""
     request = read_call(GetMotionPlanRequest, arguments, watch)
     message = request.message.motion_plan_request
     response = MotionPlanResponse(group_name=message.group_name)
@@ -79,7 +79,7 @@ def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> A
 
 
 def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
-    """Return what of a request was taken differently, or left out, for the client."""
+    """Return notes for the client on changed or ignored parts of its request."""
     remarks = [note for note in read.notes if not note.startswith(HEEDED)]
     if message.planner_id and message.planner_id not in METHODS:
         remarks.append(f"planner {shown(message.planner_id)} is not here: trajopt has chosen")
@@ -87,10 +87,10 @@ def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
 
 
 def _different(state: SessionState, document: Node) -> SessionState:
-    """Return what the session holds with what is different for one request alone.
+    """Apply the planning scene difference of a single request to the session's state.
 
     Raises:
-        FileFormatError: If it is a whole scene, and no difference, or malformed.
+        FileFormatError: If the message is malformed, or a whole scene instead of a difference.
     """
     if document.missing:
         return state
@@ -107,9 +107,9 @@ def _different(state: SessionState, document: Node) -> SessionState:
 
 
 def _planned(read: RequestFile, message: MotionPlanRequest, watch: Watch) -> tuple[Result, float]:
-    """Plan as often as is asked, within the time that is asked; return the best, and the CPU time of all [s].
+    """Plan the requested number of times within the time limit; return the best, and the total CPU time [s].
 
-    A planner that is not here, such as one of OMPL's, leaves the choice to trajopt.
+    An unknown planner, such as one of OMPL's, leaves the choice to trajopt.
     """
     problem = replace(read.problem(), name=read.group)
     method = method_named(message.planner_id) if message.planner_id in METHODS else None
@@ -141,7 +141,7 @@ def _duration(result: Result) -> float:
 
 
 def compute_cartesian_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Follow straight lines with a link as far as they go; the answer is success however far that is."""
+    """Follow straight lines with a link as far as possible; a partial path is also a success."""
     request = read_call(GetCartesianPathRequest, arguments, watch)
     try:
         response = _followed(request.message, state, watch)

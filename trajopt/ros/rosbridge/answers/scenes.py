@@ -30,22 +30,22 @@ from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError
 
 ALL = 2**32 - 1
-"""What is asked for where a request says nothing, as in MoveIt: all components."""
+"""All components, the default of MoveIt's requests."""
 NUMBERS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
-"""How coordinates may be written."""
+"""Numeric types of coordinates."""
 OF_SENSORS = "cloud"
-"""What the names of objects begin with that are clouds, before the sensor's frame."""
+"""Prefix of the names of point cloud objects, followed by the sensor's frame."""
 
 
 def get_planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Return the scene, as much of it as is asked for."""
+    """Return the requested components of the scene."""
     request = read_call(GetPlanningSceneRequest, arguments, watch)
     components = request.message.components.components or ALL
     return request.answer(GetPlanningSceneResponse(scene_message(state.scene, state.positions, components)))
 
 
 def apply_planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Replace the scene, or change it where the message is a difference; the robot stands where it says."""
+    """Replace the scene, or apply a difference; the robot takes the message's positions."""
     request = read_call(ApplyPlanningSceneRequest, arguments, watch)
     message = request.message.scene
     positions = positions_in(message.robot_state, state, "scene.robot_state")
@@ -56,7 +56,7 @@ def apply_planning_scene(state: SessionState, arguments: Node, watch: Watch) -> 
 
 
 def edit_collision_object(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Do what a collision object message on a topic says."""
+    """Apply a collision object message from a topic."""
     request = read_call(CollisionObject, arguments, watch)
     document = document_of(request.message, "collision object")
     scene = edit_object(document, state.scene, reading_at(state.scene, state.positions))
@@ -64,7 +64,7 @@ def edit_collision_object(state: SessionState, arguments: Node, watch: Watch) ->
 
 
 def edit_attached_object(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Do what an attached collision object message on a topic says."""
+    """Apply an attached collision object message from a topic."""
     request = read_call(AttachedCollisionObject, arguments, watch)
     document = document_of(request.message, "attached object")
     scene = apply_attached(document, state.scene, reading_at(state.scene, state.positions))
@@ -72,10 +72,10 @@ def edit_attached_object(state: SessionState, arguments: Node, watch: Watch) -> 
 
 
 def point_cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Put a cloud into the scene in place of the last one of that sensor, without the robot in it.
+    """Replace the last point cloud of a sensor in the scene, without points on the robot.
 
-    The object is named by the sensor's frame. A message that is older than the newest is left out; one whose
-    stamp is 0 has none.
+    The object's name contains the sensor's frame. A message older than the newest is ignored; stamp 0 means
+    no stamp.
 
     Raises:
         FileFormatError: If the message is incomplete or malformed.
@@ -98,10 +98,10 @@ def point_cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def points_of(message: PointCloud2) -> Floats:
-    """Return the points of a message, shape (n, 3) [m]; those that were not measured are not finite.
+    """Return the points of a message, shape (n, 3) [m]; unmeasured points are not finite.
 
     Raises:
-        FileFormatError: If its fields, its sizes and its data do not fit together.
+        FileFormatError: If its fields, sizes and data are inconsistent.
     """
     width, height, step, row = message.width, message.height, message.point_step, message.row_step
     fields = {each.name: each for each in message.fields}

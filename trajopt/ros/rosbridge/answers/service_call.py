@@ -24,7 +24,7 @@ from trajopt.values.errors import (
 )
 
 SOURCE = "trajopt"
-"""Who says so."""
+"""Source of the error codes."""
 BY_PART = {
     "goal_constraints": MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS,
     "path_constraints": MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS,
@@ -32,29 +32,29 @@ BY_PART = {
     "start_state": MoveItErrorCodes.INVALID_ROBOT_STATE,
     "robot_state": MoveItErrorCodes.INVALID_ROBOT_STATE,
 }
-"""The code of what is wrong in a part of a request; MoveIt has one code for all constraints."""
+"""Error code of a fault in each part of a request; MoveIt has one code for all constraints."""
 
 
 def success(message: str = "") -> MoveItErrorCodes:
-    """Return the code of what was done, with a remark."""
+    """Return the success code, with a remark."""
     return MoveItErrorCodes(MoveItErrorCodes.SUCCESS, message, SOURCE)
 
 
 def with_notes(code: MoveItErrorCodes, notes: Sequence[str]) -> MoveItErrorCodes:
-    """Return a code whose message says too what was taken differently from how it was asked, or left out."""
+    """Add notes on changed or ignored parts of the request to the message of a code."""
     return replace(code, message="; ".join(each for each in (code.message, *notes) if each))
 
 
 def failed(code: int, reason: str) -> MoveItErrorCodes:
-    """Return the code of what was not done, with the reason."""
+    """Return an error code with its reason."""
     return MoveItErrorCodes(code, reason, SOURCE)
 
 
 def code_of_error(error: TrajoptError) -> MoveItErrorCodes:
-    """Return the code of a request that names what does not exist, or cannot be read.
+    """Return the error code of a request with an unknown name, or a malformed one.
 
-    A group, a link, an object and a frame have codes of their own; other names, and what is malformed, have
-    that of the part of the request.
+    A group, a link, an object and a frame have codes of their own; other names and malformed parts have the
+    code of their part of the request.
     """
     return failed(_code(error), str(error))
 
@@ -76,8 +76,8 @@ class ServiceCall:
     """A request.
 
     Attributes:
-        message: What is asked.
-        generation: How the client's ROS writes messages.
+        message: The request message.
+        generation: Message format of the client's ROS.
     """
 
     message: Any
@@ -88,21 +88,21 @@ class ServiceCall:
 
         Args:
             response: The message.
-            state: What the session holds from now on; None where it stays as it was.
+            state: New state of the session; None if unchanged.
         """
         return Answer(encode(response, self.generation), state)
 
 
 def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
-    """Return what is asked.
+    """Read a request.
 
     Args:
-        kind: Kind of the message.
+        kind: Type of the message.
         arguments: The name of the generation as `ros`, and the message as `args`.
-        watch: Of the request: it knows how large meshes and trajectories may be.
+        watch: Watch of the request, with the size limits of meshes and trajectories.
 
     Raises:
-        FileFormatError: If the message does not fit its kind.
+        FileFormatError: If the message does not fit its type.
         Refusal: If it is too large.
     """
     generation = Generation[arguments["ros"].text()]
@@ -113,12 +113,12 @@ def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
 
 @dataclass(frozen=True)
 class RobotStated:
-    """What a robot state message says, on top of what the session holds.
+    """Content of a robot state message, added to the session's state.
 
     Attributes:
-        scene: The scene, with what the message has the robot carry.
-        positions: Where all joints are [rad | m].
-        reading: What names and frames mean there.
+        scene: The scene, with the attached objects of the message.
+        positions: Positions of all joints [rad | m].
+        reading: Resolves names and frames at these positions.
     """
 
     scene: Scene
@@ -127,18 +127,18 @@ class RobotStated:
 
 
 def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
-    """Return what a robot state message says: joints, a base that moves, and what links carry.
+    """Read a robot state message: joints, a moving base, and attached objects.
 
-    What the session's robot carries it carries here too, unless the message takes it away.
+    Objects attached in the session stay attached unless the message detaches them.
 
     Args:
         message: The message.
-        state: What the session holds.
-        place: What complaints call the message.
+        state: State of the session.
+        place: Name of the message in error messages.
 
     Raises:
         FileFormatError: If it is malformed.
-        NameNotFound: If it names an unknown link or object.
+        NameNotFound: If a link or object is unknown.
     """
     notes, robot, document = list[str](), state.scene.robot, document_of(message, place)
     stated = read_joint_positions(document, robot, notes)
@@ -150,12 +150,12 @@ def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
 
 
 def positions_in(message: object, state: SessionState, place: str) -> Floats:
-    """Return positions of all joints in a robot state message; those it leaves out are where they are now.
+    """Return the positions of all joints in a robot state message; missing joints keep theirs.
 
     Args:
-        message: The message; joints that the robot does not have are left out, as MoveIt does.
-        state: What the session holds.
-        place: What complaints call the message.
+        message: The message; joints that the robot does not have are ignored, as in MoveIt.
+        state: State of the session.
+        place: Name of the message in error messages.
 
     Raises:
         FileFormatError: If it is malformed.

@@ -42,7 +42,7 @@ from trajopt.values.errors import FrameNotFound, GroupNotFound, TrajoptError
 
 
 def compute_fk(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Place links in a state, in the frame of the request's header."""
+    """Return the poses of links in a state, in the frame of the request's header."""
     request = read_call(GetPositionFKRequest, arguments, watch)
     try:
         response = _placed(request.message, state)
@@ -70,7 +70,7 @@ def _placed(request: GetPositionFKRequest, state: SessionState) -> GetPositionFK
 
 
 def compute_ik(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Search the state nearest to a given one in which links have poses."""
+    """Return the state nearest to a given one with links at given poses."""
     request = read_call(GetPositionIKRequest, arguments, watch)
     try:
         response = _searched(request.message.ik_request, state)
@@ -115,12 +115,12 @@ def _known(link: str, scene: Scene) -> str:
 
 
 def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Judge a state: contacts and constraints, and unlike in MoveIt joints beyond their limits.
+    """Check a state: contacts, constraints and, unlike MoveIt, joint limits.
 
-    Without a group the joints of all groups are looked at.
+    Without a group, all groups are checked.
 
     Raises:
-        NameNotFound: If the request names what does not exist: the service has no error code to say so.
+        NameNotFound: If a name is unknown; the service has no error code for it.
     """
     request = read_call(GetStateValidityRequest, arguments, watch)
     message, robot = request.message, state.scene.robot
@@ -154,7 +154,7 @@ def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> 
 
 
 def _kind(name: str, scene: Scene) -> int:
-    """Return MoveIt's number of what a body is."""
+    """Return MoveIt's number of a body's type."""
     if name not in scene.objects:
         return ContactInformation.ROBOT_LINK
     carried = scene.holder(name).link in scene.robot.links

@@ -24,7 +24,7 @@ ALL = 0xFFFF
 
 @speaks_moveit
 class PlanningScene(InPart):
-    """The scene of a world, to be read, or to be read and changed.
+    """The scene of a world, read-only or writable.
 
     Attributes:
         name: Name of the scene.
@@ -51,11 +51,11 @@ class PlanningScene(InPart):
 
     @property
     def planning_scene_message(self) -> PlanningSceneMessage:
-        """All of it, as a message."""
+        """The whole scene, as a message."""
         return scene_message(self._world.scene, self._world.positions, ALL)
 
     def knows_frame_transform(self, *given: Any, frame_id: str = "") -> bool:
-        """Return whether a frame, link or object exists; a state in front of its name is ignored."""
+        """Return whether a frame, link or object exists; a preceding state argument is ignored."""
         scene, name = self._world.scene, frame_id or given[-1]
         return name in scene.frame_names or name in scene.objects
 
@@ -76,7 +76,7 @@ class PlanningScene(InPart):
         self._interface().apply_planning_scene(PlanningSceneMessage(is_diff=True, world=msg))
 
     def remove_all_collision_objects(self) -> None:
-        """Remove all objects that nothing carries."""
+        """Remove all objects that are not attached."""
         self._interface().remove_world_object()
 
     def is_state_colliding(
@@ -98,7 +98,7 @@ class PlanningScene(InPart):
     def is_state_valid(
         self, robot_state: Any = None, joint_model_group_name: str = "", verbose: bool = False
     ) -> bool:
-        """Return whether a state is within limits and free of collisions; see `is_state_colliding`."""
+        """Return whether a state is within limits and collision-free; see `is_state_colliding`."""
         found = self._judged(robot_state, joint_model_group_name)
         if verbose:
             _LOG.info("%s", "; ".join(str(each) for each in found))
@@ -107,7 +107,7 @@ class PlanningScene(InPart):
     def is_state_constrained(
         self, state: RobotState, constraints: Constraints, verbose: bool = False
     ) -> bool:
-        """Return whether a state holds constraints."""
+        """Return whether a state satisfies constraints."""
         group = next(iter(self.robot_model.joint_model_group_names))
         (found,) = self._judged(state, group, constraints)
         if verbose:
@@ -115,7 +115,7 @@ class PlanningScene(InPart):
         return all(check.holds for check in found.checks)
 
     def _judged(self, state: Any, group: str, constraints: Constraints | None = None) -> list[Validity]:
-        """Judge a state for a group, or for all."""
+        """Check a state for a group, or for all groups."""
         if isinstance(state, str):  # MoveIt leaves the state out in front of the group
             state, group = None, state
         positions = self._world.positions if state is None else of_robot(state).positions

@@ -19,7 +19,7 @@ class InPart:
     """A partial stand-in for a class of moveit_py; its other members raise."""
 
     def __getattr__(self, name: str) -> object:
-        """Refuse a member that is not here.
+        """Refuse a member without a stand-in.
 
         Raises:
             NoStandIn: Always, except for special names of Python.
@@ -35,7 +35,7 @@ class JointModelGroup(InPart):
     """A group of joints."""
 
     def __init__(self, robot: Robot, group: Group) -> None:
-        """Choose a group; `RobotModel.get_joint_model_group` does."""
+        """Select a group; called by `RobotModel.get_joint_model_group`."""
         self._robot, self._group = robot, group
 
     @property
@@ -50,7 +50,7 @@ class JointModelGroup(InPart):
 
     @property
     def active_joint_model_names(self) -> list[str]:
-        """Joints that are planned for."""
+        """The planned joints."""
         return list(self._group.joints)
 
     @property
@@ -77,7 +77,7 @@ class RobotModel(InPart):
     """A robot.
 
     Attributes:
-        robot: The robot, as trajopt has it.
+        robot: The robot in trajopt.
         scene: The robot alone.
         rng: Draws random positions.
     """
@@ -134,5 +134,5 @@ class RobotModel(InPart):
         return JointModelGroup(self.robot, group_named(self.robot, joint_model_group_name))
 
     def get_model_info(self) -> str:
-        """Return the robot in words."""
+        """Return a description of the robot."""
         return repr(self.robot)

@@ -24,7 +24,7 @@ from trajopt.values.arrays import Floats, floats
 from trajopt.values.errors import shown
 
 DRAWS = 100
-"""Most draws of random positions until the robot does not collide with itself."""
+"""Most draws of random positions to find a state without self-collision."""
 
 
 @speaks_moveit
@@ -37,7 +37,7 @@ class RobotState(InPart):
     """
 
     def __init__(self, robot_model: RobotModel) -> None:
-        """Put each joint at 0, or in the middle of its limits if 0 is outside of them."""
+        """Set each joint to 0, or to the middle of its limits if they exclude 0."""
         self.robot_model = robot_model
         self.set_to_default_values()
 
@@ -58,7 +58,7 @@ class RobotState(InPart):
 
     @joint_positions.setter
     def joint_positions(self, values: Mapping[str, float]) -> None:
-        """Change the positions of the joints that are named [rad | m]."""
+        """Change the positions of the given joints [rad | m]."""
         robot = self.robot_model.robot
         robot.index(values)  # names the joint that does not exist
         stated = {**self.joint_positions, **values}
@@ -68,11 +68,11 @@ class RobotState(InPart):
 
     @property
     def dirty(self) -> bool:
-        """Whether transforms are out of date: they never are."""
+        """Whether transforms are out of date: always False."""
         return False
 
     def update(self, force: bool = False, category: str = "all") -> None:
-        """Do nothing: transforms are computed when they are used."""
+        """Do nothing; transforms are computed on use."""
 
     def set_to_default_values(self, joint_model_group: Any = None, name: str = "") -> bool:
         """Set a group to a named state, or all joints to their defaults."""
@@ -90,9 +90,9 @@ class RobotState(InPart):
         return True
 
     def set_to_random_positions(self, joint_model_group: Any = None) -> None:
-        """Draw positions within limits: of a group, or of all joints.
+        """Draw positions within limits, of a group or of all joints.
 
-        They are drawn again while the robot would collide with itself, `DRAWS` times at most.
+        The draw is repeated up to `DRAWS` times while the robot collides with itself.
         """
         robot = self.robot_model.robot
         joints = [name for name in robot.joint_names if name not in robot.mimics]
@@ -192,7 +192,7 @@ def robotStateToRobotStateMsg(state: RobotState, copy_attached_bodies: bool = Tr
 def judged(
     scene: Scene, groups: Sequence[str], positions: Floats, required: Sequence[Requirement] = ()
 ) -> list[Validity]:
-    """Judge positions of all joints [rad | m], for each of some groups."""
+    """Check positions of all joints [rad | m] for each of some groups."""
     found: list[Validity] = []
     for group in groups:
         reduced = reduce_model(scene, group, positions)

@@ -37,7 +37,7 @@ class RobotTrajectory(InPart):
         return [after - before for before, after in zip([0.0, *times], times, strict=False)]
 
     def get_robot_trajectory_msg(self, joint_filter: object = None) -> RobotTrajectoryMessage:
-        """Return it as a message."""
+        """Return the motion as a message."""
         return self._message
 
     def set_robot_trajectory_msg(self, robot_state: RobotState, msg: RobotTrajectoryMessage) -> None:
