@@ -42,24 +42,26 @@ RETURNED = frozenset(
     """
     Placement Plan Result Robot Scene BaseJoint MovingBase RobotBase Requirement Curve Executed Followed
     FollowsCurve StopReason PickPlaceResult Refusal Segment Timeline Exported ConfigurationTable
-    InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile Choice
-    Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual SoftClearance
-    SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit Overload PairClearance
-    PairDistance Unproven Verdict ContactInterval PoseError Rollout SequenceLog TrackingError Viewer
-    Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup SrdfProposal
-    Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime Event RobotState Rule
-    Run StopTaken Moment Recording Sighting TimedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud
-    Cluster FlatPart Mount Perceived Radius CampaignFolder Progress Source Dataset Extracted Summary
-    Comparison Memory Session AsyncSession SessionCalls Reply Watch
+    InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile
+    Choice Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual
+    SoftClearance SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit
+    Overload PairClearance PairDistance Unproven Verdict ContactInterval PoseError Rollout SequenceLog
+    TrackingError Viewer Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence
+    ProposedGroup SrdfProposal Attempt BudgetTracker PlanningWorkspace Phase Instance Definition Track
+    Prediction PathTime Event RobotState Rule RunReport StopTaken RecordedMoment Recording Sighting
+    RecordedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud Cluster FlatPart Mount Perceived
+    Radius CampaignFolder Progress Source Dataset Extracted Summary Comparison Memory Session AsyncSession
+    SessionCalls Reply Watch
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
 INNER = frozenset(
     """
-    KnotsNlp BudgetTracker Workspace TrustRegion Judge.certify Judge.decide Judge.check check_requirement
-    constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of DepthNoise.sigma DepthNoise.sigmas
-    DepthImage.taken PointCloud.taken Options.plan Campaign.tasks CampaignFolder.write Local.pool Ray.pool
-    Session.move Session.replace Cancellation.of Watch.progress Watch.incumbent
+    KnotsNlp BudgetTracker PlanningWorkspace TrustRegion Judge.certify Judge.decide Judge.check
+    check_requirement constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of
+    DepthNoise.sigma DepthNoise.sigmas DepthImage.taken PointCloud.taken Options.plan Campaign.tasks
+    CampaignFolder.write Local.pool Ray.pool Session.move Session.replace Cancellation.of Watch.progress
+    Watch.incumbent
     """.split()
 )
 """What only planning, or perception, itself calls, many times; other packages add to the last two."""
