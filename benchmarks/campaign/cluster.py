@@ -127,4 +127,4 @@ def memory(pid: int) -> float:
 
 def workers(of: set[int]) -> list[int]:
     """Return the ids of the processes that plan, of those that some processes started."""
-    return [pid for pid, line in processes() if "trajopt.lab.campaign.row" in line and parent(pid) in of]
+    return [pid for pid, line in processes() if "trajopt.lab.campaign.worker" in line and parent(pid) in of]

@@ -18,8 +18,8 @@ from trajopt.lab.campaign import Campaign, CampaignFolder, Local, Source, instal
 from trajopt.lab.campaign.campaign import Task
 from trajopt.lab.campaign.engine import MARK, Block, Planned, Ready
 from trajopt.lab.campaign.local import LocalPool, setup_of
-from trajopt.lab.campaign.row import BUNCH, serve
 from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, Worked, WorkerSupervisor
+from trajopt.lab.campaign.worker import BUNCH, serve
 from trajopt.values.errors import CampaignError
 
 pytestmark = pytest.mark.timeout(200)
@@ -124,7 +124,7 @@ def test_only_what_hangs_is_given_up_not_what_was_planned_and_not_yet_told(
 def test_a_worker_tells_rows_in_bunches_or_when_time_is_up(
     scene: to.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float, at_once: list[int]
 ) -> None:
-    monkeypatch.setattr("trajopt.lab.campaign.row.BUNCH_SECONDS", seconds)
+    monkeypatch.setattr("trajopt.lab.campaign.worker.BUNCH_SECONDS", seconds)
     folder = CampaignFolder.begin(Campaign("x", [random_motions(scene, sum(at_once))]), tmp_path)
     mine, its = Pipe()
     read, written = os.pipe()

@@ -1,23 +1,15 @@
-"""One row of the results, and the worker process that plans rows."""
+"""One row of the results."""
 
-import ctypes
 import os
-import signal
 import socket
-import sys
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import Enum
 from math import isfinite
-from multiprocessing.connection import Connection
-from typing import Any, cast
+from typing import Any
 
 from trajopt.lab.campaign.campaign import Options, Task
-from trajopt.lab.campaign.columns import Row
-from trajopt.lab.campaign.documents import Library
-from trajopt.lab.campaign.engine import MARK, Bunch, Ready, Setup
-from trajopt.lab.campaign.kept import check_versions
 from trajopt.lab.campaign.recipes import Workshop, read
 from trajopt.lab.suite.folders import cause_of
 from trajopt.planning.result import Result
@@ -135,76 +127,3 @@ def _motion(result: Result) -> Mapping[str, Any]:
     arrays = {name: getattr(motion, name) for name in ("positions", "velocities", "accelerations")}
     flat = {name: None if each is None else each.ravel() for name, each in arrays.items()}
     return {"times": motion.times, **flat}
-
-
-BUNCH, BUNCH_SECONDS = 16, 0.25
-"""Largest number of rows sent together, and longest delay [s]. Sending each row costs half a millisecond of
-two
-processes, mostly wake-ups; unsent rows of a lost worker are planned again. A quarter of the problems that the
-worker has in advance, so that it never waits.
-"""
-DEATH_SIGNAL = 1
-"""Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
-
-
-def serve(pipe: "Connection[object, object]", marks: int) -> None:
-    """Plan problems from a pipe until it is closed.
-
-    Args:
-        pipe: Source of problems and sink of rows.
-        marks: File number for marks at the start of each problem.
-    """
-    try:
-        setup = pipe.recv()
-        assert isinstance(setup, Setup)
-        try:
-            check_versions(setup.versions, "the campaign")
-        except TrajoptError as error:
-            pipe.send(Ready(str(error)))
-            return
-        pipe.send(Ready())
-        _plan(pipe, marks, setup)
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        pass  # whoever started this has ended
-
-
-def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
-    """Plan problems in an endless loop.
-
-    Raises:
-        EOFError: If the pipe is closed; or an error of a broken pipe.
-    """
-    shop, begun = Workshop(Library(setup.documents)), 0
-    rows, waited, last = list[Row](), 0.0, time.monotonic()
-    while True:
-        if rows and not pipe.poll():  # whoever gives problems may wait for these rows
-            pipe.send(Bunch(rows, waited))
-            rows, waited, last = [], 0.0, time.monotonic()
-        before = time.perf_counter()
-        tasks = cast("Sequence[Task]", pipe.recv())
-        if begun:  # the first one had to be started for
-            waited += time.perf_counter() - before
-        for task in tasks:
-            begun += 1
-            os.write(marks, MARK.pack(begun, time.monotonic()))
-            rows.append(row_of(task, setup.options[task.options], shop))
-            if len(rows) == BUNCH or time.monotonic() - last > BUNCH_SECONDS:
-                pipe.send(Bunch(rows, waited))
-                rows, waited, last = [], 0.0, time.monotonic()
-
-
-def die_with_parent() -> None:
-    """Make the system end this process with its parent, if supported, also during native code."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
-
-
-def main() -> None:
-    """Serve the socket whose number is the first argument."""
-    die_with_parent()
-    with Connection(int(sys.argv[1])) as pipe:
-        serve(pipe, int(sys.argv[2]))
-
-
-if __name__ == "__main__":
-    main()

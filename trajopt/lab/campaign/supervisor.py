@@ -136,7 +136,7 @@ class WorkerSupervisor:
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, ROOM)
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "trajopt.lab.campaign.row", str(its.fileno()), str(marks.fileno())],
+                [sys.executable, "-m", "trajopt.lab.campaign.worker", str(its.fileno()), str(marks.fileno())],
                 pass_fds=(its.fileno(), marks.fileno()),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,

@@ -1,0 +1,95 @@
+"""A worker process: it plans one problem after the other, and sends the rows in bunches.
+
+It is a module of its own, since `python -m` would run a module that its package imports a second time. It
+reads tasks from the socket whose number is its first argument, and ends when its parent closes that. The
+start of each task is written to the pipe whose number is the second argument; the parent reads it only when
+the worker ends or is late.
+"""
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+from typing import cast
+
+from trajopt.lab.campaign.campaign import Task
+from trajopt.lab.campaign.columns import Row
+from trajopt.lab.campaign.documents import Library
+from trajopt.lab.campaign.engine import MARK, Bunch, Ready, Setup
+from trajopt.lab.campaign.kept import check_versions
+from trajopt.lab.campaign.recipes import Workshop
+from trajopt.lab.campaign.row import row_of
+from trajopt.values.errors import TrajoptError
+
+BUNCH, BUNCH_SECONDS = 16, 0.25
+"""Largest number of rows sent together, and longest delay [s]. Sending each row costs half a millisecond of
+two processes, mostly wake-ups; unsent rows of a lost worker are planned again. A quarter of the problems
+that the worker has in advance, so that it never waits."""
+DEATH_SIGNAL = 1
+"""Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
+
+
+def serve(pipe: "Connection[object, object]", marks: int) -> None:
+    """Plan problems from a pipe until it is closed.
+
+    Args:
+        pipe: Source of problems and sink of rows.
+        marks: File number for marks at the start of each problem.
+    """
+    try:
+        setup = pipe.recv()
+        assert isinstance(setup, Setup)
+        try:
+            check_versions(setup.versions, "the campaign")
+        except TrajoptError as error:
+            pipe.send(Ready(str(error)))
+            return
+        pipe.send(Ready())
+        _plan(pipe, marks, setup)
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        pass  # whoever started this has ended
+
+
+def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
+    """Plan problems in an endless loop.
+
+    Raises:
+        EOFError: If the pipe is closed; or an error of a broken pipe.
+    """
+    shop, begun = Workshop(Library(setup.documents)), 0
+    rows, waited, last = list[Row](), 0.0, time.monotonic()
+    while True:
+        if rows and not pipe.poll():  # whoever gives problems may wait for these rows
+            pipe.send(Bunch(rows, waited))
+            rows, waited, last = [], 0.0, time.monotonic()
+        before = time.perf_counter()
+        tasks = cast("Sequence[Task]", pipe.recv())
+        if begun:  # the first one had to be started for
+            waited += time.perf_counter() - before
+        for task in tasks:
+            begun += 1
+            os.write(marks, MARK.pack(begun, time.monotonic()))
+            rows.append(row_of(task, setup.options[task.options], shop))
+            if len(rows) == BUNCH or time.monotonic() - last > BUNCH_SECONDS:
+                pipe.send(Bunch(rows, waited))
+                rows, waited, last = [], 0.0, time.monotonic()
+
+
+def die_with_parent() -> None:
+    """Make the system end this process with its parent, if supported, also during native code."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
+
+
+def main() -> None:
+    """Serve the socket whose number is the first argument."""
+    die_with_parent()
+    with Connection(int(sys.argv[1])) as pipe:
+        serve(pipe, int(sys.argv[2]))
+
+
+if __name__ == "__main__":
+    main()
