@@ -1,9 +1,9 @@
-"""Transcription in space and time: a cubic B-spline over a motion of known duration, among what moves.
+"""Transcription in space and time: a cubic B-spline over a motion of known duration, among moving objects.
 
 All pieces last equally long, so the limits of velocity, acceleration and jerk are constant rows, linear in
 the control points, that hold at all times. The first three control points carry the start's position,
 velocity and acceleration; the last three coincide, so that the motion comes to rest. Distances are measured
-where things are at the time of each sample. The spline is the motion: nothing is timed afterwards.
+to the objects' places at the time of each sample. The spline is the motion: there is no retiming.
 """
 
 from collections.abc import Iterator
@@ -31,13 +31,13 @@ from trajopt.values.trajectory import Path, Trajectory
 DEGREE = 3
 """Cubic: the acceleration is linear in each piece, and the limits lose nothing."""
 RESTING = 3
-"""Control points at either end that say its position, velocity and acceleration."""
+"""Control points at either end that determine its position, velocity and acceleration."""
 TOLERANCE = 1e-3
 """Share of a limit by which a row may miss its bound."""
 USED = 1.0 - 2.0 * TOLERANCE
 """Share of each limit that the program uses: no later timing makes up for a tolerance."""
 LISTED = 0.5
-"""A torque gets a row from so far below its limit on, as a share of it: a step changes it by less."""
+"""Distance below its limit from which a torque gets a row, as a share of it: a step changes it by less."""
 NAMES = ("velocity limit", "acceleration limit", "jerk limit")
 
 
@@ -70,11 +70,11 @@ class SpaceTimeFamily(Printed):
         return shortest_duration(limits, start, self.end)
 
     def ends_clear(self, duration: float) -> bool:
-        """Say whether nothing that changes is in the way at the end of a motion of a duration [s]."""
+        """Return whether no dynamic obstacle is in the way at the end of a motion of a duration [s]."""
         return self.obstacles is None or bool((self._spare_after(self.obstacles, duration) >= 0.0).all())
 
     def _spare_after(self, obstacles: ObstacleMargins, duration: float) -> Floats:
-        """Return what pairs have above what is required while the robot stays at the end, (p,) [m]."""
+        """Return the excess of pairs over the requirement while the robot stays at the end, (p,) [m]."""
         return obstacles.spare_staying(self.end, duration, self.base.problem.dwell)
 
     def lasting(self, duration: float) -> "SpaceTimeNlp":
@@ -143,7 +143,7 @@ class SpaceTimeFamily(Printed):
     def _margin(self, obstacles: ObstacleMargins, duration: float) -> Floats:
         """Return the clearance that pairs keep, shape (p,) [m].
 
-        Above what is required it is no more than half of what they have at the start and at the end.
+        Beyond the requirement it is at most half of their excess at the start and at the end.
         """
         start = obstacles.spare_staying(self.base.lower[0], 0.0, 0.0)
         spare = np.minimum(start, self._spare_after(obstacles, duration))
@@ -186,7 +186,7 @@ class SpaceTimeNlp(BsplineNlp):
         return Path(self.problem.reduced.joint_names, readonly(points))
 
     def trajectory(self, x: Floats) -> Trajectory:
-        """Return the motion: its states at the breaks, which say all of a cubic."""
+        """Return the motion: its states at the breaks, which determine a cubic."""
         duration = self.duration
         position, speed, bend = (stencils(x) for stencils in self.basis.at_breaks)
         return Trajectory(

@@ -1,1 +1,1 @@
-"""Planning among things that move, appear and expire: later, timed anew, around, or in space and time."""
+"""Planning among dynamic obstacles: by waiting, retiming, detours, or in space and time."""

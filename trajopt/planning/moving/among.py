@@ -1,4 +1,4 @@
-"""Among what changes: a motion as it is, begun later, or timed anew on its path, whichever is over sooner."""
+"""Timing among dynamic obstacles: unchanged, begun later, or retimed on the path, the soonest first."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
-"""Blocked cells: where along a path, and when, something that changes with time is in the way.
+"""Blocked cells: places along a path, and times, at which a dynamic obstacle is in the way.
 
-A cell is looked at in its middle. Larger blocks of cells come first: what is farther away than anything
-travels within a block is clear of all of it, and what is deeper in contact blocks all of it, so that cells
-are looked at one by one only along the borders of what is blocked.
+A cell is sampled in its middle. Larger blocks of cells come first: an object farther away than
+the travel within a block is clear of all of it, and a deeper contact blocks all of it, so that single cells
+are only sampled along the borders of blocked regions.
 """
 
 from collections.abc import Callable
@@ -14,11 +14,13 @@ from trajopt.planning.moving.sampled_checks import SampledChecks
 from trajopt.values.arrays import Bools, Floats, Ints
 
 SIDE = 8
-"""Cells along each side of the largest blocks: with fewer, most looks are at what is far away; with more,
-most are at blocks that have to be cut."""
+"""Cells along each side of the largest blocks: with fewer, most samples are of distant objects; with more,
+most blocks have to be cut.
+"""
 STRETCH = 8 * SIDE
-"""Intervals of time that are looked at before it is asked where a motion can have got to: few enough that
-little is looked at in vain, enough that a look is at many blocks at once."""
+"""Intervals of time to sample before the reachable cells are computed: few enough to waste
+few samples, enough to sample many blocks together.
+"""
 FREE = -1
 """In place of a pair, of a cell in which nothing is too near."""
 
@@ -63,8 +65,8 @@ def _reached(before: Bools, free: Bools) -> Bools:
     """Return the cells, of m, in which a motion can be in the last of some intervals.
 
     Args:
-        before: Those in which it can be in the interval before, or begin, shape (m,).
-        free: Which are free, shape (m, k).
+        before: Cells in which it can be in the interval before, or begin, shape (m,).
+        free: Free cells, shape (m, k).
     """
     reached = before
     for column in free.T:
@@ -79,7 +81,7 @@ class _Plane:
     def __init__(
         self, checks: SampledChecks, along: Along, edges: Floats, times: Floats, hurried: bool
     ) -> None:
-        """Begin with nothing found; arguments as of `blocked_cells`."""
+        """Begin without results; for arguments see `blocked_cells`."""
         self.found = np.full((len(edges) - 1, len(times) - 1), FREE, dtype=np.int64)
         self._checks, self._along, self._edges, self._times = checks, along, edges, times
         self._hurried = hurried
@@ -115,12 +117,12 @@ class _Plane:
             begin = _quarters(begin[seen.within & ~whole], size, last)
 
     def _travelled(self, positions: Floats, times: Floats) -> Floats:
-        """Bound how far anything has come at configurations (s, n) at times (s,), shape (s,) [m]."""
+        """Bound the travel of everything at configurations (s, n) at times (s,), shape (s,) [m]."""
         return np.append(0.0, np.cumsum(self._checks.obstacles.moved(positions, times)))
 
 
 def _quarters(begin: Ints, size: int, last: Ints) -> Ints:
-    """Return where the quarters of blocks begin, before the last cells; nothing of single cells."""
+    """Return the first cells of the quarters of blocks; none of single cells."""
     if not size:
         return begin[:0]
     offsets = np.array(((0, 0), (0, size), (size, 0), (size, size)))
@@ -133,6 +135,6 @@ def _middles(edges: Floats, begin: Ints, end: Ints) -> Floats:
 
 
 def _away(travelled: Floats, edges: Floats, middle: Floats, begin: Ints, end: Ints) -> Floats:
-    """Bound how far something is, anywhere in a block, from where it is in the middle."""
+    """Bound the distance of an object, anywhere in a block, from its place in the middle."""
     there: Floats = np.interp(middle, edges, travelled)
     return np.maximum(there - travelled[begin], travelled[end] - there)

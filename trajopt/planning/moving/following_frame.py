@@ -1,10 +1,10 @@
-"""Following a frame that moves: the joint motion that stays with it, and one from rest that joins it.
+"""Following a moving frame: the joint motion that stays with it, and one from rest that joins it.
 
-A motion y that ends at rest, where the frame is at a time T, is made into one that meets the frame then. What
-is added to it is how far the joints would follow the frame from where they are at T: q*(t) - q*(T). That is
-exact in the last part, so that there the robot moves as seen from the frame as y does, which was planned with
-the frame standing still. Before, what is added grows from nothing, by a quintic. So the sum begins as y
-does, and at T it has the frame's velocity and acceleration, and none as seen from the frame.
+A motion y that ends at rest, at the frame's place of a time T, is made into one that meets the frame then.
+The added part is the joint travel that follows the frame from the configuration at T: q*(t) - q*(T). That is
+exact in the last part, so that the robot moves relative to the frame as y does, which was planned with a
+frame at rest. Before, the added part grows from zero, by a quintic. So the sum begins as y does, and at T it
+has the frame's velocity and acceleration, and none relative to the frame.
 """
 
 from dataclasses import dataclass
@@ -22,27 +22,30 @@ from trajopt.values.placement import as_rotation_vector
 from trajopt.values.trajectory import Trajectory
 
 STEP = 0.02
-"""Time between two configurations that follow [s]: the spline between them is off by fractions of a
-micrometre at 1 m/s, far less than what placements accept."""
+"""Time between two following configurations [s]: the error of the spline between them is fractions of a
+micrometre at 1 m/s, far below the tolerances of placements.
+"""
 ITERATIONS, EXACT = 12, 1e-10
-"""Newton steps at most, and how near they have to come [m | rad]: each squares the error, so few do."""
+"""Largest number of Newton steps, and their required precision [m | rad]: each squares the error, so few
+suffice.
+"""
 DAMPING = 1e-9
 """Keeps the steps finite at singular configurations, where following then fails."""
 SETTLING = 1e-3
-"""A motion may end with an acceleration: it is taken back in so long, while nothing gets on [s]."""
+"""A motion may end with an acceleration: it is taken back in this time, without progress [s]."""
 WITHIN = 0.998
-"""Share of the limits that samples may reach, for what is between them."""
+"""Share of the limits that samples may reach, because of the values between them."""
 LOOKS = 12
-"""Samples in each piece where limits are looked at."""
+"""Samples in each piece at which limits are checked."""
 
 
 @dataclass(eq=False)
 class FollowingFrame:
-    """Makes joint motions that follow a goal that moves; one for each thread.
+    """Makes joint motions that follow a moving goal; one for each thread.
 
     Attributes:
-        timed: The model among what changes with time.
-        goals: The placements to follow, relative to what moves.
+        timed: The model among dynamic obstacles.
+        goals: The placements to follow, relative to a moving frame.
     """
 
     timed: TimedModel
@@ -55,12 +58,12 @@ class FollowingFrame:
     def positions(self, at_meeting: Floats, meeting: float, times: Floats) -> Floats | None:
         """Return configurations that keep all placements as they are at the meeting, or None if some do not.
 
-        What a placement leaves free is kept as well, where that is possible.
+        Coordinates that a placement leaves free are kept as well, if possible.
 
         Args:
             at_meeting: The group's positions at the meeting, shape (n,) [rad | m].
-            meeting: When that is [s].
-            times: When to follow, shape (s,) [s].
+            meeting: Time of the meeting [s].
+            times: Times to follow at, shape (s,) [s].
 
         Returns:
             Shape (s, n).
@@ -75,7 +78,7 @@ class FollowingFrame:
     def _kept(
         self, wanted: list[tuple[Floats, Floats]], found: Floats, times: Floats, *, free: bool
     ) -> Floats | None:
-        """Return configurations at times that keep placements, by Newton's method; None where it fails."""
+        """Return configurations at times that keep placements, by Newton's method; None if it fails."""
         for _ in range(ITERATIONS):
             errors, slopes = self._linearised(wanted, found, times, free=free)
             if np.abs(errors).max() <= EXACT:
@@ -97,7 +100,7 @@ class FollowingFrame:
     def _linearised(
         self, wanted: list[tuple[Floats, Floats]], positions: Floats, times: Floats, *, free: bool
     ) -> tuple[Floats, Floats]:
-        """Return by how much placements are off, (s, r), and how that changes with the joints, (s, r, n)."""
+        """Return the errors of placements, (s, r), and their derivatives by the joints, (s, r, n)."""
         errors: list[Floats] = []
         slopes: list[Floats] = []
         for goal, (rotation, point) in zip(self.goals, wanted, strict=True):
@@ -122,7 +125,7 @@ class FollowingMotion:
     Attributes:
         times: Shape (s,), increasing [s].
         rows: Positions, velocities and accelerations at these times, of a cubic spline, shape (3, s, n).
-        meeting: When the goal is met, one of the times [s].
+        meeting: Time of the meeting, one of the times [s].
     """
 
     times: Floats
@@ -133,14 +136,14 @@ class FollowingMotion:
     def of(
         frame: FollowingFrame, at_meeting: Floats, meeting: float, begin: float, end: float
     ) -> "FollowingMotion | None":
-        """Return the motion from one time to another; None where no configuration follows.
+        """Return the motion from one time to another; None if no configuration follows.
 
         Args:
-            frame: What to follow.
+            frame: The frame to follow.
             at_meeting: The group's positions at the meeting, shape (n,) [rad | m].
-            meeting: When that is [s].
-            begin: When to begin [s].
-            end: When to end, the time of the meeting or later [s].
+            meeting: Time of the meeting [s].
+            begin: First time [s].
+            end: Last time, the meeting or later [s].
         """
         before = np.linspace(begin, meeting, 1 + max(3, ceil((meeting - begin) / STEP)))
         after = np.linspace(meeting, end, 1 + ceil((end - meeting) / STEP))[1:]
@@ -151,13 +154,13 @@ class FollowingMotion:
         return FollowingMotion(times, _spline(times, found), meeting)
 
     def joined(self, still: Trajectory, slower: float) -> Trajectory:
-        """Return a motion that meets what is followed and stays with it; see the module.
+        """Return a motion that meets the goal and stays with it; see the module.
 
         Its own time starts at 0 when it begins to move.
 
         Args:
-            still: Ends at rest, where the joints are at the meeting.
-            slower: It takes so many times as long.
+            still: Ends at rest, at the configuration of the meeting.
+            slower: Factor on its duration.
         """
         settling = SETTLING if still.accelerations is not None and still.accelerations[-1].any() else 0.0
         over = still.duration * slower
@@ -196,8 +199,8 @@ class FollowingMotion:
 def _spline(times: Floats, values: Floats) -> Floats:
     """Return values, first and second derivatives of a cubic spline through points, (s, n) -> (3, s, n).
 
-    Its third derivative does not jump at the second and the last but one, so that nothing is assumed of the
-    ends. (SciPy's takes a second to import.)
+    Its third derivative is continuous at the second and the last but one (not-a-knot), so that the ends need
+    no assumption. (SciPy's takes a second to import.)
 
     Args:
         times: Shape (s,), four or more.
@@ -219,7 +222,7 @@ def _spline(times: Floats, values: Floats) -> Floats:
 
 
 _NEAR = 1e-6
-"""Times nearer than this are one [s]."""
+"""Times nearer than this count as equal [s]."""
 
 
 def _grown(end: Floats, duration: float, times: Floats) -> list[Floats]:
@@ -241,7 +244,7 @@ def _grown(end: Floats, duration: float, times: Floats) -> list[Floats]:
 
 
 def seems_possible(motion: Trajectory, limits: JointLimits) -> bool:
-    """Say whether a motion holds the joints' limits at samples."""
+    """Return whether a motion holds the joints' limits at samples."""
     begins, lengths = motion.times[:-1], np.diff(motion.times)
     times = (begins[:, None] + lengths[:, None] * np.linspace(0.0, 1.0, LOOKS)[None, :]).ravel()
     positions = motion(times)

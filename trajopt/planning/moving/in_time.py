@@ -28,12 +28,15 @@ from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import bounding_box
 
 LONGER = 1.5
-"""A way around takes about so many times as long as one without what moves, and keeps clear of it so long."""
+"""Expected duration of a detour as a multiple of the motion without moving objects; their places of this
+time are avoided.
+"""
 MOST_PLACES = 24
-"""Of one thing: more would wall the arm in long before."""
+"""Largest number of places of one object: more would wall the arm in."""
 AROUND, OTHERWISE = 4, 12
-"""Attempts at a way around, a straight line and three sampled paths, and at any other way: what stands where
-things pass often leaves none at all."""
+"""Attempts at a detour, a straight line and three sampled paths, and at any other way: objects frozen
+on their paths often leave none at all.
+"""
 
 
 class Run(Protocol):
@@ -42,7 +45,7 @@ class Run(Protocol):
     def __call__(
         self, problem: Problem, /, *, most: int | None = None, choice: Choice | None = None
     ) -> Result:
-        """Plan with so many attempts at most, by the method that was asked for or another."""
+        """Plan with at most this number of attempts, by the requested method or another."""
         ...
 
 
@@ -53,13 +56,13 @@ def in_time(
     rng: np.random.Generator,
     on_incumbent: Callable[[Result], None] | None,
 ) -> Result:
-    """Return the motion that is over soonest; where the goal moves, that meets it soonest.
+    """Return the motion that ends soonest; for a moving goal, the one that meets it soonest.
 
     Args:
-        problem: What is asked.
+        problem: The problem.
         run: Plans a problem.
-        tracker: Counts what is used, and stops planning.
-        rng: Draws what is random.
+        tracker: Counts the use of the budget, and stops planning.
+        rng: Random generator.
         on_incumbent: Called with every verified motion that is shorter than the one before.
     """
     if not goals_that_move(problem):
@@ -76,12 +79,12 @@ def _to_where_it_stands(
     rng: np.random.Generator,
     on_incumbent: Callable[[Result], None] | None,
 ) -> Result:
-    """Return the motion that is over soonest, by four ways of planning it, each timed among what changes.
+    """Return the motion that ends soonest, by four ways of planning it, each timed among dynamic obstacles.
 
-    The first is the motion as it would be without what changes. If it is not clear as it is, shape and time
-    are planned together. If nothing is clear so, a motion is looked for that keeps clear of the places where
-    things pass, or of those where they end. If none is clear, the seeds of the schedule are attempted, their
-    shape and time planned together too.
+    The first is the motion without dynamic obstacles. If it is not clear, shape and time
+    are planned together. If that fails, a motion clear of the places that objects
+    pass, or end at, is looked for. If none is clear, the seeds of the schedule are attempted, with their
+    shape and time planned together.
     """
     alone = run(replace(problem, scene=without_changes(problem.scene)))
     there = replace(alone.problem, scene=problem.scene)
@@ -112,10 +115,10 @@ def _to_where_it_stands(
 
 
 def _soonest_from(alone: Result, none: Result, work: PlanningWorkspace, rng: np.random.Generator) -> Result:
-    """Return the motion that is over soonest, from the one without what changes, or why there is none.
+    """Return the motion that ends soonest, from the one without dynamic obstacles, or why there is none.
 
-    What takes hardly longer comes first, since nothing can be much better; the rest takes longer to find.
-    Where something sweeps the start it is looked for a proof that there is none first: that takes less.
+    Hardly longer motions come first, since nothing can be much better; the rest takes longer to find.
+    If an obstacle sweeps the start, a proof that there is no motion is tried first: that takes less.
     """
     planned = alone.require()
     for motion in work.soon(_motion(alone), ENOUGH * planned.trajectory.duration):
@@ -150,7 +153,7 @@ def _motion(result: Result) -> MotionCandidate:
 
 
 def _unjudged(alone: Result, work: PlanningWorkspace) -> Result:
-    """Return the motion without what changes as one that is refused; by how much is measured when asked."""
+    """Return the motion without dynamic obstacles as a refused one; the violation is measured on demand."""
     motion = alone.require()
     judged = Judged(work.problem, motion.trajectory, verified=False)
     return work.result(
@@ -164,20 +167,20 @@ def _unjudged(alone: Result, work: PlanningWorkspace) -> Result:
 
 
 def _kept(judged: Result, other: Result) -> Result:
-    """Return what was judged with how it was planned."""
+    """Return a judged motion with its method."""
     fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
     kept = {name: getattr(other, name) for name in fields}
     return replace(judged, remarks=(*other.remarks, *judged.remarks), **kept)
 
 
 def _choice(problem: Problem) -> Choice | None:
-    """Return the method for seeds that nothing was planned from yet; None for that which was asked for."""
+    """Return the method for seeds from which nothing was planned yet; None for the requested one."""
     method = SpaceTime()
     return None if method.objection(problem) else Choice(method, BECAUSE)
 
 
 def _ended(best: Result, soonest: float) -> bool:
-    """Say whether nothing can be over sooner, or it is proven that nothing solves the problem."""
+    """Return whether nothing can end sooner, or it is proven that nothing solves the problem."""
     return _duration(best) <= soonest if best.verified else best.certainty is Certainty.PROVEN
 
 
@@ -188,7 +191,7 @@ def _other_ways(problem: Problem, duration: float) -> Iterator[tuple[Problem, in
 
 
 def _order(result: Result) -> tuple[bool, bool, float]:
-    """Order results: by whether there is a motion, then one that is only late, then by how long it takes."""
+    """Order results: first motions, then ones that are only late, then by duration."""
     late = result.status is Status.TOO_LATE and result.trajectory is not None
     duration = inf if result.trajectory is None else result.trajectory.duration
     return not result.verified, not late, duration
@@ -205,7 +208,7 @@ def _among(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
 
 
 def _judged(other: Result, work: PlanningWorkspace) -> Result:
-    """Judge a motion among what changes, as it is, begun later, or timed anew on its path."""
+    """Judge a motion among dynamic obstacles, unchanged, begun later, or retimed on its path."""
     return _timed_among(other, work) or _as_it_is(other, work)
 
 
@@ -216,7 +219,7 @@ def _as_it_is(other: Result, work: PlanningWorkspace) -> Result:
 
 
 def _timed_among(other: Result, work: PlanningWorkspace, by: float = inf) -> Result | None:
-    """Judge a motion as it is timed where that seems clear by a time [s]; None where nothing does."""
+    """Judge a motion timed so that it seems clear by a time [s]; None if none does."""
     refused: Result | None = None
     for motion in work.clear(_motion(other), by):
         judged = work.judged(motion, other.solve)
@@ -238,7 +241,7 @@ def _blocked(refused: Result) -> Result:
 
 
 def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
-    """Yield the problem with things standing where they pass, and with things standing where they end."""
+    """Yield the problem with objects at the places that they pass, and at the places at which they end."""
     scene = problem.scene
     yield _standing(problem, {name: _times(scene, name, duration) for name in scene.changing})
     ended = {
@@ -249,7 +252,7 @@ def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
 
 
 def _standing(problem: Problem, places: Mapping[str, Floats]) -> Problem:
-    """Return the problem with each thing standing where it is at times [s]."""
+    """Return the problem with each object at rest at its places of some times [s]."""
     scene = problem.scene
     among = without_changes(scene)
     for name, times in places.items():
@@ -267,7 +270,7 @@ def _stays(scene: Scene, name: str) -> bool:
 
 
 def _last(scene: Scene, name: str) -> float:
-    """Return when a thing has come to rest [s]."""
+    """Return the time at which an object has come to rest [s]."""
     carrier = scene.carrier(name)
     motion = None if carrier is None else scene.objects[carrier].timing.motion
     return -inf if motion is None else motion.track.end

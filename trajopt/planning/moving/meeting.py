@@ -1,7 +1,7 @@
-"""Meeting a goal that moves: when, and by which motion, at rest as seen from the goal.
+"""Meeting a moving goal: the time, and a motion that is at rest relative to the goal then.
 
-The time of the meeting is looked for. For each that is tried a motion is planned to where the goal is then,
-as if it stood there, and made into one that follows it at the end (`following_frame`). It begins so that it
+The time of the meeting is searched. For each candidate a motion is planned to the goal's place of that time,
+as if it were at rest, and made into one that follows it at the end (`following_frame`). It begins so that it
 arrives at that time. The earliest that the judge proves is the answer, to within hundredths of a second.
 """
 
@@ -30,15 +30,16 @@ from trajopt.values.errors import shown
 from trajopt.values.trajectory import Path, Trajectory
 
 STEP = 0.25
-"""Times of the meeting are tried in steps of this [s]; then halved between the last that failed and the next.
-Steps grow to a tenth of the time: what comes so late is as late as before if it is met a little later."""
+"""Step between the times that are tried [s]; then the interval between the last failure and the next time is
+halved. Steps grow to a tenth of the time: a late meeting is hardly worse a little later.
+"""
 GROWTH = 0.1
 HALVINGS = 3
 """So the meeting is within 0.03 s of the earliest that could be proven."""
 SLOWER = (1.02, 1.1, 1.25, 1.5, 2.0, 3.0)
-"""The motion to where the goal is takes so many times as long as it could: room for following it."""
+"""Factor on the duration of the motion to the goal: room for following it."""
 SHARES = (0.5, 0.25, 0.1)
-"""Parts of the motion at its end in which the goal is followed; where the first is refused, less."""
+"""Parts of the motion at its end in which the goal is followed; smaller ones if the first is refused."""
 
 
 def goals_that_move(problem: Problem) -> frozenset[str]:
@@ -65,12 +66,12 @@ def _end(result: Result) -> float:
 
 @dataclass(eq=False)
 class Rendezvous:
-    """Plans to meet goals that move.
+    """Plans to meet moving goals.
 
     Attributes:
-        problem: What is asked, with one goal.
-        run: Plans a problem in which time stands still.
-        tracker: Counts what is used, and stops planning.
+        problem: The problem, with one goal.
+        run: Plans a static problem.
+        tracker: Counts the use of the budget, and stops planning.
     """
 
     problem: Problem
@@ -78,7 +79,7 @@ class Rendezvous:
     tracker: BudgetTracker
 
     def __post_init__(self) -> None:
-        """Make the model among what changes."""
+        """Make the model among dynamic obstacles."""
         timed = timed_model(self.problem.reduced)
         assert timed is not None  # the goal moves
         self._work = PlanningWorkspace(self.problem, self.tracker)
@@ -93,7 +94,7 @@ class Rendezvous:
         self._last = min(LONGEST, due, timed.until - self.problem.dwell)
 
     def planned(self, on_incumbent: Callable[[Result], None] | None) -> Result:
-        """Return the soonest motion that meets the goal; else what was in the way where it came nearest.
+        """Return the soonest motion that meets the goal; else the obstruction of the nearest attempt.
 
         Args:
             on_incumbent: Called with every verified motion that is shorter than the one before.
@@ -126,7 +127,7 @@ class Rendezvous:
         return self._late(self._met(where)[0] if 0.0 < nearest < inf else self._refused)
 
     def _late(self, refused: Result) -> Result:
-        """Return a refusal, as one of a deadline where there is one."""
+        """Return a refusal, as a missed deadline if there is one."""
         due = self.problem.finish_by
         if due is None:
             return refused
@@ -134,7 +135,7 @@ class Rendezvous:
         return replace(refused, status=Status.TOO_LATE, message=words)
 
     def _missed_by(self, meeting: float) -> float:
-        """Return by how much configurations that were tried miss the goal where it is at a time [m, rad]."""
+        """Return the distance of the tried configurations from the goal at a time [m, rad]."""
         problem, counts = self._still(meeting), WorkCounts()
         found = goal_candidates(
             problem.evaluator(problem.reduced, counts), problem.goals, rng=np.random.default_rng(0)
@@ -143,7 +144,7 @@ class Rendezvous:
         return 0.0 if found.free or found.blocked else found.nearest_miss
 
     def _halved(self, failed: float, meeting: float, found: Result) -> Result:
-        """Return the soonest meeting between one that failed and one that is proven."""
+        """Return the soonest meeting between a failed time and a proven one."""
         for _ in range(HALVINGS):
             middle = (failed + meeting) / 2.0
             other, _ = self._met(middle)
@@ -183,7 +184,7 @@ class Rendezvous:
         return refused, SLOWER[0] * planned.trajectory.duration
 
     def _motions(self, still: Trajectory, meeting: float) -> Iterator[Trajectory]:
-        """Yield motions that meet the goal at a time, made of one to where it is then."""
+        """Yield motions that meet the goal at a time, made of one to its place then."""
         at_meeting, dwell = still(still.duration), self.problem.dwell
         for share in SHARES:
             for slower in SLOWER:
@@ -200,12 +201,12 @@ class Rendezvous:
                     break
 
     def _still(self, meeting: float) -> Problem:
-        """Return the problem in which the goal stands where it is at a time."""
+        """Return the problem with the goal at rest at its place of a time."""
         scene: Scene = stopped(self.problem.scene, self._carriers, meeting)
         return replace(self.problem, scene=scene, dwell=0.0, finish_by=None)
 
     def _as_said(self, judged: Result, still: Result, meeting: float) -> Result:
-        """Return a result with what is known of the motion that it was made of, and what it does."""
+        """Return a result with the method of its static motion, and its remarks."""
         names = " and ".join(shown(name) for name in sorted(self._carriers))
         stays = f", and stays with it for {self.problem.dwell:g} s" if self.problem.dwell else ""
         kept = {name: getattr(still, name) for name in ("attempts", "won", "method", "because")}
@@ -216,7 +217,7 @@ class Rendezvous:
 
 
 def _rank(result: Result) -> int:
-    """Order refusals: what the judge refused says more than what could not be planned, that than nothing."""
+    """Order refusals: the judge's first, then failures of planning, then nothing."""
     if result.status is Status.NOT_VERIFIED:
         return 2
     return int(result.status is not Status.BLOCKED_IN_TIME)

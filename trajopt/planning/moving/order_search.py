@@ -1,10 +1,10 @@
 """Order search: the soonest way through the blocked cells of a path and time, before or after each of them.
 
 States are (start of a cell, rate of the clock, tick). All ticks at which a state can be reached are one
-whole number, a bit for each: that a change takes ten ticks is a shift by ten, that it is not possible while
-a cell is blocked a mask. Who rests may rest until the place is blocked. So nothing is left out that rates and
-changes allow; of safe intervals, of which only the earliest time is kept, the right one may be a later, since
-who moves cannot wait.
+integer, a bit for each: a change of ten ticks is a shift by ten, a blocked cell a mask. A robot at
+rest may rest until the place is blocked. So the search is complete for the rates and
+changes. Safe intervals keep only the earliest time; here a later one may be needed, since
+a moving robot cannot wait.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,9 +23,9 @@ class TimingStep:
 
     Attributes:
         begin: The cell at whose start it begins.
-        tick: When it does.
+        tick: Its first tick.
         rate: Place of the rate at its start.
-        change: How the rate changes; None where it stays.
+        change: Change of the rate; None if it is constant.
     """
 
     begin: int
@@ -35,12 +35,12 @@ class TimingStep:
 
     @property
     def ticks(self) -> int:
-        """How many it takes; 0 of a rest, which lasts until the next step."""
+        """Number of ticks; 0 of a rest, which lasts until the next step."""
         return HELD[self.rate] if self.change is None else self.change.ticks
 
     @property
     def cells(self) -> int:
-        """How many it passes."""
+        """Number of cells that it passes."""
         return int(self.rate > 0) if self.change is None else self.change.span
 
 
@@ -49,9 +49,9 @@ class OrderSearch:
     """Finds timings among blocked cells.
 
     Attributes:
-        blocked: Of each cell, the ticks at which it is, as bits.
+        blocked: Of each cell, the blocked ticks, as bits.
         changes: The changes that can begin at the start of each cell.
-        ticks: How many there are.
+        ticks: Number of ticks.
         at_rest: Whether the motion begins at rest, and so may begin later and at any rate.
         stays: Ticks for which the last cell must not be blocked after the end.
     """
@@ -106,7 +106,7 @@ class OrderSearch:
         return self._whole & ~beside
 
     def _onward(self, begin: int) -> Iterator[tuple[TimingStep, int, int, int]]:
-        """Yield the steps from the start of a cell, where each ends, at which rate, and what it takes."""
+        """Yield the steps from the start of a cell, with their end, rate and duration."""
         for rate in range(1, len(RATES)):
             yield TimingStep(begin, 0, rate, None), begin + 1, rate, HELD[rate]
         for change in self.changes[begin]:
@@ -128,7 +128,7 @@ class OrderSearch:
         return found
 
     def _during(self, cell: int, enters: int, leaves: int) -> int:
-        """Return the ticks so that a cell is blocked in one of the ticks from one after them to another."""
+        """Return the ticks so that a cell is blocked between two offsets after them."""
         if not self.blocked[cell]:
             return 0
         length = leaves - enters
@@ -184,11 +184,11 @@ class OrderSearch:
 
 
 def ever_over(blocked: Sequence[int], ticks: int, stays: int) -> bool:
-    """Say whether a motion that could stop and go at once might be over in time; if not, no motion is.
+    """Return whether a motion with immediate stops and starts might end in time; if not, no motion does.
 
     Args:
-        blocked: Of each cell, the ticks at which it is, as bits.
-        ticks: How many there are.
+        blocked: Of each cell, the blocked ticks, as bits.
+        ticks: Number of ticks.
         stays: Ticks for which the last cell must not be blocked after the end.
     """
     whole, before, reached = (1 << ticks) - 1, blocked[0], 1
@@ -203,7 +203,7 @@ def ever_over(blocked: Sequence[int], ticks: int, stays: int) -> bool:
 
 
 def _carried(begins: int, free: int) -> int:
-    """Return all bits of the runs in `free` from a bit in `begins` on, which is in `free`, upward."""
+    """Return all bits of the runs in `free` from the bits in `begins`, which are in `free`, upward."""
     begins &= free
     return (((free + begins) ^ free) | begins) & free
 

@@ -1,4 +1,4 @@
-"""Path and time: where along a planned path, and when, something is in the way."""
+"""Path and time: the places along a planned path, and the times, at which an object is in the way."""
 
 from dataclasses import dataclass
 
@@ -14,9 +14,9 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 PARTS = 96
-"""Cells along the path: each about a hundredth of it, which is what a picture shows."""
+"""Cells along the path: each about a hundredth of it, the resolution of a picture."""
 MOST_TIMES = 1000
-"""Intervals of time, as long as between two looks along a motion, or longer where there would be more."""
+"""Largest number of intervals, each at least the sampling interval along a motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +24,14 @@ class PathTime(Value):
     """The plane of a path and time.
 
     Attributes:
-        places: Where the m cells along the path begin and end, as parts of its length in joint space from 0
+        places: Borders of the m cells along the path, as parts of its length in joint space from 0
             to 1, shape (m + 1,).
-        times: When the k intervals begin and end, shape (k + 1,) [s].
-        blocked: Which of the objects is too near to the robot in each cell, as a place in `objects`; -1 where
-            none is, shape (m, k).
-        objects: Names of what moves, appears or expires.
+        times: Borders of the k intervals, shape (k + 1,) [s].
+        blocked: Object that is too near to the robot in each cell, as a place in `objects`; -1 for
+            none, shape (m, k).
+        objects: Names of the objects that move, appear or expire.
         chosen_times: Times along the motion, increasing, shape (j,) [s].
-        chosen_places: Where along the path it is then, shape (j,).
+        chosen_places: Its place along the path at each, shape (j,).
     """
 
     places: Floats
@@ -44,14 +44,14 @@ class PathTime(Value):
 
 @checked
 def forbidden_times(plan: Plan | Result, *, until: float | None = None) -> PathTime:
-    """Find where along the path of a plan, and when, things that change with time are in the way.
+    """Find the places along the path of a plan, and the times, at which dynamic obstacles are in the way.
 
-    Cells are looked at in their middle by the optimiser's distances, with the clearance that is required and
-    the error of what is predicted: this shows why a motion waits. What is proven is in its certificate.
+    Cells are sampled in their middle by the optimiser's distances, with the required clearance and
+    the prediction error: this shows why a motion waits. Proofs are in its certificate.
 
     Args:
         plan: The plan, or a result that has one.
-        until: Until when [s]; when None, until the end of the motion and half as long again.
+        until: End of the plane [s]; when None, one and a half times the end of the motion.
 
     Raises:
         PlanningFailed: If the result has no plan.

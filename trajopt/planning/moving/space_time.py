@@ -1,7 +1,7 @@
-"""In space and time: the shape of a motion and its timing planned together, among what changes with time.
+"""In space and time: the shape of a motion and its timing planned together, among dynamic obstacles.
 
-Seeds are motions that need not be possible: the one without what changes as it is, the best found already,
-and the first begun later; where none of these leads to one, paths of a sampling planner. Each is made into
+Seeds are motions that need not be possible: the one without dynamic obstacles, the best one found,
+and the first begun later; if none of these leads to a motion, paths of a sampling planner. Each is made into
 the shortest motion near to it.
 """
 
@@ -21,24 +21,26 @@ from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.values.trajectory import Path, Trajectory
 
 ENOUGH = 1.05
-"""A motion this much longer than without what changes is short enough: even pieces and the precision of the
-duration cost about half of it."""
+"""Excess over the duration without dynamic obstacles that is short enough: even pieces and the precision of
+the
+duration cost about half of it.
+"""
 FAR = 1.25
-"""A motion this much longer than without what changes is worth another seed: it may go the long way."""
+"""Excess over the duration without dynamic obstacles that is worth another seed: it may go the long way."""
 LEFT = 1e-3
-"""A motion has left its start where a joint is so far from it [rad | m]."""
+"""Distance of a joint from which a motion has left its start [rad | m]."""
 SOON = 0.1
-"""A motion that leaves its start so soon does not wait [s]: a person sees no pause in a shorter one."""
+"""A motion that leaves its start within this time does not wait [s]: a person sees no shorter pause."""
 PACES = 200
 """Moments of a seed."""
 STEPS = 10
 """Steps of a seed's beginning in each duration of the motion."""
 HORIZONS = (1.5, 3.0, 6.0)
-"""Durations of the motion without what changes in which paths are sampled in turn."""
+"""Horizons of the sampled paths in turn, as multiples of the duration without dynamic obstacles."""
 CHECKED = 20_000
-"""Configurations that are checked for each of these paths: as many as for a path among what rests."""
+"""Configurations that are checked for each of these paths: the same number as in a static scene."""
 BECAUSE = "things move, appear or expire, and no timing of the path without them is better"
-"""Why planning takes the method."""
+"""Reason of planning for the method."""
 
 
 @dataclass(eq=False)
@@ -48,8 +50,8 @@ class InSpaceTime:
     Attributes:
         program: Makes motions of seeds.
         work: Judges them.
-        still: The verified motion without what changes.
-        best: The shortest motion so far; it may be none that is verified.
+        still: The verified motion without dynamic obstacles.
+        best: The shortest motion; it may be unverified.
     """
 
     program: SpaceTimeProgram
@@ -60,12 +62,12 @@ class InSpaceTime:
 
     @staticmethod
     def of(work: PlanningWorkspace, still: Result, best: Result) -> "InSpaceTime | None":
-        """Return the attempts at a problem before the first; None where the method cannot plan it.
+        """Return the attempts at a problem before the first; None if the method cannot plan it.
 
         Args:
             work: Of the problem, with one goal.
-            still: The verified motion without what changes.
-            best: What there is already.
+            still: The verified motion without dynamic obstacles.
+            best: The present result.
         """
         problem, method = work.problem, SpaceTime()
         if problem.waypoints or method.objection(problem):
@@ -74,7 +76,7 @@ class InSpaceTime:
         return InSpaceTime(method.program(problem, knots), work, still, best)
 
     def hardly_longer(self) -> Result:
-        """Return a motion near to the one without what changes that takes hardly longer; else what there was.
+        """Return a motion hardly longer than the one without dynamic obstacles; else the present one.
 
         Raises:
             Stopped: If the budget runs out.
@@ -86,9 +88,9 @@ class InSpaceTime:
 
     @cached_property
     def enough(self) -> float:
-        """Duration that is short enough [s]; infinite where no motion can end.
+        """Duration that is short enough [s]; infinite if no motion can end.
 
-        It takes hardly longer than the motion without what changes, or than until its end is clear.
+        It hardly exceeds the motion without dynamic obstacles, or the time until its end is clear.
         """
         # What moves may do so for ever.
         alone, until = self.still.require().trajectory, min(self.program.until, LONGEST)
@@ -99,7 +101,7 @@ class InSpaceTime:
         return enough if clear <= enough else min(clear / PRECISION, max(until, clear))
 
     def longer(self) -> Result:
-        """Return a motion from the one without what changes that takes longer; else what there was.
+        """Return a motion from the one without dynamic obstacles that takes longer; else the present one.
 
         Raises:
             Stopped: If the budget runs out and nothing is verified.
@@ -116,8 +118,8 @@ class InSpaceTime:
         """Return the shortest motion that is found from other seeds; else the one given.
 
         Args:
-            best: The shortest that was found already; it may be none that is verified.
-            rng: Draws what is random.
+            best: The shortest one found before; it may be unverified.
+            rng: Random generator.
 
         Raises:
             Stopped: If the budget runs out and nothing is verified.
@@ -140,15 +142,15 @@ class InSpaceTime:
 
     @property
     def longest(self) -> float:
-        """Duration of the best so far [s]; infinite where there is none."""
+        """Duration of the best motion [s]; infinite without one."""
         return self.best.require().trajectory.duration if self.best.verified else inf
 
     def add(self, seed: Trajectory | None, *, too_short: float = 0.0) -> None:
-        """Make a motion of a seed, if it may be the shortest, and note it if it is verified.
+        """Make a motion of a seed, if it may be the shortest, and record it if it is verified.
 
         Args:
             seed: The seed; None for none.
-            too_short: Nothing that takes no longer was found from it before [s].
+            too_short: Longest duration for which nothing was found from it before [s].
         """
         longest = PRECISION * self.longest
         if seed is None or longest <= self.enough or PRECISION * seed.duration > self.longest:
@@ -167,7 +169,7 @@ class InSpaceTime:
             self.best = replace(self.best, path=solved.decoded.path, solve=solved)
 
     def _proves(self, motion: Trajectory) -> bool:
-        """Say whether a motion is verified, and note it if it is."""
+        """Return whether a motion is verified, and record it if it is."""
         path = Path(motion.joint_names, motion.positions)
         judged = self.work.proven(MotionCandidate(path, motion, None))
         if judged is not None:
@@ -186,7 +188,7 @@ def _clear_later(motion: Trajectory, program: SpaceTimeProgram, tracker: BudgetT
 
 
 def _first_clear(motion: Trajectory, program: SpaceTimeProgram) -> float:
-    """Return when a motion can begin if the robot may be anywhere until then; 0 if never, or at once [s]."""
+    """Return the time at which a motion can begin if the robot may be anywhere until then; 0 if never [s]."""
     assert program.obstacles is not None
     margins, dwell = program.obstacles, program.problem.dwell
     times = np.linspace(0.0, motion.duration, PACES)
@@ -207,7 +209,7 @@ def _sampled(
     tracker: BudgetTracker,
     rng: np.random.Generator,
 ) -> Trajectory | None:
-    """Return a path through space and time, if there is one that is over in so many durations."""
+    """Return a path through space and time, if there is one within this multiple of the duration."""
     assert program.obstacles is not None
     counts, latest = program.counts, min(horizon * alone.duration, program.until)
     before = replace(counts)
@@ -226,13 +228,13 @@ def _sampled(
 
 
 def _begun_later(motion: Trajectory, wait: float) -> Trajectory:
-    """Return a motion begun later, from wherever it begins; it need not be possible."""
+    """Return a motion begun later; it need not be possible."""
     times = np.linspace(0.0, wait + motion.duration, PACES)
     return Trajectory(motion.joint_names, times, motion(np.maximum(times - wait, 0.0)))
 
 
 def _described(motion: Trajectory, alone: Trajectory) -> str:
-    """Say what a motion does that it would not do without what changes."""
+    """Return remarks on a motion's changes because of dynamic obstacles."""
     begun = _begun(motion)
     late = begun > SOON and begun > 2.0 * _begun(alone)
     waits = f"waits {begun:.2f} s, then takes" if late else "takes"

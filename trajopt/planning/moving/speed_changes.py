@@ -1,9 +1,20 @@
-"""Speed changes: how the clock of a motion may speed up and slow down within all limits.
+"""Speed changes: changes of the rate of a motion's clock that hold all limits.
 
-A motion that holds all limits is run on a clock with rates between 0 and 1 (`trajopt.timing.time_scaling`).
-At a constant rate all limits hold. A `RateChange` takes whole cells of the clock and a whole number of ticks:
-its `bulge` makes up the difference. It is possible if accelerations, jerks and torques hold at samples. At
-each rate a cell takes a whole number of ticks, so a search over cells and ticks is exact in time.
+A motion q(c) that holds all limits is run on a clock c(t) whose rate r = dc/dt is between 0 and 1. With a
+constant rate all limits hold. From one rate to another it goes by a polynomial that is flat at its
+ends, so that the acceleration is continuous,
+
+    r(z) = a + (b - a) (3 z^2 - 2 z^3) + 30 g z^2 (1 - z)^2,    z = t / T,
+
+over m whole cells of the clock and in a time T that is a whole number of ticks: g makes up the difference.
+Then, with primes for derivatives by the clock and dots for derivatives of r by time,
+
+    acceleration  q' r. + q'' r^2,
+    jerk          q' r.. + 3 q'' r r. + q''' r^3,
+    torque        A r. + B r^2 + C,
+
+so a change is possible if these hold, at samples. Rates are such that a cell takes a whole number of
+ticks with each: a search over cells and ticks is exact in time.
 """
 
 from collections.abc import Mapping
@@ -30,17 +41,18 @@ SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
 FINE = 4
 """Slots of a cell: the points of a motion are a few milliseconds apart, a cell twenty."""
 EVEN = 9
-"""Even times of a change that are looked at besides those of slots: one that begins at rest stays long in the
-first slot."""
+"""Evenly spaced samples of a change besides those of slots: one that begins at rest stays long in the
+first slot.
+"""
 SIDE = 1e-9
-"""So near to where the jerk jumps it is sampled, on both sides [s]."""
+"""Distance of the samples on both sides of a jump of the jerk [s]."""
 TOUCH = 1e-9
 """Part of a limit by which a sample may exceed it: rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedChange:
-    """How the rate goes from one to another, wherever on the path.
+    """Change of the rate from one to another, anywhere on the path.
 
     Attributes:
         before: Place of the first rate.
@@ -70,7 +82,7 @@ class SpeedChange:
 
 @cache
 def change(before: int, after: int, span: int) -> SpeedChange:
-    """Return the change between two rates over so many cells."""
+    """Return the change between two rates over a number of cells."""
     mean = (RATES[before] + RATES[after]) / 2.0
     ticks = ceil(span * TICKS / mean - TOUCH)
     whole = SpeedChange(before, after, span, ticks, np.zeros((span, 2), dtype=np.int64))
@@ -83,16 +95,16 @@ def change(before: int, after: int, span: int) -> SpeedChange:
 
 @dataclass(frozen=True, eq=False)
 class Limited:
-    """What a motion takes of its limits by its clock: in each slot the middle of each value, and its range.
+    """Shares of the limits used by a motion, by its clock: middle and range of each value in a slot.
 
     Attributes:
-        cells: How many cells the clock has, of FINE slots each.
+        cells: Number of cells of the clock, of FINE slots each.
         cell: Time of each [s].
-        pull: Factors of r. and r^2 in accelerations and torques, and what these are at rest, each as part of
+        pull: Factors of r. and r^2 in accelerations and torques, and their values at rest, each as part of
             its limit, in the middle, shape (3, slots, j).
-        pull_around: How far they go to both sides of that.
+        pull_around: Half the range of each.
         jerk: The joints' q', q'' and q''' as parts of their limits of jerk, shape (3, slots, n).
-        jerk_around: How far they go to both sides.
+        jerk_around: Half the range of each.
     """
 
     cells: int
@@ -110,9 +122,9 @@ class Limited:
 
         Args:
             motion: The motion, which holds the limits.
-            cells: How many cells its clock has.
+            cells: Number of cells of its clock.
             limits: Of its joints.
-            inverse_dynamics: Torques of the joints; None where they are not limited.
+            inverse_dynamics: Torques of the joints; None if they are not limited.
         """
         edges: Floats = np.linspace(0.0, motion.duration, FINE * cells + 1)
         # Both sides of where the jerk jumps, and the ends and the middles of slots.
@@ -150,7 +162,7 @@ class Limited:
 
 
 def _middle_and_around(values: Floats, slots: Ints) -> tuple[Floats, Floats]:
-    """Return the middle of values (r, k, j) over the samples of each slot, and how far they go from it."""
+    """Return the middle of values (r, k, j) over the samples of each slot, and half their range."""
     ends = values[:, slots[1:]]
     most = np.maximum(np.maximum.reduceat(values, slots[:-1], axis=1), ends)
     least = np.minimum(np.minimum.reduceat(values, slots[:-1], axis=1), ends)

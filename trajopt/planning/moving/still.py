@@ -1,4 +1,4 @@
-"""Static scenes: without objects that change, or with some of them where they are at a time."""
+"""Static scenes: without dynamic obstacles, or with some of them at their places of a time."""
 
 from dataclasses import replace
 
@@ -20,11 +20,11 @@ def without_changes(scene: Scene) -> Scene:
 
 
 def stopped(scene: Scene, carriers: frozenset[str], time: float) -> Scene:
-    """Return a scene with objects that move standing where they are at a time, without what else changes.
+    """Return a scene with moving objects at rest at their places of a time, without other dynamic obstacles.
 
     Args:
         scene: The scene.
-        carriers: The objects that move; what is on them is there too, unless it appears or expires.
+        carriers: The moving objects; their cargo is there too, unless it appears or expires.
         time: By the clock of the scene [s].
     """
     for name in carriers:

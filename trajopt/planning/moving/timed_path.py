@@ -1,8 +1,8 @@
 """Timed on its path: a motion along the path of another that stops on its way, slows down, or passes before.
 
-The other is the fastest along its path, so nothing is over sooner than it, begun at once; it gives the clock.
-Cells of that clock and of time are looked at, the search finds the order in which what is blocked is passed,
-and the steps that it took become a trajectory: the points of the other, at other times.
+The other is the fastest along its path, so nothing ends sooner; it gives the clock.
+Cells of that clock and of time are sampled, the search finds the order in which blocked cells are passed,
+and its steps become a trajectory: the points of the other, at other times.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,27 +24,30 @@ from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Interpolation, Trajectory
 
 CELLS = (24, 200)
-"""Least and most cells of a path: each as long as between two checks, but no fewer than show a short motion,
-and no more than can be searched in the time that planning takes."""
+"""Least and most cells of a path: each as long as the sampling interval, but enough for a short motion,
+and few enough to be searched within the time of planning.
+"""
 SLOWER = 1.005
 """The clock is slower than the fastest by this, so that a change that holds all limits at samples does so
 between them too, and in the quintics that it becomes."""
 GROWN = (0, 1, 2)
-"""What is blocked is taken to be larger by so many cells, in turn: a cell is looked at in its middle only."""
+"""Cells by which blocked regions are enlarged, in turn: a cell is sampled in its middle only."""
 POINTS = 12
-"""Points of a change of speed at least, besides those of the motion: quintics between them are off by less
-than what the slower clock leaves."""
+"""Least number of points of a change of speed, besides the motion's: the error of quintics between them is
+below
+the reserve of the slower clock.
+"""
 APART = 2e-4
-"""Points are no nearer to each other [s]: between nearer ones rounding would be a jerk."""
+"""Least distance of points [s]: between nearer ones rounding would cause a jerk."""
 
 
 @dataclass(frozen=True, eq=False)
 class TimedOnPath:
-    """A motion that was timed among what changes.
+    """A motion timed among dynamic obstacles.
 
     Attributes:
         trajectory: The motion.
-        remarks: What it does, and for what, in sentences.
+        remarks: Its waits and changes of speed with their causes, in sentences.
     """
 
     trajectory: Trajectory
@@ -116,7 +119,7 @@ def stretched(motion: Trajectory, factor: float) -> Trajectory:
 
 
 def _grown(blocked: Ints, by: int) -> Ints:
-    """Return blocked cells, and those beside them in path and time."""
+    """Return blocked cells, and their neighbours in path and time."""
     for _ in range(by):
         wide = np.pad(blocked, 1)
         blocked = wide[1:-1, 1:-1] | wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:]
@@ -165,9 +168,9 @@ def _ends(step: TimingStep) -> tuple[Floats, Floats]:
 def _points(
     clock: Trajectory, step: TimingStep, cell: float, begins: int, *, goes_on: bool
 ) -> tuple[Floats, ...]:
-    """Return times, clock, rates and their derivatives at points of a step but its end.
+    """Return times, clock, rates and their derivatives at points of a step without its end.
 
-    Where it goes on at the rate of the last step, its beginning is no point.
+    If it keeps the rate of the last step, its beginning is not a point.
     """
     at, since = (step.tick - begins) * cell / TICKS, step.begin * cell
     if step.change is None:

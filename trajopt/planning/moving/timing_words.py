@@ -1,4 +1,4 @@
-"""What a timing does, in words: where it stops or slows down, for how long, and for what."""
+"""A timing in words: its stops and changes of speed, their durations and causes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from trajopt.values.arrays import Floats, Ints
 
 
 def waits(seconds: float, cause: str = "what changes with time") -> str:
-    """Say that a motion begins later.
+    """Return a sentence on a motion that begins later.
 
     Args:
-        seconds: By how much [s].
-        cause: What for.
+        seconds: Delay [s].
+        cause: Its cause.
     """
     return f"waits {seconds:.3f} s before it moves, for {cause}"
 
@@ -89,7 +89,7 @@ def _slowest(step: TimingStep) -> int:
 
 
 def _cause(delay: _Delay, steps: Sequence[TimingStep], pairs: Ints, checks: SampledChecks) -> str:
-    """Name what would be in the way if the rest of the timing came earlier."""
+    """Name the object that would be in the way if the rest of the timing came earlier."""
     later = [step for step in steps if step.cells and step.tick >= delay.ends - step.ticks]
     cells = np.concatenate([np.arange(step.begin, step.begin + step.cells) for step in later])
     ticks = np.concatenate([step.tick + np.arange(step.cells) * step.ticks // step.cells for step in later])

@@ -1,7 +1,7 @@
-"""Waiting: the same motion begun later, among things that change with time.
+"""Waiting: the same motion begun later, among objects that change with time.
 
-A motion that begins at rest may begin at any later time. Sampled times are looked at, in order; what seems
-clear is for the judge to prove.
+A motion that begins at rest may begin at any later time. Times are sampled in order; the judge proves the
+candidates.
 """
 
 from collections.abc import Iterator
@@ -19,16 +19,16 @@ from trajopt.values.trajectory import Trajectory
 STEP = 0.05
 """Beginnings are tried in steps of this [s]; then halved between the last that was blocked and the next."""
 HALVINGS = 4
-"""So a motion begins within 3 ms of the earliest time that is clear."""
+"""A motion then begins within 3 ms of the earliest time that is clear."""
 MOST = 3
-"""So many beginnings of one motion are judged: what lies between looks may be in the way of the first."""
+"""Number of start times of one motion to judge: an object between samples may be in the way of the first."""
 TOGETHER = 32
 """Beginnings that are looked at together."""
 FEW = 4
 """Looks of a motion at which something is too near that are looked at first for later beginnings: mostly
 something is there still."""
 LONGEST = 60.0
-"""Nothing waits longer [s]: whoever has so much time asks again."""
+"""Longest wait [s]: a later need is for another call."""
 
 
 @dataclass(eq=False)
@@ -78,19 +78,19 @@ class Waiting:
                 return
 
     def stands_clear(self, start: Floats, until: float) -> bool:
-        """Say whether it is clear of what changes to stand at the start, (1, n), until a time [s]."""
+        """Return whether the robot at rest at the start, (1, n), is clear of obstacles until a time [s]."""
         self.checks.start_at(start)
         return self._standing(start, 0.0, np.array((until,))) == 1
 
     def _later(self, latest: float) -> Iterator[float]:
-        """Yield times to begin at, until nothing changes any more."""
+        """Yield start times, until nothing changes."""
         last = min(self.checks.settled, LONGEST, self.checks.obstacles.timed.until, latest)
         yield from (STEP * number for number in range(1, ceil(last / STEP)))
         if 0.0 < last < LONGEST:
             yield last
 
     def _sooner(self, trajectory: Trajectory, blocked: float, clear: float) -> float:
-        """Return a time to begin at, between one that is blocked and one that is clear."""
+        """Return a start time between one that is blocked and one that is clear."""
         for _ in range(HALVINGS):
             middle = (blocked + clear) / 2.0
             if self._clear(trajectory, middle):
@@ -100,13 +100,13 @@ class Waiting:
         return clear
 
     def _clear(self, trajectory: Trajectory, wait: float) -> bool:
-        """Say whether a motion that is begun after a wait [s] keeps clear of what changes."""
+        """Return whether a motion that is begun after a wait [s] keeps clear of dynamic obstacles."""
         return not len(self._met(trajectory, wait))
 
     def _met(self, trajectory: Trajectory, wait: float) -> Floats:
-        """Return times along a motion at which something is too near if it is begun after a wait, few [s].
+        """Return times along a motion at which an object is too near if it is begun after a wait, few [s].
 
-        Besides evenly spaced times it is looked at the very moments at which things appear and expire.
+        Besides evenly spaced times the moments at which objects appear and expire are sampled.
         """
         even = self._even(trajectory)
         moments = self.checks.obstacles.moments
@@ -121,7 +121,7 @@ class Waiting:
         return np.linspace(0.0, duration, max(2, ceil(duration / INTERVAL) + 1))
 
     def _still_met(self, trajectory: Trajectory, met: Floats, waits: Floats) -> Bools:
-        """Say of waits whether something is too near at one of some times along a motion, shape (w,)."""
+        """Return for waits whether an object is too near at one of some times along a motion, shape (w,)."""
         # Those looks only that `_met` takes too: moments at which things appear depend on the wait.
         met = met[np.isin(met, self._even(trajectory))]
         if not len(met) or not len(waits):
@@ -131,11 +131,11 @@ class Waiting:
         return np.any(near.reshape(len(waits), len(met)), axis=1)
 
     def _standing(self, start: Floats, since: float, waits: Floats) -> int:
-        """Return for how many waits in turn the robot keeps clear while it stands at the start, (1, n).
+        """Return the number of successive waits with the robot clear at rest at the start, (1, n).
 
         Args:
-            start: Where it stands.
-            since: Until when it was looked at already [s].
+            start: The start.
+            since: Time up to which it was sampled already [s].
             waits: Increasing, shape (w,) [s].
         """
         begins: list[float] = [since, *waits[:-1].tolist()]

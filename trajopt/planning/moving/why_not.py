@@ -1,4 +1,4 @@
-"""Why there is no motion among what changes with time: what is in the way, and from when to when."""
+"""Why there is no motion among dynamic obstacles: the obstructions and their times."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -39,7 +39,7 @@ def impossible(failure: Result, alone: Result, tracker: BudgetTracker) -> Result
     """Return the proof that no motion within the limits solves a problem in time; None if there is none.
 
     Args:
-        failure: The motion that is planned without what changes, refused.
+        failure: The motion planned without dynamic obstacles, refused.
         alone: That motion.
         tracker: Counts the work.
 
@@ -51,11 +51,11 @@ def impossible(failure: Result, alone: Result, tracker: BudgetTracker) -> Result
 
 
 def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
-    """Return a failure with what is in the way; as inevitable or occupied where all that was tried says so.
+    """Return a failure with its obstructions; as inevitable or occupied if all evidence supports it.
 
     Args:
-        failure: The failure, among what changes; returned as it is if why it failed is known already.
-        alone: The motion that is planned without it.
+        failure: The failure, among dynamic obstacles; returned unchanged if its reason is known already.
+        alone: The motion planned without them.
         tracker: Counts the work.
 
     Raises:
@@ -77,7 +77,7 @@ def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
 
 
 def _instead_of(failure: Result, found: Result) -> Result:
-    """Return what was found out about a failure, with the motion that was refused."""
+    """Return the findings on a failure, with the refused motion."""
     fields = ("attempts", "method", "because", "goal_name", "remarks", "path", "trajectory", "judged")
     return replace(found, **{name: getattr(failure, name) for name in fields})
 
@@ -90,11 +90,11 @@ def _unknown(failure: Result) -> Sequence[Check]:
 
 @dataclass(eq=False)
 class _WhyNot:
-    """Looks for what is in the way of one problem.
+    """Looks for the obstructions of one problem.
 
     Attributes:
-        problem: The problem, with one goal, among what changes.
-        alone: The motion that is planned without what changes.
+        problem: The problem, with one goal, among dynamic obstacles.
+        alone: The motion planned without them.
         tracker: Counts the work.
     """
 
@@ -105,7 +105,7 @@ class _WhyNot:
     _counted: WorkCounts = field(default_factory=WorkCounts)
 
     def refusal(self, *, proven: bool) -> Result | None:
-        """Return a refusal, only a proven one or one that much speaks for; None if there is none."""
+        """Return a refusal, either proven or with strong evidence; None if there is none."""
         with self.tracker.stage("proof"):
             sweep, occupied = self._in_time.inevitable(proven=proven), None
             met = self._fixed_links.met(None if proven else self.alone.duration) if sweep is None else None
@@ -122,7 +122,7 @@ class _WhyNot:
         )
 
     def on_the_way(self) -> tuple[Obstruction, ...]:
-        """Return what is in the way of the motion without what changes, begun at once, in order of time."""
+        """Return the obstructions of the static motion, begun immediately, in order of time."""
         motion = self.alone
         times: Floats = np.append(np.arange(0.0, motion.duration, LOOK), motion.duration)
         with self.tracker.stage("proof"):
@@ -145,7 +145,7 @@ class _WhyNot:
         )
 
     def _goals(self, *, several: bool) -> list[Floats]:
-        """Return goal configurations: the one asked for, or what is found, that planned to first."""
+        """Return goal configurations: the requested one, or those found, first the one planned to."""
         problem = self.problem
         if self._in_time.goal_moves:
             return []
@@ -165,7 +165,7 @@ class _WhyNot:
         return goals
 
     def ends_before(self) -> str:
-        """Say by when a motion has to be over, where something meets a link that no joint moves."""
+        """Return by when a motion has to end, if an obstacle meets a link that no joint moves."""
         with self.tracker.stage("proof"):
             spans = self._fixed_links.spans
         self._count()
