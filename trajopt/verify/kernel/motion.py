@@ -98,7 +98,6 @@ class Motion:
         staying: How long it rests where it ends, before it counts as over [s].
         rests_after: Whether it is followed by rest; else by a motion that goes on from it.
         clock: What the scene's clock shows when it begins [s].
-        among: The same motion together with what changes with time; itself if nothing does.
     """
 
     def __init__(
@@ -138,7 +137,7 @@ class Motion:
         self.options = options
         self.staying, self.rests_after, self.clock = 0.0, True, 0.0
         self.position = position
-        self.among: Motion = self
+        self._among: Motion | None = None
 
     @cached_property
     def group(self) -> tuple[Polynomials, Polynomials, Polynomials, Polynomials]:
@@ -157,9 +156,19 @@ class Motion:
         """Return the part from one time to another [s], its own time starting at 0."""
         part = self.trajectory.between(begin, end)
         motion = Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
-        if self.among is not self:
-            motion.among = self.among.between(begin, end)
+        if self._among is not None:
+            motion.among = self._among.between(begin, end)
         return motion
+
+    @property
+    def among(self) -> "Motion":
+        """The same motion among dynamic obstacles; itself if there are none."""
+        return self if self._among is None else self._among
+
+    @among.setter
+    def among(self, timed: "Motion") -> None:
+        """Keep it; the motion itself is not kept, so that it is freed with its last user."""
+        self._among = None if timed is self else timed
 
     def moving(self, order: int) -> Polynomials:
         """Return positions or a derivative of all joints that move, mimic joints too, in model order."""
