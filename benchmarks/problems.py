@@ -8,7 +8,7 @@ import numpy as np
 import trajopt as to
 from trajopt.geometry import Query
 from trajopt.values.arrays import Floats
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 
 START = {
     "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,

@@ -33,7 +33,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements.joints import LENGTH
-from trajopt.scene.reduced import tool_frame
+from trajopt.scene.reducing import tool_frame
 from trajopt.simulation.spec import describe
 from trajopt.values.arrays import Floats
 from trajopt.verify import Judge

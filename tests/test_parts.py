@@ -8,7 +8,8 @@ import pytest
 import trajopt as to
 from tests.test_requirement_plans import GOAL, START, TCP, tcp
 from trajopt.problem.requirements import During, Requirement
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.errors import ProblemError, ShapeError, WaypointNotFound
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Evidence, verify

@@ -33,7 +33,8 @@ from trajopt.optimise.terms import Cost, soft_clearance
 from trajopt.optimise.terms.clearance import MarginRule
 from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.symbolic import SymbolicKinematics
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve, line
 from trajopt.tasks.grasping import gripper_of
 from trajopt.values import errors

@@ -9,7 +9,8 @@ from trajopt.optimise.transcription import transcribe
 from trajopt.planning import Plan
 from trajopt.planning.seeds import line_through
 from trajopt.problem.requirements import Requirement
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.errors import ProblemError
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, verify

@@ -23,7 +23,7 @@ from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.motion_guard import start_from
 from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.planning import on_the_way
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.verify import Judge
 

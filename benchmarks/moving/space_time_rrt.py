@@ -29,7 +29,6 @@ from ompl import base, geometric, util
 import trajopt as to
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.problem.requirements import JointPositions
-from trajopt.scene.timed import timed_model
 from trajopt.verify import CheckKind, Judge, Specification
 
 util.setLogLevel(util.LogLevel.LOG_NONE)
@@ -54,7 +53,7 @@ class Checker:
 
     def __init__(self, problem: to.Problem) -> None:
         """Copy the bodies and the pairs that have to keep apart."""
-        timed = timed_model(problem.reduced)
+        timed = problem.reduced.timed
         if timed is None:
             raise ValueError("nothing in the scene changes with time")
         self._timed, reduced = timed, timed.reduced

@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from trajopt.driving.servo_program import BodySpeeds
 from trajopt.geometry import Query
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 
 STEP = 1e-6
 

@@ -26,7 +26,7 @@ from trajopt.driving import (
 from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.scene.timing import Timing
 from trajopt.values.errors import FileFormatError, ProblemError, ShapeError
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 
 CRATE = Surprise(
     name="crate", at=0.1, placement=to.placement((0.44, 0.15, 0.25)), shape=to.Box(0.1, 0.1, 0.1)

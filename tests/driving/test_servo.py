@@ -25,7 +25,7 @@ from trajopt.optimise.terms.singularity_distance import frame_jacobian, singular
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.limits import EXCESS
-from trajopt.scene.reduced import tool_frame
+from trajopt.scene.reducing import tool_frame
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import FrameNotFound, JointNotFound, ProblemError
 from trajopt.verify import Judge

@@ -12,7 +12,7 @@ from tests.fuzz.scenarios import Kind, scenario
 from tests.oracles.moving_world import Oracle
 from tests.oracles.random_worlds import into, random_things
 from trajopt.planning.status import Certainty
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.errors import PlanningFailed
 
 HERE = to.placement((0.5, 0.0, 0.5))

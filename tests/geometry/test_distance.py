@@ -9,7 +9,7 @@ import trajopt as to
 from tests.oracles.query import PlainQuery
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.shapes.shapes import Shape
 
 Body = type[PlainQuery] | type[Query]

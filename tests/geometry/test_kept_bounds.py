@@ -16,7 +16,8 @@ from tests.oracles.query import PlainQuery
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Contacts, Query
 from trajopt.geometry.dynamics import DynamicsQuery
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.shapes.shapes import Box, Convex, Shape, convex
 

@@ -8,8 +8,7 @@ import pytest
 
 import trajopt as to
 from trajopt.geometry import Query
-from trajopt.scene.reduced import reduce_model
-from trajopt.scene.timed import timed_model
+from trajopt.scene.reducing import reduce_model
 
 STATM = Path("/proc/self/statm")
 THINGS, QUERIES = 50, 4
@@ -28,7 +27,7 @@ def test_a_query_among_many_things_is_small(planar_arm: to.Robot) -> None:
     for number in range(THINGS):
         places = [to.placement((x, 1.0, float(number))) for x in (-1.0, 1.0)]
         scene = scene.add(f"ball {number}", to.Sphere(0.05), motion=to.Track.through([0.0, 1.0], places))
-    timed = timed_model(reduce_model(scene, "arm", np.zeros(len(planar_arm.joint_names))))
+    timed = reduce_model(scene, "arm", np.zeros(len(planar_arm.joint_names))).timed
     assert timed is not None
     kept = [Query(timed.reduced)]
     before = resident()

@@ -14,7 +14,8 @@ import trajopt as to
 from tests.oracles.query import PlainQuery
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query, SearchSpace, WorkCounts, search_path
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.shapes.shapes import Box
 

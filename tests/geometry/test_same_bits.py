@@ -9,7 +9,7 @@ import numpy as np
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 
 ROOT = Path(__file__).parents[2]
 CODE = "from pathlib import Path; from tests.geometry.test_same_bits import {}; {}"

@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry.dynamics import DynamicsQuery
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 
 
 def test_slopes_are_those_of_the_torque(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 
 _DIRECTIONS = 2000

@@ -15,7 +15,7 @@ from trajopt.geometry.query import EPA_TOLERANCES, GJK_TOLERANCE
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.shapes.closed_surface import part_points
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape
 
 

@@ -14,7 +14,7 @@ from tests.values.test_mesh_file import box, joined
 from trajopt.robot import mesh_cover
 from trajopt.robot.mesh_cover import FARTHEST, THICKNESS, ConvexCover, CoverMethod, convex_pieces
 from trajopt.values.errors import ShapeError
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 
 TOLERANCE = 0.01
 SEEN = 0.004

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import trajopt as to
 from tests.verify.arms import link, quintic, reduced
 from trajopt.optimise.kinematics import forward_kinematics
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MimicContradiction, MimicCycle
 from trajopt.values.placement import placement

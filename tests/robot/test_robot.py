@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM, odd_arm
-from trajopt.robot.limits import DEFAULT_ACCELERATION_TIME
+from trajopt.robot.loading.stated_limits import DEFAULT_ACCELERATION_TIME
 from trajopt.values.errors import (
     FileFormatError,
     FrameNotFound,

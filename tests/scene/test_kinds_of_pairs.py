@@ -11,7 +11,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.scene.clearances import PairKind
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.track import Track
 from trajopt.values.errors import ModelError, ShapeError
 from trajopt.verify import verify

@@ -6,7 +6,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import two_arms
 from trajopt.scene.clearances import AllowedCollisions, ContactAllowance
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 GROUPS = ("both", "left", "right")
 SHAPES = (to.Box(0.1, 0.2, 0.3), to.Sphere(0.1), to.Plane())

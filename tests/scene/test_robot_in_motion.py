@@ -9,7 +9,8 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.track import Prediction
 from trajopt.values.errors import DuplicateObject, ProblemError, ShapeError
 from trajopt.values.shapes.shapes import bounding_box

@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 
 
 @pytest.fixture

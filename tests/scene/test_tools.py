@@ -12,7 +12,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt.optimise.kinematics import inverse_kinematics
 from trajopt.optimise.terms import soft_clearance
 from trajopt.optimise.terms.clearance import SoftDistance
-from trajopt.scene.reduced import reduce_model, tool_frame
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.tasks.cartesian import follow, follows_curve, line
 from trajopt.values.errors import FrameNotFound
 

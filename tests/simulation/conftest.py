@@ -8,7 +8,8 @@ import pytest
 
 from tests.robots_for_tests import odd_arm
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MissingExtra

@@ -9,7 +9,7 @@ from trajopt.simulation.mujoco_geoms import CONE_TOLERANCE, mujoco_geoms
 from trajopt.simulation.spec import add_geom
 from trajopt.values.arrays import readonly
 from trajopt.values.placement import Placement, placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
 WEDGE = convex([(0.3, 0.1, 0.1), (0.4, 0.1, 0.1), (0.3, 0.25, 0.1), (0.32, 0.12, 0.3), (0.38, 0.2, 0.2)])

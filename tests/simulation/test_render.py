@@ -14,7 +14,8 @@ from PIL import Image
 
 from tests.simulation.conftest import panda, reduced_all, smooth
 from trajopt.robot.robot import FrameAttachment, Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.simulation import (
     CameraView,

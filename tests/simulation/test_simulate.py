@@ -14,7 +14,7 @@ from trajopt.scene.scene import Scene
 from trajopt.simulation import SimulationOptions, simulate
 from trajopt.values.errors import ModelError, ShapeError
 from trajopt.values.placement import placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Sphere, convex
 from trajopt.values.trajectory import Trajectory
 

@@ -9,7 +9,8 @@ import pytest
 
 from tests.simulation.conftest import panda, reduced_all
 from trajopt.robot.robot import Robot, configuration
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.simulation import build_spec
 from trajopt.simulation.spec import describe, principal_inertia

@@ -11,7 +11,8 @@ from tests.robots_for_tests import odd_arm
 from tests.simulation.conftest import panda, reduced_all, smooth
 from trajopt.robot.load import load
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frames
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model, tool_frames
 from trajopt.scene.scene import Scene
 from trajopt.simulation import CameraView, RenderingUnavailable, offscreen, render, viewpoint
 from trajopt.simulation.camera import FIELD_OF_VIEW, picture_coordinates

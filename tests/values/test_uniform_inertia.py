@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape, bounding_box, convex
 from trajopt.values.shapes.uniform_inertia import uniform_inertia
 

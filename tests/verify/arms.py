@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Trajectory

@@ -20,7 +20,7 @@ from trajopt.robot.bodies import MeshPolicy
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.placement import Placement, placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Plane, Shape, Sphere, convex
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Examination, Judge, Specification, VerifyOptions

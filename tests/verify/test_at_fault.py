@@ -5,7 +5,8 @@ import pytest
 
 import trajopt as to
 from tests.verify.test_moving_things import alone
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.track import Prediction, Track
 from trajopt.verify import verify
 from trajopt.verify.certificate import Certificate, Check, CheckKind, Evidence

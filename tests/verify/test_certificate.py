@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from tests.verify.arms import joint, link, planar_arm, quintic, reduced, robot
 from trajopt.problem.requirements import joint_positions
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError, ShapeError

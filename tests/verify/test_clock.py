@@ -7,7 +7,8 @@ import pytest
 
 import trajopt as to
 from tests.oracles.random_worlds import bare, free_limits, into, random_motion, random_things
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.verify import Certificate, Judge, Specification
 
 SEEDS = range(60)

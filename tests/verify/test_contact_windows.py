@@ -13,7 +13,7 @@ from trajopt.scene.clearances import ContactAllowance
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.placement import placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Plane, Shape, convex
 from trajopt.verify import Certificate, Check, Evidence, Moment, examine, verify
 from trajopt.verify.kernel.clearance_search import Windows

@@ -19,7 +19,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.errors import ModelError
 from trajopt.values.placement import Placement, placement
 from trajopt.values.shapes.closed_surface import part_points
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.verify.checks.distances import support
 from trajopt.verify.kernel.kinematics import Kinematics

@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.test_moving_things import alone, clearance_of, swing
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.track import Prediction, Track
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import Judge, Specification

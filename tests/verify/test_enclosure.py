@@ -17,7 +17,7 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.placement import placement
 from trajopt.values.shapes.closed_surface import closed_surface
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Shape, Sphere, convex
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Judge, Specification

@@ -11,7 +11,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.errors import ShapeError
 from trajopt.values.placement import placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Sphere, convex
 from trajopt.verify import Judge, examine
 

@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from trajopt.problem.requirements import FramePlacement
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.track import Track
 from trajopt.values.errors import ProblemError
 from trajopt.verify import Judge, Specification

@@ -10,7 +10,8 @@ import trajopt as to
 from tests.oracles.moving_world import Oracle
 from tests.oracles.random_worlds import bare, free_limits, into, random_motion, random_things
 from tests.robots_for_tests import odd_arm
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.verify import verify
 from trajopt.verify.certificate import Certificate, CheckKind, Evidence
 

@@ -10,7 +10,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry.geometry import collision_geometry
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.track import Prediction, Track
 from trajopt.values.errors import ShapeError
 from trajopt.verify import verify

@@ -16,7 +16,7 @@ from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.placement import Placement, placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.verify.checks.distances import support
 from trajopt.verify.kernel.kinematics import Kinematics, Poses

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.shapes.shapes import Box, Cylinder
 from trajopt.values.trajectory import Trajectory
 

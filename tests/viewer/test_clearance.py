@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.viewer.clearance import ClearanceQuery, PairKind
 from trajopt.viewer.readout import clearance_html
 from trajopt.viewer.samples import sample_motion

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.viewer import Viewer, plot_motion, view
 from trajopt.viewer.clearance import ClearanceQuery, PairKind
 from trajopt.viewer.readout import clearance_html

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import (
     Box,
     Capsule,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from trajopt.robot.loading.pinocchio_model import link_placement
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.simulation.camera import FIELD_OF_VIEW
 from trajopt.simulation.sampled_motion import motion_of
 from trajopt.simulation.viewpoint import look_at

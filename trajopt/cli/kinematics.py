@@ -10,7 +10,8 @@ from trajopt.cli.options import RobotSource
 from trajopt.files.moveit import read_scene
 from trajopt.optimise.kinematics.arguments import frame_of
 from trajopt.scene.group_tools import end_link
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.errors import ProblemError, shown
 

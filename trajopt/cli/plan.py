@@ -33,7 +33,7 @@ from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.records import table
 from trajopt.planning.result import Result, improvement
 from trajopt.problem.problem import Problem
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.server.warehouse import Warehouse
 from trajopt.values.documents.json_files import write_json
 from trajopt.values.errors import ProblemError

@@ -15,7 +15,7 @@ from trajopt.driving.soonest_stop import StopTaken, soonest_stop, why_unproven
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.timing.stops import PathStop

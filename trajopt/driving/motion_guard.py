@@ -12,7 +12,8 @@ from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.scene.deviation import largest_deviation
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.scene.whole_robot import whole_robot
 from trajopt.values.arrays import Floats, Value, floats

@@ -15,7 +15,8 @@ from trajopt.driving.intended_motion import IntendedMotion
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats, Value, floats, several
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.errors.arguments import checked

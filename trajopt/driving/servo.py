@@ -11,7 +11,7 @@ from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import ApproachLimits, ApproachQuery, Braking, settle
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.optimise.methods.timing import with_jerk
-from trajopt.scene.reduced import reduce_model, tool_frame
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.timing.joint_stops import stop_after
 from trajopt.values.arrays import Floats, number

@@ -23,7 +23,7 @@ from trajopt.optimise.solvers.banded import BandedSteps
 from trajopt.robot.limits import EXCESS, JointLimits
 from trajopt.scene.deviation import pair_levers
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import ChangingPairs, timed_model
+from trajopt.scene.timed import ChangingPairs
 from trajopt.timing.joint_stops import TICK
 from trajopt.values.arrays import Floats, Loss, Rows, Value
 
@@ -183,7 +183,7 @@ class ApproachQuery:
             braking: Of the group's joints.
             clearance: Distance to keep in addition to the required clearances [m].
         """
-        timed = timed_model(reduced)
+        timed = reduced.timed
         whole = reduced if timed is None else timed.reduced
         self.query = evaluator(whole)
         self._timed, self._braking = timed, braking

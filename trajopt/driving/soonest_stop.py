@@ -12,7 +12,7 @@ from trajopt.optimise.methods.timing import stop_from, stopping_motion, with_jer
 from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
 from trajopt.robot.limits import JointLimits
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.timing.joint_stops import stop_after
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory

@@ -13,7 +13,7 @@ import numpy as np
 from trajopt.geometry.geometry import BoundingBoxes, collision_geometry
 from trajopt.geometry.query import BodyParts, Query, WorkCounts, cell_of, solid_of
 from trajopt.native import proximity
-from trajopt.robot.bodies import FixedBody
+from trajopt.robot.joints import FixedBody
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.cached import cached_per_value

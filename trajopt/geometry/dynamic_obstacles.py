@@ -8,8 +8,8 @@ import numpy as np
 
 from trajopt.geometry.evaluation import Evaluator, MakesEvaluator, WorkCounts
 from trajopt.geometry.query import evaluator
-from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import ChangingPairs, TimedModel, timed_model
+from trajopt.scene.reduced import ReducedModel, TimedModel
+from trajopt.scene.timed import ChangingPairs
 from trajopt.values.arrays import Bools, Floats, Ints, Printed
 
 
@@ -79,7 +79,7 @@ class DynamicObstacles(Printed):
             counts: Takes the work done.
             make: Makes the evaluator.
         """
-        timed = timed_model(reduced)
+        timed = reduced.timed
         return None if timed is None else DynamicObstacles(timed, make(timed.reduced, counts))
 
     @property

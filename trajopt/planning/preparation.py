@@ -10,7 +10,7 @@ from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.infeasibility import ClosedCut, closed_cut, never_apart
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import JointPositions
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.scene.scene import DEFAULT_MARGIN
 from trajopt.values.printed import in_degrees
 

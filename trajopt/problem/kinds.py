@@ -11,7 +11,7 @@ def model_kinds() -> Kinds:
     return kinds_in(
         {
             "trajopt.values.shapes.shapes": "Box Sphere Cylinder Capsule Cone Plane Convex",
-            "trajopt.values.shapes.mesh_file": "Mesh",
+            "trajopt.values.shapes.mesh": "Mesh",
             "trajopt.values.shapes.clouds.points": "Points",
             "trajopt.values.shapes.clouds.voxels": "Voxels",
             "trajopt.values.placement": "Placement",

@@ -29,7 +29,8 @@ from trajopt.problem.stated import (
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.robot.limits import JointLimits, LimitKind
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several
 from trajopt.values.errors import ProblemError, ProblemNotFound, WaypointNotFound, shown

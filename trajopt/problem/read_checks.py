@@ -16,7 +16,7 @@ from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.placement import Placement, as_placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Convex
 from trajopt.values.trajectory import Path
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 import pinocchio as pin
 
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import JointLimits, LimitKind
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.values.arrays import Floats, number, readonly
 from trajopt.values.errors import JointNotFound, ProblemError
 from trajopt.values.likely_units import meant_at_speed

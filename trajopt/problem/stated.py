@@ -16,9 +16,9 @@ from trajopt.problem.requirements import (
     frame_placement,
     joint_positions,
 )
-from trajopt.problem.requirements.requirement import GoalLike
+from trajopt.problem.requirements.alternatives import GoalLike
 from trajopt.robot.configuration import FORMS, Motion, joints_of, stated_configuration
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.group_tools import tool_of
 from trajopt.scene.scene import Scene

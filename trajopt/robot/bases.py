@@ -85,10 +85,15 @@ class RobotBase:
     drive: Drive = Drive.HOLONOMIC
     drift: float = DRIFT
 
+    @property
+    def rolls(self) -> bool:
+        """Whether its wheels roll and do not slide sideways."""
+        return self.drive is Drive.DIFFERENTIAL
+
     @checked
     def rolling(self, moved: Sequence[str]) -> tuple[int, int, int] | None:
         """Return the indices of x, y and yaw among the moving joints; None unless the base rolls."""
-        if self.drive is not Drive.DIFFERENTIAL or not set(self.joints) <= set(moved):
+        if not self.rolls or not set(self.joints) <= set(moved):
             return None
         x, y, yaw = (moved.index(joint) for joint in self.joints)
         return x, y, yaw

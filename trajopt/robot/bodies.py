@@ -9,8 +9,8 @@ import numpy as np
 from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
 from trajopt.robot.mesh_cover import CoverProgress, MeshPolicy, cover_file, cover_mesh
 from trajopt.values.arrays import Floats, Value, readonly
-from trajopt.values.placement import IDENTITY, Placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape, scaled
 
 ORIGIN = readonly(np.zeros(3))
@@ -97,39 +97,3 @@ def robot_bodies(collisions: Sequence[LinkGeometry], policy: MeshPolicy) -> Robo
     return RobotBodies(
         tuple(bodies), tuple(said.values()), tuple(f"collision mesh of {said[note]}" for note in coarse)
     )
-
-
-@dataclass(frozen=True, eq=False)
-class Anchor:
-    """A frame that moves with a joint.
-
-    Attributes:
-        joint: Joint of the reduced model that carries it; 0 is the world.
-        placement: Of the frame in that joint's frame.
-    """
-
-    joint: int
-    placement: Placement
-
-
-WORLD_ANCHOR = Anchor(0, IDENTITY)
-"""The world itself."""
-
-
-@dataclass(frozen=True, eq=False)
-class FixedBody:
-    """A collision body and the joint that carries it.
-
-    Attributes:
-        name: The body's name.
-        owner: The link or object that it is part of.
-        joint: Joint of the reduced model that carries it; 0 is the world.
-        placement: Of the shape in that joint's frame.
-        shape: The shape.
-    """
-
-    name: str
-    owner: str
-    joint: int
-    placement: Placement
-    shape: Shape

@@ -6,7 +6,7 @@ from typing import Protocol, TypeAlias, cast, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import Floats, floats, one_of
 from trajopt.values.errors import ProblemError, ShapeError, listed, shown

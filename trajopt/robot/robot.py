@@ -13,7 +13,8 @@ import pinocchio as pin
 
 from trajopt.robot.bases import MovingBase, RobotBase
 from trajopt.robot.bodies import CollisionBody, robot_bodies
-from trajopt.robot.limits import JointLimits, LimitKind, not_stated, read_joint_limits, with_stated
+from trajopt.robot.joints import configuration, joint_unit, joint_units
+from trajopt.robot.limits import JointLimits, LimitKind
 from trajopt.robot.loading.base_joints import with_base
 from trajopt.robot.loading.from_pinocchio import check_joints, described, group_elements
 from trajopt.robot.loading.groups import Group
@@ -23,17 +24,15 @@ from trajopt.robot.loading.physics_notes import effort_notes, inertia_notes
 from trajopt.robot.loading.pinocchio_model import (
     ModelData,
     adjacent_links,
-    configuration,
     described_limits,
     fixed_joint_names,
-    joint_unit,
-    joint_units,
     link_names,
     model_data,
     model_of,
 )
 from trajopt.robot.loading.semantics import semantics_of
 from trajopt.robot.loading.srdf import EndEffector, Srdf, read_srdf
+from trajopt.robot.loading.stated_limits import not_stated, read_joint_limits, with_stated
 from trajopt.robot.loading.urdf import LinkGeometry, Mimic, Urdf, read_urdf
 from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.values.arrays import (

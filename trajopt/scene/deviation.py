@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.shapes.shapes import Plane, bounding_box

@@ -10,7 +10,7 @@ from itertools import permutations
 
 import numpy as np
 
-from trajopt.robot.bodies import Anchor, FixedBody
+from trajopt.robot.joints import Anchor, FixedBody
 from trajopt.scene.clearances import (
     ROOM,
     AllowedCollisions,
@@ -20,34 +20,13 @@ from trajopt.scene.clearances import (
     Part,
     kept,
 )
+from trajopt.scene.reduced import BodyPairs, CollisionModel
 from trajopt.scene.reduced_robot import ReducedRobot
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import AnchoredObject, SceneObject
 from trajopt.values.arrays import Bools, Floats, Ints, readonly
 from trajopt.values.cached import LruCache, cached_per_value
 from trajopt.values.placement import IDENTITY, WORLD
-
-
-@dataclass(frozen=True, eq=False)
-class BodyPairs:
-    """Pairs of bodies that must keep apart and can move relative to each other.
-
-    Attributes:
-        first: Index of the first body of each pair, shape (p,), read-only.
-        second: Index of the second, larger than the first, shape (p,), read-only.
-        margin: Clearance that the optimiser aims at, above the required one, shape (p,) [m], read-only.
-        required: Required clearance, shape (p,) [m], read-only.
-        allowances: Intended contacts, each with the index of its pair.
-        immobile: Pairs of owners with a link or attached object that cannot move relative to each other; they
-            are left out.
-    """
-
-    first: Ints
-    second: Ints
-    margin: Floats
-    required: Floats
-    allowances: tuple[tuple[int, ContactAllowance], ...]
-    immobile: frozenset[frozenset[str]]
 
 
 @dataclass(frozen=True)
@@ -207,21 +186,6 @@ class _Owners:
         place, column = self._index.get(one), self._index.get(other)
         if place is not None and column is not None and self.row[place] >= 0:
             matrix[self.row[place], column] = value
-
-
-@dataclass(frozen=True, eq=False)
-class CollisionModel:
-    """A scene's bodies, fixed to the joints of a reduced robot.
-
-    Attributes:
-        anchors: Carrying joint and placement of each frame, tool, object and the world, by name.
-        bodies: Collision bodies of links, then of objects.
-        pairs: Those that must keep apart.
-    """
-
-    anchors: Mapping[str, Anchor]
-    bodies: tuple[FixedBody, ...]
-    pairs: BodyPairs
 
 
 def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:

@@ -5,7 +5,7 @@ from typing import Protocol, TypeVar, cast, runtime_checkable
 
 import pinocchio as pin
 
-from trajopt.robot.bodies import Anchor, FixedBody
+from trajopt.robot.joints import Anchor, FixedBody
 from trajopt.values.arrays import Floats, unless_none
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import Placement

@@ -1,31 +1,97 @@
-"""The robot with only a group's joints free, as used for planning, judging and simulation.
+"""Reduced model: the robot with only a group's joints free, as used for planning, judging and simulation.
 
-All other joints keep their start positions, even outside their limits. Data that depends only on the robot,
-or only on one object, is computed once and shared by all scenes with it.
+Plain data: `trajopt.scene.reducing` builds it from a scene. The judge reads nothing else, so this module does
+not import the code that loads robots or edits scenes.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from math import inf
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.bodies import Anchor, FixedBody
+from trajopt.robot.joints import Anchor, FixedBody, configuration
 from trajopt.robot.limits import JointLimits
-from trajopt.robot.loading.pinocchio_model import ModelData, configuration, model_data, model_of
-from trajopt.scene.pairs import BodyPairs, CollisionModel, collision_model_of
-from trajopt.scene.reduced_robot import reduce_robot
-from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats, readonly
+from trajopt.values.arrays import Floats, Ints, Value, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import FrameNotFound, ProblemError, shown
-from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.printed import in_number
 
+if TYPE_CHECKING:
+    from trajopt.scene.clearances import ContactAllowance
+    from trajopt.scene.scene import Scene
+    from trajopt.scene.timing import Timing
+
 T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenJoints(Value):
+    """Positions of joints that are driven by time.
+
+    Attributes:
+        names: Names of the m joints.
+        times: Ends of the k pieces, increasing, shape (k + 1,) [s]; outside of them all rest.
+        coefficients: Of the joints' positions, in the time since the start of each piece, highest power
+            first, shape (degree + 1, k, m) [rad | m].
+    """
+
+    names: tuple[str, ...]
+    times: Floats
+    coefficients: Floats
+
+    def at(self, times: Floats) -> Floats:
+        """Return the positions at times (s,), shape (s, m) [rad | m]."""
+        moments = np.clip(times, self.times[0], self.times[-1])
+        piece = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
+        since = (moments - self.times[piece])[:, None]
+        value = self.coefficients[0, piece]
+        for row in self.coefficients[1:]:
+            value = value * since + row[piece]
+        return value
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPairs:
+    """Pairs of bodies that must keep apart and can move relative to each other.
+
+    Attributes:
+        first: Index of the first body of each pair, shape (p,), read-only.
+        second: Index of the second, larger than the first, shape (p,), read-only.
+        margin: Clearance that the optimiser aims at, above the required one, shape (p,) [m], read-only.
+        required: Required clearance, shape (p,) [m], read-only.
+        allowances: Intended contacts, each with the index of its pair.
+        immobile: Pairs of owners with a link or attached object that cannot move relative to each other; they
+            are left out.
+    """
+
+    first: Ints
+    second: Ints
+    margin: Floats
+    required: Floats
+    allowances: tuple[tuple[int, ContactAllowance], ...]
+    immobile: frozenset[frozenset[str]]
+
+
+@dataclass(frozen=True, eq=False)
+class CollisionModel:
+    """A scene's bodies, fixed to the joints of a reduced robot.
+
+    Attributes:
+        anchors: Carrying joint and placement of each frame, tool, object and the world, by name.
+        bodies: Collision bodies of links, then of objects.
+        pairs: Those that must keep apart.
+    """
+
+    anchors: Mapping[str, Anchor]
+    bodies: tuple[FixedBody, ...]
+    pairs: BodyPairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +108,7 @@ class ReducedModel:
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         collision_model: Its bodies, and the pairs that must keep apart.
+        build_timed: Builds the model with dynamic obstacles, for `timed`.
     """
 
     scene: Scene
@@ -53,6 +120,7 @@ class ReducedModel:
     mimic_matrix: Floats
     mimic_offset: Floats
     collision_model: CollisionModel
+    build_timed: Callable[[ReducedModel], TimedModel | None]
 
     def __repr__(self) -> str:
         """Return the group, the number of free joints, and the scene."""
@@ -73,7 +141,7 @@ class ReducedModel:
         """Carrying joint and placement of each frame, object and the world, by name."""
         return self.collision_model.anchors
 
-    def derived(self, build: Callable[["ReducedModel"], T]) -> T:
+    def derived(self, build: Callable[[ReducedModel], T]) -> T:
         """Return a function's result for this model, computed at the first call.
 
         All starts with the same fixed joints share it, so it must not depend on the group's start positions,
@@ -84,7 +152,7 @@ class ReducedModel:
             kept[build] = build(self)
         return kept[build]
 
-    def derived_of_robot(self, build: Callable[["ReducedModel"], T]) -> T:
+    def derived_of_robot(self, build: Callable[[ReducedModel], T]) -> T:
         """Return a function's result for the robot alone, computed at the first call.
 
         All scenes with the same robot and the same fixed joints share it, so it must not depend on the
@@ -95,21 +163,25 @@ class ReducedModel:
             kept[build] = build(self)
         return kept[build]
 
-    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        """Pickle by the scene; a model with a load is pickled whole."""
-        robot = reduce_robot(self.scene.robot, self.group, self.start)
-        loaded = None if self.model is robot.model else model_data(self.model)
-        return _again, (self.scene, self.group, self.start, loaded)
-
     @property
     def moving_joints(self) -> tuple[str, ...]:
         """Names of the group's joints and of those that mimic them, in the model's order."""
         return self.derived_of_robot(_moving_joints)
 
+    @property
+    def timed(self) -> TimedModel | None:
+        """The model with dynamic obstacles, carried by joints driven by time; None if the scene is static."""
+        return self.build_timed(self)
+
     @cached_property
     def start_positions(self) -> Floats:
         """The group's positions at the start, shape (n,) [rad | m]."""
-        return readonly(self.start[self.scene.robot.index(self.joint_names)])
+        return readonly(self.start[self.places_of(self.joint_names)])
+
+    def places_of(self, joints: Sequence[str]) -> Ints:
+        """Return the indices of joints among all joints of the robot."""
+        names = self.scene.robot.joint_names
+        return np.array([names.index(name) for name in joints], dtype=np.int64)
 
     def configuration(self, positions: Floats) -> Floats:
         """Return pinocchio's configuration of the group's positions, (n,) -> (nq,)."""
@@ -119,7 +191,7 @@ class ReducedModel:
         """Return positions of all joints of the robot for the group's positions (n,)."""
         full = np.array(self.start)
         moved = self.mimic_matrix @ positions + self.mimic_offset
-        full[self.scene.robot.index(self.moving_joints)] = moved
+        full[self.places_of(self.moving_joints)] = moved
         return full
 
     def owners(self, pair: int) -> tuple[str, str]:
@@ -135,12 +207,53 @@ class ReducedModel:
             ProblemError: If it moves by itself, so that its placement depends on the time.
         """
         found = self.anchors.get(name)
-        if found is None and self.scene.carrier(name) is not None:
+        timed = self.timed if found is None else None
+        if timed is not None and name in timed.reduced.anchors:
             raise ProblemError(f"{shown(name)} is moved by time: only `plan` and `judge` know where it is")
         if found is None:
             objects = self.scene.objects
             raise FrameNotFound("frame", name, self.anchors.keys() - objects.keys(), objects=objects)
         return found.joint, found.placement
+
+
+@dataclass(frozen=True, eq=False)
+class TimedModel:
+    """A reduced model with the group's joints, n of them, followed by joints driven by time.
+
+    Attributes:
+        reduced: The model with all objects of its scene.
+        driven: Positions of the driven joints.
+        timings: Existence of each changing object, and the motion of its carrier.
+    """
+
+    reduced: ReducedModel
+    driven: DrivenJoints
+    timings: Mapping[str, Timing]
+
+    @property
+    def until(self) -> float:
+        """End of the time for which all motions are known [s]."""
+        known = (timing.motion.until for timing in self.timings.values() if timing.motion is not None)
+        return min(known, default=inf)
+
+    def positions(self, positions: Floats, times: Floats) -> Floats:
+        """Return positions of all joints for the group's positions (s, n) at times (s,), (s, n + m)."""
+        return np.concatenate((positions, self.driven.at(times)), axis=1)
+
+    def there(self, name: str, time: float) -> bool:
+        """Return whether a link or an object exists at a time [s]."""
+        timing = self.timings.get(name)
+        return timing is None or timing.appears <= time <= timing.expires
+
+    def error(self, name: str, time: float) -> float:
+        """Return the largest error of a link's or object's track at a time [m]."""
+        timing = self.timings.get(name)
+        return 0.0 if timing is None or timing.motion is None else timing.motion.error_at(time)
+
+    def is_uncertain(self, name: str) -> bool:
+        """Return whether a link's or object's track has an error."""
+        timing = self.timings.get(name)
+        return timing is not None and timing.motion is not None and any(timing.motion.error)
 
 
 @cached_per_value
@@ -159,87 +272,3 @@ def _kept_of_robot(model: pin.Model) -> dict[Callable[[ReducedModel], Any], Any]
 
 def _moving_joints(reduced: ReducedModel) -> tuple[str, ...]:
     return tuple(reduced.model.names[1:])
-
-
-def _again(scene: Scene, group: str, start: Floats, loaded: ModelData | None) -> ReducedModel:
-    reduced = reduce_model(scene, group, start)
-    return reduced if loaded is None else replace(reduced, model=model_of(loaded))
-
-
-@checked
-def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
-    """Fix every joint outside the group at its start position; mimic joints follow.
-
-    Args:
-        scene: The scene.
-        group: Name of the planning group.
-        start: Positions of all joints, shape (number of joints,) [rad | m].
-
-    Raises:
-        GroupNotFound: If the robot has no such group.
-        MimicOutOfRange: If no position of a joint keeps one that follows it within its limits.
-    """
-    start = scene.robot.followed(start)
-    robot = reduce_robot(scene.robot, group, start)
-    collision_model = collision_model_of(scene, robot)
-    return ReducedModel(
-        scene,
-        group,
-        start,
-        robot.model,
-        robot.joint_names,
-        robot.limits,
-        robot.mimic_matrix,
-        robot.mimic_offset,
-        collision_model,
-    )
-
-
-def tool_frame(reduced: ReducedModel) -> str:
-    """Return the name of the frame that represents the group's motion.
-
-    Tip link and hand move together, so this is a tool frame on the same joint if there is one: the last of
-    the scene, else the first of the robot; else the link there whose origin is farthest from the joint. A
-    group without a tip link ends at the body of its last joint.
-    """
-    tip = reduced.scene.robot.group(reduced.group).tip
-    last = reduced.model.getJointId(reduced.joint_names[-1])
-    return _tool_on(reduced, last if tip is None else reduced.attachment(tip)[0])
-
-
-def tool_frames(reduced: ReducedModel) -> tuple[str, ...]:
-    """Return one frame for each tool that a group moves: `tool_frame`, or one at the end of each branch.
-
-    A group without a tip link may move several arms; each ends at its last joint.
-    """
-    if reduced.scene.robot.group(reduced.group).tip is not None:
-        return (tool_frame(reduced),)
-    joints = [reduced.model.getJointId(name) for name in reduced.joint_names]
-    before: set[int] = set()
-    for joint in joints:
-        parent = int(reduced.model.parents[joint])
-        while parent:
-            before.add(parent)
-            parent = int(reduced.model.parents[parent])
-    return tuple(_tool_on(reduced, joint) for joint in joints if joint not in before)
-
-
-def _tool_on(reduced: ReducedModel, carrier: int) -> str:
-    """Return the tool frame, or else the farthest link, on a joint."""
-    robot = reduced.scene.robot
-    tip = robot.group(reduced.group).tip
-    for name in (*reversed(tuple(reduced.scene.tools)), *robot.frames):
-        if reduced.attachment(name)[0] == carrier:
-            return name
-    reach: dict[str, float] = {}
-    for name in (*((tip,) if tip is not None else ()), *robot.links):
-        joint, where = reduced.attachment(name)
-        if joint == carrier:
-            # Of equals the first stays: the tip link.
-            reach.setdefault(name, round(float(np.linalg.norm(where.translation)), 9))
-    return max(reach, key=lambda name: reach[name])
-
-
-def tool_point(reduced: ReducedModel, frame: str, positions: Floats) -> Floats:
-    """Return the origin of a frame for the group's positions (n,), shape (3,) in the world [m]."""
-    return reduced.scene.placement_of(frame, reduced.all_positions(positions)).translation

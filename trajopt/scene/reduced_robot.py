@@ -6,42 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.bodies import WORLD_ANCHOR, Anchor, FixedBody
+from trajopt.robot.joints import WORLD_ANCHOR, Anchor, FixedBody
 from trajopt.robot.limits import JointLimits
 from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import distinct_links, named_again
 from trajopt.robot.robot import Robot
+from trajopt.scene.reduced import DrivenJoints
 from trajopt.scene.track import STEADY, Track
-from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.arrays import Floats, readonly
 from trajopt.values.cached import LruCache, cached_per_value
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.trajectory import refined
-
-
-@dataclass(frozen=True, eq=False)
-class DrivenJoints(Value):
-    """Positions of joints that are driven by time.
-
-    Attributes:
-        names: Names of the m joints.
-        times: Ends of the k pieces, increasing, shape (k + 1,) [s]; outside of them all rest.
-        coefficients: Of the joints' positions, in the time since the start of each piece, highest power
-            first, shape (degree + 1, k, m) [rad | m].
-    """
-
-    names: tuple[str, ...]
-    times: Floats
-    coefficients: Floats
-
-    def at(self, times: Floats) -> Floats:
-        """Return the positions at times (s,), shape (s, m) [rad | m]."""
-        moments = np.clip(times, self.times[0], self.times[-1])
-        piece = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
-        since = (moments - self.times[piece])[:, None]
-        value = self.coefficients[0, piece]
-        for row in self.coefficients[1:]:
-            value = value * since + row[piece]
-        return value
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.bodies import Anchor, FixedBody
+from trajopt.robot.joints import Anchor, FixedBody
 from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.scene.timing import ALWAYS, Timing
 from trajopt.values.arrays import Value, number
@@ -16,7 +16,7 @@ from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.likely_units import warn_of_far_object, warn_of_wide_mesh
 from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.printed import in_number, seen_from
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Points, Shape, Voxels
 from trajopt.values.shapes.uniform_inertia import uniform_inertia
 

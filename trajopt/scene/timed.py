@@ -1,6 +1,5 @@
 """Timed model: a reduced model among dynamic obstacles, which joints driven by time carry."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -8,53 +7,13 @@ import numpy as np
 
 from trajopt.robot.limits import JointLimits
 from trajopt.scene.pairs import collision_model_of
-from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.reduced_robot import DrivenJoints, ReducedRobot, add_driven, reduce_robot
+from trajopt.scene.reduced import ReducedModel, TimedModel
+from trajopt.scene.reduced_robot import ReducedRobot, add_driven, reduce_robot
 from trajopt.scene.scene import Scene
 from trajopt.scene.timing import Timing
 from trajopt.scene.track import Prediction
 from trajopt.values.arrays import Bools, Floats, Ints, Printed, readonly
 from trajopt.values.cached import LruCache, cached_in_value, cached_per_value
-
-
-@dataclass(frozen=True, eq=False)
-class TimedModel:
-    """A reduced model with the group's joints, n of them, followed by joints driven by time.
-
-    Attributes:
-        reduced: The model with all objects of its scene.
-        driven: Positions of the driven joints.
-        timings: Existence of each changing object, and the motion of its carrier.
-    """
-
-    reduced: ReducedModel
-    driven: DrivenJoints
-    timings: Mapping[str, Timing]
-
-    @property
-    def until(self) -> float:
-        """End of the time for which all motions are known [s]."""
-        known = (timing.motion.until for timing in self.timings.values() if timing.motion is not None)
-        return min(known, default=inf)
-
-    def positions(self, positions: Floats, times: Floats) -> Floats:
-        """Return positions of all joints for the group's positions (s, n) at times (s,), (s, n + m)."""
-        return np.concatenate((positions, self.driven.at(times)), axis=1)
-
-    def there(self, name: str, time: float) -> bool:
-        """Return whether a link or an object exists at a time [s]."""
-        timing = self.timings.get(name)
-        return timing is None or timing.appears <= time <= timing.expires
-
-    def error(self, name: str, time: float) -> float:
-        """Return the largest error of a link's or object's track at a time [m]."""
-        timing = self.timings.get(name)
-        return 0.0 if timing is None or timing.motion is None else timing.motion.error_at(time)
-
-    def is_uncertain(self, name: str) -> bool:
-        """Return whether a link's or object's track has an error."""
-        timing = self.timings.get(name)
-        return timing is not None and timing.motion is not None and any(timing.motion.error)
 
 
 def timed_model(reduced: ReducedModel) -> TimedModel | None:
@@ -102,8 +61,14 @@ def _built(reduced: ReducedModel, robot: ReducedRobot) -> TimedModel:
         extended.mimic_matrix,
         extended.mimic_offset,
         collision_model_of(scene, extended),
+        _nothing_else,
     )
     return TimedModel(among, drive.joints, timings)
+
+
+def _nothing_else(timed: ReducedModel) -> None:
+    """Build no further timed model: the model already has all dynamic obstacles."""
+    del timed
 
 
 def _timing(scene: Scene, name: str) -> Timing:

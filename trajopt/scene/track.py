@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from trajopt.robot.bodies import Anchor
+from trajopt.robot.joints import Anchor
 from trajopt.scene.planned_robot import MovingRobot, Planned, model_and_trajectory
 from trajopt.values.arrays import Floats, Value, floats, number, one_of, readonly, sequence
 from trajopt.values.errors import ShapeError

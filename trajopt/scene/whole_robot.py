@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ModelError, shown

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.scene.camera import Camera, Singles
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, at_least, floats, one_of
 from trajopt.values.errors import ProblemError

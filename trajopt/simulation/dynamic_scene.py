@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.robot.bodies import FixedBody
+from trajopt.robot.joints import FixedBody
 from trajopt.robot.loading.mujoco_library import mujoco
-from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import TimedModel, timed_model
+from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.scene.timing import Timing
 from trajopt.scene.track import Prediction
 from trajopt.simulation.mujoco_geoms import scalar_first
@@ -39,7 +38,7 @@ class DynamicScene:
     @staticmethod
     def of(reduced: ReducedModel) -> "DynamicScene":
         """Return the scene of a reduced model."""
-        timed, objects = timed_model(reduced), reduced.scene.objects
+        timed, objects = reduced.timed, reduced.scene.objects
         if timed is None:
             return DynamicScene(reduced, None, {})
         moved = {name: objects[name].timing.motion for name in timed.timings}

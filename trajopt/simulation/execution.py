@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.loading.pinocchio_model import configuration
+from trajopt.robot.joints import configuration
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.planned_robot import Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel

@@ -12,7 +12,7 @@ from trajopt.values.placement import Placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import centres_of, fewer
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
 CONE_TOLERANCE = 5e-6

@@ -9,7 +9,8 @@ import numpy as np
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, tool_frames, tool_point
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import tool_frames, tool_point
 from trajopt.simulation.dynamic_scene import DynamicScene
 from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
 from trajopt.simulation.mujoco_geoms import MujocoGeom, mujoco_geoms, scalar_first, surface
@@ -22,7 +23,8 @@ from trajopt.values.placement import WORLD, Placement, from_quaternion
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import cloud_surface
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh, load_mesh
+from trajopt.values.shapes.mesh import Mesh
+from trajopt.values.shapes.mesh_file import load_mesh
 from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
 
 Colour = tuple[float, float, float, float]

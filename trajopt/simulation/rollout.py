@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.scene.clearances import ContactAllowance
-from trajopt.scene.reduced import ReducedModel, tool_frame
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import tool_frame
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement

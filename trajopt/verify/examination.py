@@ -7,8 +7,8 @@ from itertools import chain
 
 import numpy as np
 
-from trajopt.problem.requirements import Requirement
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.problem.requirement import Requirement
+from trajopt.robot.joints import joint_unit
 from trajopt.scene.clearances import how_near
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, floats

@@ -8,7 +8,7 @@ from itertools import chain
 from math import inf
 from types import MappingProxyType
 
-from trajopt.problem.requirements import During, Requirement
+from trajopt.problem.requirement import During, Requirement
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.limits import JointLimits
 from trajopt.scene.reduced import ReducedModel
@@ -197,10 +197,11 @@ class Judge:
 
     def _followed(self, specification: Specification) -> tuple[Requirement, ...]:
         """Return the goals that time moves."""
-        scene = self.reduced.scene
-        if not scene.changing:
+        timed = self.reduced.timed
+        if timed is None:
             return ()
-        return tuple(goal for goal in specification.goals if any(map(scene.carrier, goal.frames)))
+        moving = timed.reduced.anchors.keys() - self.reduced.anchors.keys()
+        return tuple(goal for goal in specification.goals if moving.intersection(goal.frames))
 
     @property
     def _calls(self) -> tuple[int, int]:

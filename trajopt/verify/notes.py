@@ -4,8 +4,8 @@ from heapq import nsmallest
 
 import numpy as np
 
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import JointLimits
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.scene.payload import payloads
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.errors import shown

@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
-from trajopt.problem.requirements import During, Requirement
+from trajopt.problem.requirement import During, Requirement
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Floats, Value

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.geometry import evaluator
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import ChangingPairs, timed_model
+from trajopt.scene.timed import ChangingPairs
 from trajopt.values.arrays import Bools, Floats
 
 REACHES = (0.03, 0.15, 0.6, np.inf)
@@ -59,7 +59,7 @@ class ClearanceQuery:
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
         """Build the query for a motion of that duration [s]."""
-        self.timed = timed_model(reduced)
+        self.timed = reduced.timed
         self.reduced = reduced if self.timed is None else self.timed.reduced
         self._duration = duration
         self._changing = None if self.timed is None else ChangingPairs.of(self.timed)

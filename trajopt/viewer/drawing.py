@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.geometry import JointPlacements
+from trajopt.robot.joints import FixedBody
 from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
-from trajopt.scene.reduced import FixedBody, ReducedModel
-from trajopt.scene.timed import TimedModel
+from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MeshFileError

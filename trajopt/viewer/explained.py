@@ -10,7 +10,8 @@ import numpy as np
 from trajopt.planning.infeasibility.reasons import ObstructionKind
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, placement

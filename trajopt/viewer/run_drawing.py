@@ -6,7 +6,8 @@ import numpy as np
 
 from trajopt.driving.recording import RecordedMoment, Sighting
 from trajopt.geometry import Evaluator, evaluator
-from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette

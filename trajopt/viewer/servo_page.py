@@ -16,7 +16,7 @@ from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
 from trajopt.driving.servo_input import Order
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
-from trajopt.scene.reduced import tool_frame
+from trajopt.scene.reducing import tool_frame
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, PlacementLike, as_placement
 from trajopt.values.placement import placement as placed

@@ -11,7 +11,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import cloud_surface
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
 SECTORS = 32

@@ -17,7 +17,6 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement, Relaxation, Requirement
 from trajopt.problem.residual import WHOLE, Residual
 from trajopt.scene.scene import Scene
-from trajopt.scene.timed import timed_model
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import WORLD
 from trajopt.values.printed import in_unit
@@ -250,7 +249,7 @@ def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Cha
 
 def begun_later(problem: Problem, first: float) -> Change | None:
     """Return the change to a later start; None if that cannot help, or the motions are unknown then."""
-    timed, scene = timed_model(problem.reduced), problem.scene
+    timed, scene = problem.reduced.timed, problem.scene
     if timed is None or timed.until <= 2.0 * LOOK or problem.finish_by is not None:
         return None
     largest = min(LONGEST, timed.until - LOOK)

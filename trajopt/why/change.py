@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import During, FramePlacement, GoalSet, JointPositions, Requirement
-from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
+from trajopt.robot.joints import effort_unit, joint_unit
 from trajopt.scene.clearances import ROOM
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError

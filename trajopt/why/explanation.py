@@ -7,7 +7,7 @@ from trajopt.planning.infeasibility.reasons import Obstruction
 from trajopt.planning.records import Attempt
 from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit
 from trajopt.values.trajectory import Path

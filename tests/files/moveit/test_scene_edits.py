@@ -27,7 +27,7 @@ from trajopt.files.moveit.frames import Reading, world_names
 from trajopt.files.moveit.planning_scene import edit_scene
 from trajopt.files.moveit.scene_messages import scene_message
 from trajopt.values.errors import FileFormatError, FrameNotFound
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 
 ALL = sum(
     value

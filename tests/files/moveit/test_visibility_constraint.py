@@ -11,7 +11,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.terms import constrain
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import WHOLE
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 
 Read = Callable[..., RequestFile]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.values.arrays import Floats
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 
 PARTS = 64
 """Points at most that stand for the surface of a body where it is looked for inside a mesh."""

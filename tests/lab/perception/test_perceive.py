@@ -23,7 +23,7 @@ from trajopt.values.errors import (
     ShapeError,
     SizeError,
 )
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape
 
 

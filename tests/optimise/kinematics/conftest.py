@@ -6,7 +6,8 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm, two_arms
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 
 @pytest.fixture

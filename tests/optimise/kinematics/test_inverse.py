@@ -8,7 +8,8 @@ import pytest
 import trajopt as to
 from trajopt.optimise.kinematics import forward_kinematics, inverse_kinematics, validity
 from trajopt.optimise.kinematics.inverse import with_start
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 
 TCP = "panda_hand_tcp"

@@ -11,7 +11,8 @@ import trajopt as to
 from tests.robot.test_mimics import planar
 from trajopt.optimise.kinematics import INVERSE_METHODS, inverse_kinematics, validity
 from trajopt.optimise.kinematics.projection import Projection
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import RequirementNotSupported, SolverNotFound
 

@@ -9,7 +9,8 @@ import trajopt as to
 from trajopt.lab.reach import ReachMap, reach_map
 from trajopt.lab.reach.reach_map import even_directions
 from trajopt.robot.limits import draw_positions
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 
 def test_cells_are_those_of_plain_counting(odd: ReducedModel) -> None:

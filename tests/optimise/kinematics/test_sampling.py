@@ -5,7 +5,8 @@ import pytest
 
 import trajopt as to
 from trajopt.optimise.kinematics import random_configurations, validity
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 
 def test_all_are_valid_and_what_is_left_out_is_not(odd: ReducedModel) -> None:

@@ -7,7 +7,8 @@ import pytest
 
 import trajopt as to
 from trajopt.optimise.kinematics import forward_kinematics, self_motion, validity
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 TCP = "panda_hand_tcp"
 

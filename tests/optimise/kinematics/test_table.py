@@ -8,7 +8,8 @@ import pytest
 
 import trajopt as to
 from trajopt.lab.reach import read_table, sample_table
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 
 def test_rows_are_true(odd: ReducedModel) -> None:

@@ -5,7 +5,8 @@ import pytest
 
 import trajopt as to
 from trajopt.optimise.kinematics import Validity, validity
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 FREE = (-1.5, 0.1, 0.3, 0.0)
 

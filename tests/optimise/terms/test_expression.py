@@ -14,7 +14,8 @@ from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.frames import relative_frame
 from trajopt.optimise.terms.symbolic import SymbolicKinematics
 from trajopt.problem.motion import Motion
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.errors import FrameNotFound, ProblemError, ShapeError
 
 

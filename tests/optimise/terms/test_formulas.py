@@ -9,7 +9,8 @@ from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
 from trajopt.optimise import terms
 from trajopt.problem.motion import Motion
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 angles = st.floats(-1.4, 1.4)
 positions = st.tuples(st.floats(-6, 6), st.floats(0, 0.3), st.floats(-2.5, 2.5), st.floats(-3, 3))

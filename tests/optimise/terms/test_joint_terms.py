@@ -9,7 +9,8 @@ from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
 from trajopt.optimise import terms
 from trajopt.problem.motion import Motion
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.errors import JointNotFound, ProblemError
 
 number = st.floats(-2.0, 2.0)

@@ -13,7 +13,8 @@ from trajopt.geometry import Query
 from trajopt.optimise.terms import constrain
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import WHOLE, Constraint
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 
 SHAPES = (

@@ -7,7 +7,7 @@ import trajopt as to
 from trajopt.geometry import Query
 from trajopt.optimise import terms
 from trajopt.problem.motion import Motion
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
 from trajopt.verify import Evidence

@@ -10,7 +10,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.optimise.terms.symbolic import SymbolicKinematics
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 
 def check(reduced: ReducedModel, seed: int) -> None:

@@ -10,7 +10,8 @@ import trajopt.optimise.terms
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
 from trajopt.problem.motion import Motion
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.shapes.shapes import Box, Shape
 

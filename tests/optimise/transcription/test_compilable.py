@@ -22,7 +22,7 @@ from trajopt.optimise.transcription.compilable import taper_of
 from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins
 from trajopt.planning.budget import WORK, Stop
 from trajopt.problem.motion import Motion
-from trajopt.scene.pairs import BodyPairs
+from trajopt.scene.reduced import BodyPairs
 from trajopt.values.arrays import Floats, Ints, Loss, Rows
 
 PROBLEMS = [

@@ -9,7 +9,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.planning.infeasibility import exclusion
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 

@@ -12,7 +12,6 @@ from trajopt.geometry import WorkCounts
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.planning.infeasibility.inevitable import InTime, Occupied, Sweep
 from trajopt.planning.infeasibility.joint_bounds import by_then, farthest
-from trajopt.scene.timed import timed_model
 from trajopt.values.arrays import Floats
 
 GOAL = to.joint_positions({"shoulder": 1.5, "elbow": 0.0})
@@ -33,7 +32,7 @@ def problem(
 
 
 def in_time(asked: to.Problem) -> InTime:
-    timed = timed_model(asked.reduced)
+    timed = asked.reduced.timed
     assert timed is not None
     return InTime(asked, timed, WorkCounts())
 

@@ -12,7 +12,8 @@ from trajopt.geometry import Query, WorkCounts
 from trajopt.planning.infeasibility import never_apart
 from trajopt.planning.infeasibility.cover import NeverApart
 from trajopt.planning.status import Certainty
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 
 NEAR = ("forearm_link", "wrist_2_link")

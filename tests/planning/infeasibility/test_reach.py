@@ -10,7 +10,8 @@ from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
 from trajopt.planning.infeasibility import out_of_reach
 from trajopt.planning.infeasibility.reach import Chain
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.shapes.shapes import bounding_sphere
 
 

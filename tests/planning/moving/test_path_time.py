@@ -10,8 +10,8 @@ from trajopt.geometry import DynamicObstacles, evaluator
 from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
 from trajopt.planning.moving.path_time import forbidden_times
 from trajopt.planning.moving.sampled_checks import SampledChecks
-from trajopt.scene.reduced import ReducedModel, reduce_model
-from trajopt.scene.timed import TimedModel, timed_model
+from trajopt.scene.reduced import ReducedModel, TimedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.errors import ShapeError
 
 
@@ -46,7 +46,7 @@ def crowded(arm: to.Robot, rng: np.random.Generator) -> to.Scene:
 def test_blocked_cells_are_what_is_seen_every_millisecond(arm: to.Robot, seed: int) -> None:
     rng = np.random.default_rng(seed)
     reduced = reduce_model(crowded(arm, rng), "all", np.zeros(len(arm.joint_names)))
-    motion, timed = swinging(reduced, rng), timed_model(reduced)
+    motion, timed = swinging(reduced, rng), reduced.timed
     assert timed is not None
     edges, times = np.linspace(0.0, 1.0, 31), np.linspace(0.0, 2.4, 121)
     checks, each = checks_among(timed), checks_among(timed)
@@ -93,7 +93,7 @@ def test_behind_what_closes_the_way_for_good_nothing_is_looked_at(arm: to.Robot)
     reduced = reduce_model(
         scene.add("ball", to.Sphere(1.5), motion=falls), "all", np.zeros(len(arm.joint_names))
     )
-    timed = timed_model(reduced)
+    timed = reduced.timed
     assert timed is not None
     edges, times = np.linspace(0.0, 1.0, 51), np.linspace(0.0, 20.0, 1001)
     looked: dict[bool, int] = {}

@@ -11,8 +11,8 @@ from tests.planning.moving.test_path_time import arm, crowded, swinging
 from trajopt.geometry import DynamicObstacles, evaluator
 from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
 from trajopt.planning.moving.waiting import HALVINGS, MOST, STEP, Waiting
-from trajopt.scene.reduced import reduce_model
-from trajopt.scene.timed import TimedModel, timed_model
+from trajopt.scene.reduced import TimedModel
+from trajopt.scene.reducing import reduce_model
 
 __all__ = ["arm"]
 
@@ -59,7 +59,7 @@ def test_beginnings_are_those_of_looks_at_each_by_itself(arm: to.Robot, dwell: f
             "door", to.Box(0.5, 0.05, 0.5), to.placement((0.5, 0.3, 0.3)), appears=0.6, expires=1.7
         )
         reduced = reduce_model(scene, "all", np.zeros(len(arm.joint_names)))
-        motion, timed = swinging(reduced, rng), timed_model(reduced)
+        motion, timed = swinging(reduced, rng), reduced.timed
         assert timed is not None
         checks, each = checks_among(timed), checks_among(timed)
         expected = list(one_by_one(each, motion, dwell))
@@ -75,7 +75,7 @@ def test_beginnings_are_those_of_looks_at_each_by_itself(arm: to.Robot, dwell: f
 def test_no_beginning_is_later_than_asked(arm: to.Robot) -> None:
     rng = np.random.default_rng(0)
     reduced = reduce_model(crowded(arm, rng), "all", np.zeros(len(arm.joint_names)))
-    motion, timed = swinging(reduced, rng), timed_model(reduced)
+    motion, timed = swinging(reduced, rng), reduced.timed
     assert timed is not None
     for latest in (0.0, 0.3, inf):
         begun = Waiting(checks_among(timed)).beginnings(motion, latest=latest)

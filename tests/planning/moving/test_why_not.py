@@ -10,7 +10,6 @@ from trajopt.geometry import WorkCounts
 from trajopt.planning.infeasibility.inevitable import InTime
 from trajopt.planning.status import Certainty
 from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
-from trajopt.scene.timed import timed_model
 from trajopt.server.move_group.outcome import code_of
 
 FAST = to.Budget(attempts=1)
@@ -125,7 +124,7 @@ def test_no_motion_is_found_where_it_is_proven_that_there_is_none(planar_arm: to
     track = to.Track.through([0.0, float(rng.uniform(0.1, 1.0))], places)
     scene = to.Scene(planar_arm).add("ball", to.Sphere(float(rng.uniform(0.05, 0.3))), motion=track)
     asked = problem(scene)
-    timed = timed_model(asked.reduced)
+    timed = asked.reduced.timed
     assert timed is not None
     why = InTime(asked, timed, WorkCounts())
     proven = why.inevitable(proven=True) or why.goal_occupied([np.array((1.5, 0.0))], proven=True)

@@ -15,7 +15,8 @@ from tests.robots_for_tests import odd_arm, two_arms
 from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.goal_candidates import GoalCandidates, goal_candidates
 from trajopt.problem.requirements import AxisAlignment, FramePlacement, JointPositions, RotationCoordinates
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 
 SAME = 1e-2
 

@@ -9,7 +9,8 @@ from tests.robots_for_tests import odd_arm
 from tests.verify.arms import joint as joint_xml
 from tests.verify.arms import link as link_xml
 from tests.verify.arms import planar_arm, reduced, robot
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 
 

@@ -18,7 +18,8 @@ from trajopt.optimise.terms.joint_positions import JointSum
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import CoupledJoints, coupled_joints
 from trajopt.problem.residual import WHOLE
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.errors import ProblemError
 from trajopt.values.trajectory import Trajectory

@@ -13,7 +13,7 @@ from tests.architecture.import_graph import PACKAGE, ROOT
 from tests.problem.requirements.kind import kinds
 from tests.problem.requirements.sound import END, check, reach
 from trajopt.optimise.terms.requirement import constrain
-from trajopt.problem.requirements import Requirement
+from trajopt.problem.requirement import Requirement, import_subject
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.errors import ProblemError
 from trajopt.verify import When
@@ -48,6 +48,7 @@ def test_there_are_some() -> None:
 def test_a_kind_has_data_and_check_in_files_of_one_subject(kind: type[Requirement]) -> None:
     subject, name = kind.__module__.split(".")[-1], file_name(kind)
     assert PACKAGE / "problem" / "requirements" / f"{subject}.py" == Path(getfile(kind))
+    import_subject(kind, "trajopt.verify.checks")
     assert quantities.dispatch(kind).__module__ == f"trajopt.verify.checks.{subject}"
     assert len(exporting({kind.__name__, name.removesuffix(".py")})) == 1
     assert (ROOT / "tests" / "problem" / "requirements" / f"test_{name}").exists()
@@ -55,6 +56,7 @@ def test_a_kind_has_data_and_check_in_files_of_one_subject(kind: type[Requiremen
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_term_and_check_are_registered_apart(kind: type[Requirement]) -> None:
+    import_subject(kind, "trajopt.verify.checks")
     term, numbers = constrain.dispatch(kind), quantities.dispatch(kind)
     assert term is not constrain.dispatch(object), f"{kind.__name__} has no term"
     assert numbers is not quantities.dispatch(object), f"{kind.__name__} has no check"

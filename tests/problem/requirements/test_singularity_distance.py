@@ -25,7 +25,8 @@ from trajopt.problem.requirements import (
     singularity_distance,
 )
 from trajopt.problem.residual import Residual
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError

@@ -3,7 +3,8 @@
 import numpy as np
 
 import trajopt as to
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.values.shapes.shapes import Shape
 
 REACH = 0.12

@@ -8,7 +8,8 @@ import pytest
 
 import trajopt as to
 from trajopt.geometry import Query
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.tasks.cartesian import Curve, FollowsCurve, follow, follows_curve, line
 from trajopt.tasks.cartesian.on_curve import OnCurve
 from trajopt.values.arrays import Floats

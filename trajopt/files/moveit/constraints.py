@@ -24,6 +24,7 @@ from trajopt.files.moveit.pose import (
     read_vector,
 )
 from trajopt.files.moveit.shapes import read_kind
+from trajopt.problem.requirement import import_installed
 from trajopt.problem.requirements import (
     FramePlacement,
     JointPositions,
@@ -33,7 +34,6 @@ from trajopt.problem.requirements import (
     gaze,
     joint_positions,
 )
-from trajopt.problem.requirements.requirement import import_installed
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.documents.document import Node

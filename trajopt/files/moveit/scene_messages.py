@@ -41,7 +41,7 @@ from trajopt.values.placement import WORLD, Placement, placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import centres_of
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 
 WRITTEN = (

@@ -12,7 +12,7 @@ from trajopt.scene.scene_object import Part
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ShapeError, shown
 from trajopt.values.placement import IDENTITY, placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Cone, Cylinder, Plane, Shape, Sphere
 
 PRIMITIVES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}

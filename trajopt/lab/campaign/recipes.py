@@ -18,7 +18,8 @@ from trajopt.lab.suite import installed_definitions
 from trajopt.optimise.kinematics import random_configurations
 from trajopt.problem.problem import Problem
 from trajopt.robot.loading.pinocchio_model import placed_model, root_placement
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.cached import LruCache
 from trajopt.values.documents.document import parse_document, parse_list

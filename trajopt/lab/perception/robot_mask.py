@@ -12,7 +12,7 @@ from trajopt.values.arrays import Bools, Floats, Ints, floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.shapes.closed_surface import HOLE
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import (
     Box,
     Capsule,

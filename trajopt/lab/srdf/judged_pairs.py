@@ -14,7 +14,8 @@ from trajopt.robot.loading.groups import ALL_JOINTS, resolve_groups
 from trajopt.robot.loading.srdf import Srdf
 from trajopt.robot.robot import Robot
 from trajopt.scene.clearances import AllowedCollisions
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.errors import MimicOutOfRange

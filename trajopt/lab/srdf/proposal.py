@@ -18,7 +18,7 @@ from trajopt.robot.limits import draw_positions
 from trajopt.robot.loading.pinocchio_model import link_placement
 from trajopt.robot.loading.srdf import EndEffector
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import listed, shown

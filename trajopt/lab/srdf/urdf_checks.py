@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.loading.mimics import followed_limits
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.robot.loading.urdf import MeshReference
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import Floats

@@ -21,4 +21,4 @@ from trajopt.optimise.kinematics.self_motion import SelfMotion as SelfMotion
 from trajopt.optimise.kinematics.self_motion import self_motion as self_motion
 from trajopt.optimise.kinematics.validity import Validity as Validity
 from trajopt.optimise.kinematics.validity import validity as validity
-from trajopt.scene.reduced import reduce_model as reduce_model
+from trajopt.scene.reducing import reduce_model as reduce_model

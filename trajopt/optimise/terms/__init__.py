@@ -14,7 +14,7 @@ from trajopt.optimise.terms.residual_from_function import FunctionResidual as Fu
 from trajopt.optimise.terms.residual_from_function import residual_from_function as residual_from_function
 from trajopt.optimise.terms.singularity_distance import LostManipulability as LostManipulability
 from trajopt.optimise.terms.singularity_distance import manipulability as manipulability
-from trajopt.problem.requirements.requirement import import_modules
+from trajopt.problem.requirement import import_modules
 from trajopt.problem.residual import Constraint as Constraint
 from trajopt.problem.residual import Cost as Cost
 from trajopt.problem.residual import Residual as Residual

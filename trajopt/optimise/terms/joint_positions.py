@@ -11,7 +11,7 @@ from trajopt.optimise.terms.requirement import INSET, constrain
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import CoupledJoints, JointPositions, Requirement, together
 from trajopt.problem.residual import WHOLE, Constraint, Cost, Window, constraint
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Loss, Rows, Value, number
 from trajopt.values.errors import JointNotFound, ProblemError, shown

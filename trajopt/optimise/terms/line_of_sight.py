@@ -22,7 +22,7 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape, bounding_sphere
 
 ACTIVATION = 0.1

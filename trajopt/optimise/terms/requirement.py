@@ -6,8 +6,8 @@ from functools import singledispatch
 import numpy as np
 
 from trajopt.problem.motion import Motion
+from trajopt.problem.requirement import registered
 from trajopt.problem.requirements import Requirement
-from trajopt.problem.requirements.requirement import registered
 from trajopt.problem.residual import WHOLE, Constraint, Cost, Window
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Loss, Rows

@@ -19,8 +19,8 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.problem import PathConstraint, Problem
 from trajopt.problem.requirements import During, Requirement, together
 from trajopt.problem.residual import END, WHOLE
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import JointLimits
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError

@@ -30,7 +30,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import JointPositions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 
 ACCURACY = 1e-4
 """Largest error of measured depths [m]."""

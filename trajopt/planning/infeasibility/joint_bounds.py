@@ -10,8 +10,8 @@ from trajopt.optimise.terms.joint_positions import joint_box
 from trajopt.planning.infeasibility.reach import Chain
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import EXCESS, JointLimits, LimitKind
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit

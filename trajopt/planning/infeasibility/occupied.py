@@ -15,7 +15,8 @@ import numpy as np
 
 from trajopt.geometry import DynamicObstacles, WorkCounts, evaluator
 from trajopt.planning.infeasibility.cover import pair_levers
-from trajopt.scene.timed import ChangingPairs, TimedModel
+from trajopt.scene.reduced import TimedModel
+from trajopt.scene.timed import ChangingPairs
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Polynomials

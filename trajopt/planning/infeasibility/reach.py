@@ -3,7 +3,7 @@
 import numpy as np
 
 from trajopt.problem.requirements import FramePlacement, PointOnArc, PositionInRegion, Requirement
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.likely_units import meant_at_distance

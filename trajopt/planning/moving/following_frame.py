@@ -16,7 +16,7 @@ from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.forward import moving_frame, stacked_jacobian
 from trajopt.problem.requirements import FramePlacement
 from trajopt.robot.limits import JointLimits
-from trajopt.scene.timed import TimedModel
+from trajopt.scene.reduced import TimedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import as_rotation_vector
 from trajopt.values.trajectory import Trajectory

@@ -24,7 +24,6 @@ from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
 from trajopt.scene.scene import Scene
-from trajopt.scene.timed import timed_model
 from trajopt.timing.standing import begun_later
 from trajopt.values.errors import shown
 from trajopt.values.trajectory import Path, Trajectory
@@ -80,7 +79,7 @@ class Rendezvous:
 
     def __post_init__(self) -> None:
         """Make the model among dynamic obstacles."""
-        timed = timed_model(self.problem.reduced)
+        timed = self.problem.reduced.timed
         assert timed is not None  # the goal moves
         self._work = PlanningWorkspace(self.problem, self.tracker)
         self._carriers = goals_that_move(self.problem)

@@ -25,7 +25,6 @@ from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
-from trajopt.scene.timed import timed_model
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_length
 from trajopt.values.trajectory import Trajectory
@@ -191,7 +190,7 @@ class _WhyNot:
 
     @cached_property
     def _in_time(self) -> InTime:
-        timed = timed_model(self.problem.reduced)
+        timed = self.problem.reduced.timed
         assert timed is not None  # nothing is in the way in time where nothing changes
         return InTime(self.problem, timed, self._counts)
 

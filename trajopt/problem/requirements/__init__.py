@@ -4,6 +4,18 @@ Each is stated once here. The optimiser's term and the judge's check are compute
 code, so that one can catch the other's mistakes.
 """
 
+from trajopt.problem.requirement import DEGREES as DEGREES
+from trajopt.problem.requirement import MILLIMETRES as MILLIMETRES
+from trajopt.problem.requirement import PERCENT as PERCENT
+from trajopt.problem.requirement import PLAIN as PLAIN
+from trajopt.problem.requirement import RADIANS as RADIANS
+from trajopt.problem.requirement import During as During
+from trajopt.problem.requirement import Relaxation as Relaxation
+from trajopt.problem.requirement import Requirement as Requirement
+from trajopt.problem.requirement import ShownUnit as ShownUnit
+from trajopt.problem.requirement import during as during
+from trajopt.problem.requirements.alternatives import GoalSet as GoalSet
+from trajopt.problem.requirements.alternatives import any_of as any_of
 from trajopt.problem.requirements.curves import CURVE_POSITION as CURVE_POSITION
 from trajopt.problem.requirements.curves import CURVE_ROTATION as CURVE_ROTATION
 from trajopt.problem.requirements.curves import FollowsCurve as FollowsCurve
@@ -39,18 +51,6 @@ from trajopt.problem.requirements.regions import point_on_arc as point_on_arc
 from trajopt.problem.requirements.regions import point_on_line as point_on_line
 from trajopt.problem.requirements.regions import point_on_plane as point_on_plane
 from trajopt.problem.requirements.regions import position_in_region as position_in_region
-from trajopt.problem.requirements.requirement import DEGREES as DEGREES
-from trajopt.problem.requirements.requirement import MILLIMETRES as MILLIMETRES
-from trajopt.problem.requirements.requirement import PERCENT as PERCENT
-from trajopt.problem.requirements.requirement import PLAIN as PLAIN
-from trajopt.problem.requirements.requirement import RADIANS as RADIANS
-from trajopt.problem.requirements.requirement import During as During
-from trajopt.problem.requirements.requirement import GoalSet as GoalSet
-from trajopt.problem.requirements.requirement import Relaxation as Relaxation
-from trajopt.problem.requirements.requirement import Requirement as Requirement
-from trajopt.problem.requirements.requirement import ShownUnit as ShownUnit
-from trajopt.problem.requirements.requirement import any_of as any_of
-from trajopt.problem.requirements.requirement import during as during
 from trajopt.values.placement import WORLD as WORLD
 
 __all__ = [

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.problem.requirements.requirement import MILLIMETRES, Relaxation, Requirement
+from trajopt.problem.requirement import MILLIMETRES, Relaxation, Requirement
 from trajopt.values.arrays import Floats, direction_of, floats, number, one_of, positive
 from trajopt.values.curve import Curve
 from trajopt.values.errors import ProblemError

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.problem.requirements.requirement import MILLIMETRES, Relaxation, Requirement
+from trajopt.problem.requirement import MILLIMETRES, Relaxation, Requirement
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, floats, number, one_of, positive, sequence
 from trajopt.values.errors import ProblemError, shown

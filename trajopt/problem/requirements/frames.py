@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.problem.requirements.requirement import DEGREES, MILLIMETRES, Relaxation, Requirement, ShownUnit
+from trajopt.problem.requirement import DEGREES, MILLIMETRES, Relaxation, Requirement, ShownUnit
 from trajopt.values.arrays import Floats, direction_of, floats, number, one_of, readonly
 from trajopt.values.errors import ProblemError, ShapeError, shown
 from trajopt.values.errors.arguments import checked

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.problem.requirements.requirement import PERCENT, PLAIN, RADIANS, Relaxation, Requirement
+from trajopt.problem.requirement import PERCENT, PLAIN, RADIANS, Relaxation, Requirement
 from trajopt.robot.limits import EXCESS
 from trajopt.values.arrays import Floats, floats, mapping, number, positive
 from trajopt.values.errors import JointNotFound, ProblemError

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.problem.requirements.requirement import MILLIMETRES, Relaxation, Requirement
+from trajopt.problem.requirement import MILLIMETRES, Relaxation, Requirement
 from trajopt.values.arrays import LARGEST_SIZE, Floats, direction_of, floats, positive, sequence
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked

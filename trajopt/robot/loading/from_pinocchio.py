@@ -14,7 +14,7 @@ from trajopt.robot.loading.urdf import LinkGeometry, Urdf
 from trajopt.values.arrays import readonly
 from trajopt.values.errors import FrameNotFound, JointNotFound, ModelError, UnsupportedJoint, shown
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Shape, Sphere, convex
 
 _AXES = ("X", "Y", "Z")

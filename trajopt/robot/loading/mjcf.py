@@ -18,7 +18,7 @@ from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
 from trajopt.values.documents.files import read_bytes
 from trajopt.values.errors import FileFormatError, ModelError, UnsupportedJoint, listed, shown
 from trajopt.values.placement import Placement, as_rpy, from_quaternion
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cylinder, Plane, Shape, Sphere, convex
 
 FREE, BALL, SLIDE, HINGE = range(4)  # numbers of MuJoCo's mjtJoint

@@ -25,7 +25,8 @@ from trajopt.ros.commander.robot_states import joint_names, state_positions, wit
 from trajopt.ros.commander.targets import PoseTarget, Targets
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.group_tools import end_link
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.server.move_group.settings import PIPELINE, PLANNERS, Settings, one_or_three, per_axis, scaling
 from trajopt.tasks.cartesian import Followed

@@ -14,8 +14,8 @@ from trajopt.files.moveit.robot_state import checked_joint_positions
 from trajopt.optimise.kinematics import goal_configurations
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import frame_placement
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.loading.mimics import followed_limits
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.group_state import GroupBase
 from trajopt.ros.commander.targets import PoseTarget, TargetKind

@@ -19,7 +19,7 @@ from trajopt.ros.commander.group_state import GroupSettings, GroupState
 from trajopt.ros.commander.group_targets import GroupConstraints, GroupTargets
 from trajopt.ros.commander.robot_states import link_names, problem_of, state_positions
 from trajopt.ros.commander.targets import goal_constraints
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.execution import Execution
 from trajopt.server.move_group.functions import solved

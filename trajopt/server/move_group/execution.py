@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from trajopt.driving.soonest_stop import StopTaken
 from trajopt.files.messages import MoveItErrorCodes
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.server.move_group.outcome import Outcome
 from trajopt.values.arrays import Floats

@@ -7,7 +7,8 @@ from trajopt.files.moveit.trajectories import read_joint_trajectory, read_points
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import only_group
 from trajopt.robot.configuration import stated_configuration
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.server.operations.edits import edited
 from trajopt.server.operations.words import called, value_of
 from trajopt.server.state import SessionState

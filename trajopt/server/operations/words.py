@@ -19,7 +19,7 @@ from trajopt.values.errors import shown
 from trajopt.values.placement import placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
 
 PLACEMENT_FIELDS = frozenset(inspect.signature(placement).parameters)

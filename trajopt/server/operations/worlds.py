@@ -14,7 +14,7 @@ from trajopt.files.bundle.kinds import request_kinds
 from trajopt.files.bundle.message import message_of, value_of_message
 from trajopt.planning.budget import Budget
 from trajopt.problem.problem import Problem
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.driving import Drive
 from trajopt.server.move_group.execution import Execution

@@ -7,8 +7,8 @@ import numpy as np
 from trajopt.optimise.transcription.knots import CLEARANCE_TOLERANCE
 from trajopt.optimise.transcription.margins import TaperedMargins, tapered_margins
 from trajopt.planning.status import Status
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import LimitKind
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.tasks.cartesian.on_curve import OnCurve
 from trajopt.tasks.cartesian.result import StopReason
 from trajopt.tasks.cartesian.tracking import Track, track

@@ -8,7 +8,8 @@ import numpy as np
 from trajopt.geometry import evaluator
 from trajopt.robot.loading.srdf import EndEffector
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, direction_of, floats, one_of, positive
 from trajopt.values.errors import GripperError, NameNotFound, ShapeError, shown

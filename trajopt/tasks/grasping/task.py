@@ -15,7 +15,8 @@ from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, joint_positions
 from trajopt.problem.residual import Constraint
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, GraspingOptions
 from trajopt.tasks.grasping.gripper import Gripper

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trajopt.values.arrays import Bools, Floats, Ints, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ShapeError
-from trajopt.values.shapes.mesh_file import Mesh, components
+from trajopt.values.shapes.mesh import Mesh, components
 from trajopt.values.shapes.shapes import Convex, Shape, convex
 
 HOLE = 5e-3

@@ -1,4 +1,4 @@
-"""Triangle meshes: reading, containment and distance.
+"""Reading of mesh files.
 
 Coal's own loader (assimp) reads the files, so a mesh has exactly the coordinates that Pinocchio
 reads from the same file: DAE, STL (binary, ASCII), OBJ and the other formats of assimp. It runs in a child
@@ -8,158 +8,23 @@ a file in other units is scaled in the URDF.
 
 import io
 import json
-from dataclasses import dataclass
 from pathlib import Path
 
-import coal
 import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.values.array_cache import Arrays, cached_arrays
-from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, number, readonly
+from trajopt.values.arrays import Floats
 from trajopt.values.arrays import path as path_of
 from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
 from trajopt.values.documents.files import is_file
 from trajopt.values.errors import MeshFileError, ShapeError
 from trajopt.values.errors.arguments import checked
+from trajopt.values.shapes.mesh import Mesh
 
-LARGEST = 1e6
-"""Largest coordinate of a vertex [m]; its fourth power does not overflow."""
 ALONE = frozenset((".stl", ".dae", ".obj", ".ply", ".off"))
 """Suffixes of self-contained files; others, such as .gltf, may refer to more files."""
 _CHILD, _KEPT = Path(__file__).with_name("mesh_child.py"), ("vertices", "faces")
-_CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
-
-
-@dataclass(frozen=True, eq=False)
-class Mesh(Value):
-    """Triangles: of a file (`load_mesh`), or of arrays.
-
-    On construction coincident vertices are merged; faces without area, and vertices that no face
-    uses, are dropped. The order of the rest is kept.
-
-    Attributes:
-        vertices: Corners, shape (n, 3) [m], read-only.
-        faces: Indices of the vertices of each triangle, counter-clockwise seen from outside, shape
-            (m, 3), int32, read-only.
-
-    Raises:
-        ShapeError: If a vertex is not three finite numbers of at most 1e6 m, or a face is not three indices
-            of vertices.
-    """
-
-    vertices: Floats
-    faces: NDArray[np.int32]
-
-    def __post_init__(self) -> None:
-        """Check the arrays, merge and drop."""
-        vertices = floats("Mesh.vertices", self.vertices, (None, 3)) + 0.0  # no negative zeros
-        if (largest := float(np.abs(vertices).max(initial=0.0))) > LARGEST:
-            raise ShapeError("Mesh.vertices", f"has a coordinate of {largest:g} m, more than {LARGEST:g} m")
-        faces = indices("Mesh.faces", self.faces, 3, len(vertices))
-        _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
-        faces = first[inverse.ravel()][faces]
-        sides = np.diff(vertices[faces[:, [0, 1, 2, 0]]], axis=1)
-        double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-        faces = faces[double_area > 1e-14 * np.sum(sides * sides, axis=(1, 2))]
-        used, faces = np.unique(faces, return_inverse=True)
-        faces = faces.reshape(-1, 3).astype(np.int32)
-        faces.flags.writeable = False
-        object.__setattr__(self, "vertices", readonly(vertices[used]))
-        object.__setattr__(self, "faces", faces)
-
-    @property
-    def triangles(self) -> Floats:
-        """Corners of the faces, shape (m, 3, 3) [m]: face, corner, coordinate."""
-        return self.vertices[self.faces]
-
-    @property
-    def volume(self) -> float:
-        """Signed volume of a closed mesh [m^3], positive when its faces point outward.
-
-        Where parts overlap, the overlap counts once for each.
-        """
-        a, b, c = np.moveaxis(self.triangles, 1, 0)
-        return float(np.sum(a * np.cross(b, c))) / 6.0
-
-    @property
-    def is_closed(self) -> bool:
-        """Whether every edge is shared by exactly two faces."""
-        _, count = np.unique(np.sort(_edges(self.faces), axis=1), axis=0, return_counts=True)
-        return len(self.faces) > 0 and bool(np.all(count == 2))
-
-    def contains(self, points: Floats, *, opening: float = 1e-6) -> Bools:
-        """Return the points that lie in the solid: inside at least one closed part.
-
-        A part is a set of faces joined by edges; the even-odd rule along two generic directions decides, and
-        a third direction if these differ. So overlapping parts and wrongly oriented faces are harmless, and a
-        part within a part is not a cavity.
-
-        Args:
-            points: In the frame of the mesh, shape (k, 3) [m].
-            opening: Narrower holes [m] leave a part closed.
-
-        Returns:
-            Shape (k,). Open parts contain nothing.
-        """
-        points = floats("points", points, (None, 3))
-        part, closed = self.parts(opening)
-        solid = closed[part]
-        triangles, part = self.triangles[solid], part[solid]
-        frame = _generic_frame()
-        inside = _inside_along(frame, points, triangles, part)
-        doubt = inside != _inside_along(frame[[1, 2, 0]], points, triangles, part)
-        inside[doubt] = _inside_along(frame[[2, 0, 1]], points[doubt], triangles, part)
-        return inside
-
-    def distance(self, points: Floats) -> Floats:
-        """Return the distance of points to the surface, positive on both sides of it.
-
-        Args:
-            points: In the frame of the mesh, shape (k, 3) [m].
-
-        Returns:
-            Shape (k,) [m].
-        """
-        points = floats("points", points, (None, 3))
-        surface = coal.BVHModelOBBRSS()
-        surface.beginModel(len(self.faces), len(self.vertices))
-        surface.addVertices(np.array(self.vertices))
-        surface.addTriangles(self.faces.astype(np.int64))
-        surface.endModel()
-        dot, here, there = coal.Sphere(1e-12), coal.Transform3s(), coal.Transform3s()
-        request, result = coal.DistanceRequest(), coal.DistanceResult()
-        distances = np.empty(len(points))
-        for index, point in enumerate(points):
-            there.setTranslation(point)
-            result.clear()
-            distances[index] = coal.distance(surface, here, dot, there, request, result)
-        return np.maximum(distances, 0.0)
-
-    def parts(self, opening: float) -> tuple[Ints, Bools]:
-        """Number the parts, sets of faces joined by edges, and find the closed ones.
-
-        Args:
-            opening: Narrower holes [m] leave a part closed.
-
-        Returns:
-            Part of each face, shape (m,), and whether each part is closed, shape (parts,).
-        """
-        opening = number("opening", opening, infinite=True)
-        edges, face = _edges(self.faces), np.tile(np.arange(len(self.faces)), 3)
-        _, edge, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
-        edge = edge.ravel()
-        order = np.argsort(edge, kind="stable")
-        same = edge[order][1:] == edge[order][:-1]
-        part = components(len(self.faces), face[order][1:][same], face[order][:-1][same])
-        closed = np.ones(part.max(initial=-1) + 1, dtype=np.bool_)
-        odd = count[edge] % 2 == 1
-        rim, owner = edges[odd], part[face[odd]]
-        loop = components(len(self.vertices), rim[:, 0], rim[:, 1])[rim[:, 0]]
-        for which in np.unique(loop):
-            if _width(self.vertices[rim[loop == which]]) > opening:
-                closed[owner[loop == which]] = False
-        return part, closed
 
 
 @checked
@@ -196,15 +61,6 @@ def load_mesh(path: Path | str, scale: float | tuple[float, float, float] = 1.0)
     return mesh
 
 
-def components(size: int, a: Ints, b: Ints) -> Ints:
-    """Number the connected components of `size` nodes that are linked a[i] - b[i]; shape (size,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    links = coo_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(size, size))
-    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
-
-
 def _triangles(path: Path, factors: Floats) -> tuple[Floats, NDArray[np.int32]]:
     """Return assimp's vertices and faces; cached for files that refer to no other."""
 
@@ -223,71 +79,3 @@ def _triangles(path: Path, factors: Floats) -> tuple[Floats, NDArray[np.int32]]:
     else:
         arrays = read()
     return arrays["vertices"], arrays["faces"]
-
-
-def _edges(faces: NDArray[np.int32]) -> Ints:
-    """Return the directed edges of faces, shape (3 m, 2): all first ones, all second, all third."""
-    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
-
-
-def _width(rim: Floats) -> float:
-    """Return the width [m] of a hole from its rim, shape (k, 2, 3): area divided by half the length."""
-    a, b = rim[:, 0] - rim[0, 0], rim[:, 1] - rim[0, 0]
-    area = 0.5 * float(np.linalg.norm(np.cross(a, b).sum(axis=0)))
-    return 2.0 * area / float(np.linalg.norm(np.ptp(rim.reshape(-1, 3), axis=0)))
-
-
-def _generic_frame() -> Floats:
-    """Return a rotation, shape (3, 3), whose axes are not parallel to typical edges of a design."""
-    (ca, cb), (sa, sb) = np.cos([0.7391, 0.4127]), np.sin([0.7391, 0.4127])
-    turn = np.array([[ca, -sa, 0.0], [sa, ca, 0.0], [0.0, 0.0, 1.0]])
-    return turn @ np.array([[1.0, 0.0, 0.0], [0.0, cb, -sb], [0.0, sb, cb]])
-
-
-def _inside_along(frame: Floats, points: Floats, triangles: Floats, part: Ints) -> Bools:
-    """Return the points with an odd number of faces of some part above them, along the third axis.
-
-    Points are sorted into the cells of a grid across that axis; each triangle is tested with its cells only.
-    """
-    inside = np.zeros(len(points), dtype=np.bool_)
-    if not len(points) or not len(triangles):
-        return inside
-    p, t, parts = points @ frame.T, triangles @ frame.T, int(part.max()) + 1
-    side = max(1, int(np.sqrt(len(p)) / 1.5))
-    low, step = p[:, :2].min(axis=0), (np.ptp(p[:, :2], axis=0) + 1e-12) * (1.0 + 1e-9) / side
-    cell = ((p[:, :2] - low) / step).astype(np.int64) @ np.array([side, 1])
-    order = np.argsort(cell, kind="stable")
-    start = np.searchsorted(cell[order], np.arange(side * side + 1))
-    begin = np.clip(np.floor((t[:, :, :2].min(axis=1) - low) / step), 0, side).astype(np.int64)
-    end = np.clip(np.floor((t[:, :, :2].max(axis=1) - low) / step), -1, side - 1).astype(np.int64)
-    span = np.maximum(end - begin + 1, 0)
-    block = np.cumsum(span[:, 0] * span[:, 1]) // _CELLS_AT_ONCE
-    hits: list[Ints] = []
-    for chosen in np.split(np.arange(len(t)), np.flatnonzero(np.diff(block)) + 1):
-        face, local = _repeated(chosen, span[chosen, 0] * span[chosen, 1])
-        cell = (begin[face] + np.stack(np.divmod(local, span[face, 1]), axis=1)) @ np.array([side, 1])
-        meeting, local = _repeated(np.arange(len(cell)), start[cell + 1] - start[cell])
-        face, index = face[meeting], order[start[cell[meeting]] + local]
-        hits.append((index * parts + part[face])[_is_above(t[face], p[index])])
-    key, count = np.unique(np.concatenate(hits), return_counts=True)
-    inside[key[count % 2 == 1] // parts] = True
-    return inside
-
-
-def _repeated(items: Ints, counts: Ints) -> tuple[Ints, Ints]:
-    """Return each item repeated by its count, and the numbers 0, 1, ... of its copies."""
-    return np.repeat(items, counts), np.arange(int(counts.sum())) - np.repeat(
-        np.cumsum(counts) - counts, counts
-    )
-
-
-def _is_above(triangles: Floats, points: Floats) -> Bools:
-    """Return whether triangle i, of shape (k, 3, 3), lies above point i, of shape (k, 3), along z."""
-    x, y = (triangles[:, :, axis] - points[:, None, axis] for axis in (0, 1))
-    weight = np.roll(x, -1, axis=1) * np.roll(y, -2, axis=1) - np.roll(x, -2, axis=1) * np.roll(y, -1, axis=1)
-    within = np.flatnonzero((weight > 0.0).all(axis=1) | (weight < 0.0).all(axis=1))
-    weight = weight[within]
-    height = (weight * triangles[within, :, 2]).sum(axis=1) / weight.sum(axis=1)
-    above = np.zeros(len(points), dtype=np.bool_)
-    above[within] = height > points[within, 2]
-    return above

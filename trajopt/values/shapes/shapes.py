@@ -15,7 +15,7 @@ from trajopt.values.placement import Placement
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import centres_of
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh_file import Mesh
+from trajopt.values.shapes.mesh import Mesh
 
 
 @dataclass(frozen=True)

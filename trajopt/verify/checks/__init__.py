@@ -1,5 +1,5 @@
-"""The checks of the judge, one for each kind of requirement; every module here registers its own."""
+"""The criteria that every motion is judged by, and the checks of each kind of requirement.
 
-from trajopt.problem.requirements.requirement import import_modules
-
-import_modules(__name__)
+The check of a kind is in the module named after its subject, as its data in `trajopt.problem.requirements`;
+it is imported when the judge meets the kind.
+"""

@@ -1,19 +1,24 @@
 """Clearance of every pair of bodies over the whole motion: at all times, and while the robot moves."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.scene.clearances import ContactAllowance
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
 from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.clearance_search import Contact, Findings, Tally, search_clearance
 from trajopt.verify.kernel.motion import Motion, Polynomials
 from trajopt.verify.kernel.pair_distances import PairDistances, rows
+
+if TYPE_CHECKING:
+    from trajopt.scene.clearances import ContactAllowance
 
 _PROBES = 17
 _FOLLOWED = 8

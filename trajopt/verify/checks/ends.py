@@ -5,22 +5,29 @@ stay with it: in all of that time the placement is proven, and at its first and 
 along and about axes that the placement leaves free.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import singledispatch
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.problem.requirements import FramePlacement, Requirement
-from trajopt.robot.loading.pinocchio_model import joint_unit
-from trajopt.scene.timing import Timing
+from trajopt.problem.requirement import Requirement
+from trajopt.robot.joints import joint_unit
 from trajopt.values.arrays import Floats
+from trajopt.values.errors import ProblemError
 from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.checks.quantities import When, check_requirement
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.specification import Specification
+
+if TYPE_CHECKING:
+    from trajopt.scene.timing import Timing
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,10 +219,9 @@ class MeetingCriterion(Criterion):
 
 def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
     """State how fast a frame moves as seen from what it meets, at a time."""
-    assert isinstance(goal, FramePlacement), "no other goals move"
     moment = min(max(time - _MOMENT, 0.0) if time >= motion.duration else time + _MOMENT, motion.duration)
     options = motion.options
-    moves, turns = relative_speeds(motion, goal, moment)
+    moves, turns = relative_speeds(goal, motion, moment)
     for size, bound, unit, words in (
         (moves, options.meeting_speed, "m/s", "moves at"),
         (turns, options.meeting_rate, "rad/s", "turns at"),
@@ -223,7 +229,7 @@ def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
         yield Check(
             kind=CheckKind.ENDS,
             name="goal: at rest as seen from it",
-            subject=goal.frame,
+            subject=goal.frames[0],
             value=size,
             bound=bound,
             unit=unit,
@@ -231,51 +237,24 @@ def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
             slack=bound - size,
             evidence=Evidence.PROVEN,
             holds=size <= bound,
-            detail=f"{goal.frame} {words} {in_unit(size, unit)} as seen from {goal.reference}",
+            detail=f"{goal.frames[0]} {words} {in_unit(size, unit)} as seen from {goal.frames[1]}",
         )
 
 
-def relative_speeds(motion: Motion, goal: FramePlacement, time: float) -> tuple[float, float]:
-    """Return how fast a frame's point moves and the frame turns, as seen from its reference [m/s, rad/s].
+@singledispatch
+def relative_speeds(goal: Requirement, motion: Motion, time: float) -> tuple[float, float]:
+    """Return the speeds of a frame and of its rotation relative to a goal that moves [m/s, rad/s].
 
-    Only along and about those axes of the placement that it does not leave free.
+    Args:
+        goal: The goal; each kind that can move registers its own speeds.
+        motion: Among dynamic obstacles.
+        time: By the motion's own time [s].
+
+    Raises:
+        ProblemError: If goals of this kind cannot move.
     """
-    poses, rates = motion.poses(np.array((time,))), _rates(motion, time)
-    rotation, translation = poses.rotation[0], poses.translation[0]
-    joint, place = motion.reduced.attachment(goal.frame)
-    base, seen_from = motion.reduced.attachment(goal.reference)
-    point = rotation[joint] @ (place * goal.offset) + translation[joint]
-    moved, turning = _carried(motion, joint, point, rotation, translation, rates)
-    # The reference carries along what is at rest in it: its point where the frame's point is.
-    taken, turned = _carried(motion, base, point, rotation, translation, rates)
-    axes = rotation[base] @ seen_from.rotation @ goal.placement.rotation
-    moves, turns = (moved - taken) @ axes, (turning - turned) @ axes
-    held, upright = np.isfinite(goal.position_tolerance), goal.rotation_tolerance < np.pi
-    return float(np.linalg.norm(moves[held])), float(np.linalg.norm(turns[upright]))
-
-
-def _carried(
-    motion: Motion, joint: int, point: Floats, rotation: Floats, translation: Floats, rates: Floats
-) -> tuple[Floats, Floats]:
-    """Return the velocity of a point of the world that a joint carries, and the angular velocity, (3,)."""
-    kinematics = motion.kinematics
-    velocity, turning = np.zeros(3), np.zeros(3)
-    for number in kinematics.chain(joint):
-        axis = rotation[number] @ kinematics.axes[number] * rates[number - 1]
-        if kinematics.revolute[number]:
-            velocity = velocity + np.cross(axis, point - translation[number])
-            turning = turning + axis
-        else:
-            velocity = velocity + axis
-    return velocity, turning
-
-
-def _rates(motion: Motion, time: float) -> Floats:
-    """Return the velocities of all joints that move, those that time drives too, in the model's order."""
-    rates = motion.moving(1)
-    piece = min(int(np.searchsorted(rates.times, time, side="right")) - 1, len(rates.times) - 2)
-    since = np.array((time - float(rates.times[piece]),))
-    return rates.at(np.array((piece,), dtype=np.int64), since)[0]
+    del motion, time
+    raise ProblemError(f"{goal}: goals of kind {type(goal).__name__} cannot be relative to a moving object")
 
 
 def _too_short(motion: Motion, goal: Requirement, dwell: float) -> Check:

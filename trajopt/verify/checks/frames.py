@@ -8,6 +8,7 @@ from trajopt.problem.requirements import AxisAlignment, FramePlacement, Gaze, Ro
 from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.distances import range_quantities
+from trajopt.verify.checks.ends import relative_speeds
 from trajopt.verify.checks.quantities import (
     Component,
     Quantity,
@@ -380,3 +381,44 @@ def _turn(shift: Floats, distance: Floats) -> Floats:
     """Largest turn of the direction to what moves by a shift, seen from a distance, each (c,) [rad]."""
     clear = shift < distance
     return np.where(clear, np.arcsin(np.where(clear, shift / np.where(clear, distance, 1.0), 0.0)), np.pi)
+
+
+@relative_speeds.register
+def _(goal: FramePlacement, motion: Motion, time: float) -> tuple[float, float]:
+    """Speeds along and about the axes that the placement does not leave free."""
+    poses, rates = motion.poses(np.array((time,))), _rates(motion, time)
+    rotation, translation = poses.rotation[0], poses.translation[0]
+    joint, place = motion.reduced.attachment(goal.frame)
+    base, seen_from = motion.reduced.attachment(goal.reference)
+    point = rotation[joint] @ (place * goal.offset) + translation[joint]
+    moved, turning = _carried(motion, joint, point, rotation, translation, rates)
+    # The reference carries along what is at rest in it: its point where the frame's point is.
+    taken, turned = _carried(motion, base, point, rotation, translation, rates)
+    axes = rotation[base] @ seen_from.rotation @ goal.placement.rotation
+    moves, turns = (moved - taken) @ axes, (turning - turned) @ axes
+    held, upright = np.isfinite(goal.position_tolerance), goal.rotation_tolerance < np.pi
+    return float(np.linalg.norm(moves[held])), float(np.linalg.norm(turns[upright]))
+
+
+def _carried(
+    motion: Motion, joint: int, point: Floats, rotation: Floats, translation: Floats, rates: Floats
+) -> tuple[Floats, Floats]:
+    """Return the velocity of a point of the world that a joint carries, and the angular velocity, (3,)."""
+    kinematics = motion.kinematics
+    velocity, turning = np.zeros(3), np.zeros(3)
+    for number in kinematics.chain(joint):
+        axis = rotation[number] @ kinematics.axes[number] * rates[number - 1]
+        if kinematics.revolute[number]:
+            velocity = velocity + np.cross(axis, point - translation[number])
+            turning = turning + axis
+        else:
+            velocity = velocity + axis
+    return velocity, turning
+
+
+def _rates(motion: Motion, time: float) -> Floats:
+    """Return the velocities of all joints that move, those that time drives too, in the model's order."""
+    rates = motion.moving(1)
+    piece = min(int(np.searchsorted(rates.times, time, side="right")) - 1, len(rates.times) - 2)
+    since = np.array((time - float(rates.times[piece]),))
+    return rates.at(np.array((piece,), dtype=np.int64), since)[0]

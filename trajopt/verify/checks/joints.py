@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.problem.requirements import CoupledJoints, GravityTorque, JointPositions, SingularityDistance
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, Evidence

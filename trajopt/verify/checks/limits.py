@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.native import proof
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import JointLimits
-from trajopt.robot.loading.pinocchio_model import joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.cached import cached_per_value
@@ -56,8 +56,7 @@ def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLim
 
 
 def _stated(reduced: ReducedModel) -> JointLimits:
-    robot = reduced.scene.robot
-    return robot.limits.take(robot.index(reduced.moving_joints))
+    return reduced.scene.robot.limits.take(reduced.places_of(reduced.moving_joints))
 
 
 def group_part(reduced: ReducedModel, limits: JointLimits) -> JointLimits:

@@ -12,8 +12,7 @@ from functools import singledispatch
 
 import numpy as np
 
-from trajopt.problem.requirements import Requirement
-from trajopt.problem.requirements.requirement import has, import_installed, registered
+from trajopt.problem.requirement import Requirement, has, import_installed, import_subject, registered
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, Evidence
@@ -196,7 +195,8 @@ def quantities(requirement: Requirement, motion: Motion) -> tuple[Quantity, ...]
         NameNotFound: If the requirement names what does not exist.
     """
     kind = type(requirement)
-    if not has(check_requirement, kind):
+    _load(kind)
+    if has(quantities, kind) or not has(check_requirement, kind):
         return registered(quantities, kind, "check")(requirement, motion)
     check = check_requirement.dispatch(kind)
 
@@ -216,6 +216,14 @@ def quantities(requirement: Requirement, motion: Motion) -> tuple[Quantity, ...]
             bound=None,
         ),
     )
+
+
+def _load(kind: type[Requirement]) -> None:
+    """Import the check of a kind of requirement: of this library by its subject, or of installed packages."""
+    if not (has(quantities, kind) or has(check_requirement, kind)):
+        import_subject(kind, "trajopt.verify.checks")
+    if not (has(quantities, kind) or has(check_requirement, kind)):
+        import_installed()
 
 
 def _excess(check: Check) -> float:
@@ -238,8 +246,7 @@ def check_requirement(requirement: Requirement, motion: Motion, when: When) -> t
         NameNotFound: If the requirement names what does not exist.
     """
     kind = type(requirement)
-    if not has(quantities, kind):
-        import_installed()
+    _load(kind)
     if has(check_requirement, kind):
         return check_requirement.dispatch(kind)(requirement, motion, when)
     return checks_of(quantities(requirement, motion), motion, when)

@@ -67,9 +67,10 @@ class RollingCriterion(Criterion):
         """State the drift, with the intervals cut until it is certain."""
         motion, reduced = self.motion, self.motion.reduced
         base = reduced.scene.robot.base
-        places = base.rolling(reduced.joint_names)
-        if places is None:
+        if not base.rolls or not set(base.joints) <= set(reduced.joint_names):
             return
+        x, y, yaw = (reduced.joint_names.index(joint) for joint in base.joints)
+        places = (x, y, yaw)
         cuts, accepted = _FIRST_CUTS, base.drift
         found = _straying(motion, places, cuts)
         while not found.decides(accepted) and 2 * cuts * len(motion.trajectory.times) <= _MOST_INTERVALS:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.problem.requirements import During, Requirement
+from trajopt.problem.requirement import During, Requirement
 from trajopt.values.errors import ShapeError, WaypointNotFound, shown
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.criterion import Criterion

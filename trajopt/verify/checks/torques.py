@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.robot.joints import effort_unit
 from trajopt.robot.limits import JointLimits
-from trajopt.robot.loading.pinocchio_model import effort_unit
 from trajopt.scene.payload import Payload, payloads
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.errors.arguments import checked

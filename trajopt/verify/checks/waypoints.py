@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from trajopt.problem.requirements import During, Requirement
+from trajopt.problem.requirement import During, Requirement
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, Evidence

@@ -6,8 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.native import proof
-from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import TimedModel
+from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.trajectory import Interpolation, Trajectory, refined

@@ -1,8 +1,11 @@
 """The clearance that each pair of bodies must keep, and their signed distances."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence, Set
 from functools import cached_property
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -10,14 +13,16 @@ import pinocchio as pin
 from trajopt.native import proof
 from trajopt.scene.clearances import PairKind
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.scene import Scene
-from trajopt.scene.timing import Timing
 from trajopt.values.arrays import Bools, Floats, Ints, readonly
 from trajopt.values.errors import ModelError
 from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import Mesh, Plane
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.shapes import form_of
+
+if TYPE_CHECKING:
+    from trajopt.scene.scene import Scene
+    from trajopt.scene.timing import Timing
 
 ROWS = {
     PairKind.WORLD: "clearance from the world",
@@ -72,10 +77,18 @@ def _of(scene: Scene, world: Set[str], one: str, other: str) -> float:
         return single
     meant = _meant(scene, world, one, other)
     value = max([stated.kinds[kind] for kind in meant if kind in stated.kinds] or [stated.everywhere])
-    carriers = [scene.holder(name).link for name in (one, other)]
+    carriers = [_carrier(scene, name) for name in (one, other)]
     if WORLD in carriers:
         value = max([value, *(stated.links.get(carrier, 0.0) for carrier in carriers)])
     return value
+
+
+def _carrier(scene: Scene, name: str) -> str:
+    """Return the link, or "world", that carries a link or an object."""
+    while name in scene.objects or name in scene.tools:
+        name = (scene.objects.get(name) or scene.tools[name]).frame
+    frame = scene.robot.frames.get(name)
+    return name if frame is None else frame.link
 
 
 def _meant(scene: Scene, world: Set[str], one: str, other: str) -> tuple[PairKind, ...]:
@@ -101,7 +114,7 @@ def _of_the_world(scene: Scene) -> frozenset[str]:
         if above[link] and link not in moving | carrying and not between.intersection(above[link])
     }
     for name in scene.objects:
-        holder = scene.holder(name).link
+        holder = _carrier(scene, name)
         if holder == WORLD or not moving.intersection((holder, *above[holder])):
             found.add(name)
     return frozenset(found)

@@ -1,14 +1,19 @@
 """Surroundings: everything that a robot has to keep apart from, itself included, at rest and in motion."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from math import inf
+from typing import TYPE_CHECKING
 
-from trajopt.scene.timed import TimedModel, timed_model
-from trajopt.scene.timing import Timing
+from trajopt.scene.reduced import TimedModel
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion, TimedMotion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
+
+if TYPE_CHECKING:
+    from trajopt.scene.timing import Timing
 
 
 class Surroundings:
@@ -27,7 +32,7 @@ class Surroundings:
             options: Numbers to judge with.
         """
         self.still = self.distances = PairDistances(kinematics, error=options.distance_error)
-        self._timed: TimedModel | None = timed_model(kinematics.reduced)
+        self._timed: TimedModel | None = kinematics.reduced.timed
         self._kinematics = kinematics
         if self._timed is not None:
             self._kinematics = Kinematics(self._timed.reduced)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.viewer.live.desk import Lever
 from trajopt.viewer.live.workbench import Workbench
 

@@ -13,7 +13,8 @@ from typing import TypeAlias, get_args
 import numpy as np
 
 from trajopt.optimise.kinematics import validity
-from trajopt.scene.reduced import ReducedModel, reduce_model
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ModelError, shown

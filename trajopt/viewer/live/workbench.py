@@ -11,7 +11,8 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.stated import only_group
 from trajopt.robot.configuration import ConfigurationLike, initial_positions, stated_configuration
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import ProblemError, shown

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.geometry import JointPlacements
-from trajopt.scene.reduced import ReducedModel, reduce_model, tool_frame
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.scene.whole_robot import whole_robot
 from trajopt.values.arrays import Floats

@@ -8,9 +8,10 @@ import numpy as np
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.problem.problem import Problem
 from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.joints import effort_unit, joint_unit
 from trajopt.robot.limits import JointLimits
-from trajopt.robot.loading.pinocchio_model import effort_unit, joint_unit
-from trajopt.scene.reduced import ReducedModel, tool_frames
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import tool_frames
 from trajopt.values.arrays import Bools, Floats, Ints, Value
 from trajopt.values.printed import shown_in
 from trajopt.values.trajectory import Trajectory

@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.lab.suite.html import table
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
-from trajopt.robot.loading.pinocchio_model import joint_unit
+from trajopt.robot.joints import joint_unit
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.printed import in_length, in_short, in_unit, shown_in

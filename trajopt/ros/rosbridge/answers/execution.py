@@ -24,7 +24,7 @@ from trajopt.robot.bases import PLANAR
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.robot import Robot
 from trajopt.ros.rosbridge.answers.service_call import code_of_error, failed, read_call
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.server.move_group.driving import Drive
 from trajopt.server.move_group.execution import Execution
 from trajopt.server.operation import Answer

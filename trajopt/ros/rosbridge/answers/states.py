@@ -32,7 +32,7 @@ from trajopt.ros.rosbridge.answers.service_call import (
     success,
     with_notes,
 )
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.server.operation import Answer
 from trajopt.server.state import SessionState

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from trajopt.values.arrays import LARGEST_SIZE, Bools, Floats, Ints, Value, length, readonly
 from trajopt.values.errors import ShapeError, SizeError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.shapes.clouds.files import read_points
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +62,8 @@ class Points(Value):
         Raises:
             FileFormatError: If the file is missing, malformed, of another format, or has no point.
         """
+        from trajopt.values.shapes.clouds.files import read_points
+
         return Points(read_points(path), radius)
 
     @checked

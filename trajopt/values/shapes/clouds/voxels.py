@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from trajopt.values.arrays import LARGEST_SIZE, Floats, Ints, Value, length, readonly
 from trajopt.values.errors import ShapeError, SizeError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.shapes.clouds.files import read_octree
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +58,8 @@ class Voxels(Value):
             MissingExtra: If octomap-python is not installed.
             FileFormatError: If the file is missing, malformed, of another format, or has no occupied cell.
         """
+        from trajopt.values.shapes.clouds.files import read_octree
+
         return Voxels(*read_octree(path))
 
     @cached_property

@@ -17,7 +17,7 @@ from trajopt.ros.commander.group_state import jacobian
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
 from trajopt.ros.commander.moveit_msgs.msg import RobotState as RobotStateMessage
 from trajopt.scene.group_tools import end_link
-from trajopt.scene.reduced import reduce_model
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
 from trajopt.values.arrays import Floats, floats

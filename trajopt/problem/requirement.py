@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from pkgutil import iter_modules
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from trajopt.robot.configuration import ConfigurationLike
-from trajopt.values.arrays import Value, mapping
+from trajopt.values.arrays import Value
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import PlacementLike
 
 
 @dataclass(frozen=True)
@@ -159,6 +157,19 @@ def import_modules(package: str) -> None:
             import_module(f"{package}.{item.name}")
 
 
+def import_subject(kind: type[Requirement], package: str) -> None:
+    """Import the modules of a package that are named after the subjects of a built-in kind and its bases.
+
+    Args:
+        kind: The class of a requirement, such as `trajopt.problem.requirements.frames.Gaze`.
+        package: A package with a module of the same name, `frames`.
+    """
+    for base in kind.__mro__:
+        home, _, subject = base.__module__.rpartition(".")
+        if home == f"{__package__}.requirements":
+            import_module(f"{package}.{subject}")
+
+
 def import_installed() -> None:
     """Import the modules that installed packages name in the entry-point group."""
     for entry in entry_points(group=GROUP):
@@ -236,43 +247,3 @@ def during(required: Required, *, after: str | None = None, until: str | None = 
     if after is None and until is None:
         raise ProblemError("during: name the waypoint from which or up to which it holds")
     return During(required, after, until)
-
-
-GoalLike: TypeAlias = Requirement | ConfigurationLike | PlacementLike
-"""One thing that is required at a moment: a requirement; a configuration in any of its forms; or a placement
-of the group's tool frame in the world."""
-
-
-@dataclass(frozen=True, eq=False)
-class GoalSet:
-    """Several goals by name, each of them what a goal may be; a problem makes requirements of them.
-
-    Attributes:
-        alternatives: What must hold at the end, by the name of the goal.
-    """
-
-    alternatives: Mapping[str, GoalLike | Sequence[GoalLike]]
-
-    def __str__(self) -> str:
-        """Name the goals."""
-        return f"any of {', '.join(self.alternatives)}"
-
-
-def any_of(goals: Mapping[str, GoalLike | Sequence[GoalLike]]) -> GoalSet:
-    """Accept any one of several goals, such as the grasps of an object.
-
-    The planner tries the one that is nearest first; `Result.goal_name` says which it reached.
-
-    Args:
-        goals: By name what a goal may be: requirements, one or several that hold together; a
-            configuration; a placement of the group's tool.
-
-    Raises:
-        ProblemError: If there is none, or one of them requires nothing.
-    """
-    for name, goal in mapping("any_of: goals", goals).items():
-        if isinstance(goal, str | Sequence | Mapping) and len(goal) == 0:
-            raise ProblemError(f"goal {shown(name)} requires nothing")
-    if not goals:
-        raise ProblemError("a goal set needs at least one goal")
-    return GoalSet(dict(goals))
