@@ -8,7 +8,7 @@ STAMP_DEV := $(VENV)/.installed-dev
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint packaging/locked.txt
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-driving bench-perception bench-servo bench-threads bench-cold bench-bundles clean
+.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-unproven bench-driving bench-perception bench-servo bench-threads bench-cold bench-bundles clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -92,6 +92,11 @@ bench-clouds: $(STAMP)
 # Boxes appear in the way of simulated robots. OPTIONS: --runs N, of each of five problems.
 bench-execution: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.execution --page benchmarks/README.md $(OPTIONS)
+
+# Stops that cannot be proven in worlds that change in each cycle. OPTIONS: --runs N, of each of four problems.
+bench-unproven: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.unproven_stops --json benchmarks/results/unproven_stops.json \
+	  --page benchmarks/README.md $(OPTIONS)
 
 # `kill -9` among a thousand writes of two processes, and what keeping and finding cost.
 .PHONY: bench-warehouse

@@ -23,8 +23,8 @@ them, the torque that holds the load remains."""
 MEASURED_AT = (0.5, 1.0)
 """Shares of the unproven stop at which the nearest obstacles are measured."""
 PUSHES = (0.06, 0.1)
-"""Durations of the push away from an obstacle before braking [s]. In hostile worlds where a search over 800
-other stops found a proven one, one of these was proven in every case."""
+"""Durations of the push away from an obstacle before braking [s]; `benchmarks/unproven_stops.py` counts the
+unproven stops with and without them."""
 URGENT = 0.3
 """Pairs may approach each other more slowly the nearer they are; those within this speed of the slowest are
 pushed apart together [m/s]."""
