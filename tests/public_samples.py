@@ -57,7 +57,8 @@ RETURNED = frozenset(
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
 INNER = frozenset(
     """
-    KnotsNlp BudgetTracker PlanningWorkspace TrustRegion Judge.certify Judge.decide Judge.check
+    KnotsNlp Events again_after document_of error_of refusal_of
+    BudgetTracker PlanningWorkspace TrustRegion Judge.certify Judge.decide Judge.check
     check_requirement constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of
     DepthNoise.sigma DepthNoise.sigmas DepthImage.taken PointCloud.taken Options.plan Campaign.tasks
     CampaignFolder.write Local.pool Ray.pool Session.move Session.replace Cancellation.of Watch.progress
