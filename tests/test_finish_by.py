@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.moving.test_in_time import GOAL, problem, table
+from tests.planning.moving.test_dynamic_search import GOAL, problem, table
 from trajopt.planning import Certainty, on_the_way
 from trajopt.planning.infeasibility import too_late
 from trajopt.planning.infeasibility.joint_bounds import least_time

@@ -13,7 +13,7 @@ from trajopt.driving.motion_guard import reason_with_margin, start_from
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning import Budget, on_the_way
-from trajopt.planning.moving.among import Among
+from trajopt.planning.moving.dynamic_timing import DynamicTiming
 from trajopt.planning.moving.timed_path import TimedOnPath
 from trajopt.planning.plan import plan
 from trajopt.planning.replan import replan
@@ -104,12 +104,12 @@ def retime_on_path(
         begin: When the rest begins, on the executor's clock [s].
         patience: It ends no later than this after the present motion [s].
     """
-    among = Among.of(here, here.evaluator(here.reduced))
-    if among is None:
+    timing = DynamicTiming.of(here, here.evaluator(here.reduced))
+    if timing is None:
         return None
     rest = intended.after(begin)
-    until = min(rest.duration + patience, among.latest)
-    motions = among.timing.timings(rest, until)
+    until = min(rest.duration + patience, timing.latest)
+    motions = timing.timing.timings(rest, until)
     return next((each for each in motions if intended.goal.guard.proven(each.trajectory, world, begin)), None)
 
 

@@ -13,7 +13,7 @@ from trajopt.driving.motion_guard import guard_of
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.replanning import recovery
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.planning.moving.meeting import goals_that_move
+from trajopt.planning.moving.rendezvous import goals_that_move
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import GoalLike
 from trajopt.scene.group_tools import tool_of

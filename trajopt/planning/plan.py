@@ -1,38 +1,28 @@
-"""plan(problem): seeds in the order of the schedule, each attempted once, until a motion is verified.
-
-With several workers the candidates of a round are attempted in threads, and their results are read in the
-order of the schedule. The cores release Python's lock, so threads run in parallel except for Python code
-between their calls.
-"""
+"""plan(problem): seeds in the order of the schedule, each attempted once, until a motion is verified."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from copy import copy
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import Event
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from trajopt.optimise.methods import Choice, Method, choose
-from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
+from trajopt.optimise.methods import Method, choose
+from trajopt.planning.budget import Budget, BudgetTracker, Progress
 from trajopt.planning.every_goal import EveryGoal
-from trajopt.planning.goal_search import Candidate, attempt
-from trajopt.planning.moving.in_time import in_time
+from trajopt.planning.moving.dynamic_search import planned_among_obstacles
 from trajopt.planning.plan_arguments import PlanArguments, Recalled
 from trajopt.planning.result import Result
 from trajopt.planning.search import PlanSearch
 from trajopt.planning.seeds import SeedLike, stated_seeds
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import function, one_of, unless_none
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import named
 
-Run = Callable[[PlanSearch], Result]
-"""Runs a search to its end."""
 NO_BOUNDS = Budget()
 """The default budget: the seeds of the schedule, one after the other."""
 
@@ -102,11 +92,10 @@ def plan(
     search = PlanSearch(
         problem, choice, given or np.random.default_rng(0), tracker, on_incumbent, given=paths
     )
-    run = _attempted_in_time if problem.scene.changing else _attempted
     if one_of("every_goal", every_goal, bool):
-        result = _every_goal(search, given, run)
+        result = _every_goal(search, given)
     else:
-        result = _in_time(run(search), problem, search, run, decided=method is not None or improve)
+        result = _by_deadline(_run(search), problem, search, decided=method is not None or improve)
     if experience is not None and recalled is not None:
         experience.learn(problem, result, recalled, len(stated))
     return replace(result, arguments=arguments)
@@ -129,59 +118,25 @@ def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTra
         return experience.recall(problem)
 
 
-def _every_goal(search: PlanSearch, given: np.random.Generator | None, run: Run) -> Result:
+def _every_goal(search: PlanSearch, given: np.random.Generator | None) -> Result:
     """Plan to every goal of a set, each with a generator of its own."""
     each = EveryGoal(search.problem, search.choice, given, search.tracker, search.on_incumbent)
-    return each.planned(lambda one: run(replace(one, given=search.given)))
+    return each.planned(lambda one: _run(replace(one, given=search.given)))
 
 
-def _in_time(result: Result, problem: Problem, search: PlanSearch, run: Run, *, decided: bool) -> Result:
-    """Return a motion in time, if the first is too late and shape and time together can help."""
+def _by_deadline(result: Result, problem: Problem, search: PlanSearch, *, decided: bool) -> Result:
+    """Return a motion by the deadline, if the first is too late and shape and time together can help."""
     missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
     if not missed or result.stopped is not None or decided or problem.starts_moving:
         return result
-    choice, told = choose(problem, None, improve=True), search.on_incumbent
-    shorter = run(PlanSearch(problem, choice, search.rng, search.tracker, told, given=search.given))
+    choice = choose(problem, None, improve=True)
+    shorter = _run(search.again(problem, choice=choice, on_incumbent=search.on_incumbent))
     return shorter if shorter.verified else result
 
 
-def _attempted_in_time(search: PlanSearch) -> Result:
-    """Search for a motion among changing objects by `in_time`."""
-
-    def run(each: Problem, /, *, most: int | None = None, choice: Choice | None = None) -> Result:
-        return _attempted(
-            PlanSearch(
-                each, choice or search.choice, search.rng, search.tracker, given=search.given, most=most
-            )
-        )
-
-    return in_time(search.problem, run, search.tracker, search.rng, search.on_incumbent)
-
-
-def _attempted(search: PlanSearch) -> Result:
-    """Attempt seeds until the search is done or stopped.
-
-    Raises:
-        KeyboardInterrupt: If interrupted before there is a motion.
-    """
-    stopped: Stop | None = None
-    try:
-        for candidates in search.rounds():
-            parallel = search.in_threads(candidates)
-            results = (
-                attempted_in_threads(candidates, search.tracker) if parallel else map(attempt, candidates)
-            )
-            for candidate, result in zip(candidates, results, strict=True):
-                search.learn(candidate, result)
-                if search.done:
-                    break
-    except Stopped as ended:
-        stopped = ended.stop
-    except KeyboardInterrupt:
-        if search.incumbent is None:
-            raise
-        stopped = Stop.CANCEL
-    return search.result(stopped)
+def _run(search: PlanSearch) -> Result:
+    """Run a search to its end: with dynamic obstacles by the rows for these too."""
+    return planned_among_obstacles(search) if search.problem.scene.changing else search.run()
 
 
 def bounded(budget: Budget, seconds: float | None) -> Budget:
@@ -196,46 +151,6 @@ def bounded(budget: Budget, seconds: float | None) -> Budget:
     if budget.seconds is not None:
         raise ProblemError("give seconds once: to plan, or to its budget")
     return replace(budget, seconds=seconds)
-
-
-POLL = 0.005
-"""Interval of budget checks while waiting [s]."""
-
-
-def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker) -> Iterator[Result]:
-    """Attempt candidates; yield their results in the order given, their work added to the tracker.
-
-    Args:
-        candidates: The candidates.
-        tracker: Of the whole of planning; its budget limits the number of workers.
-
-    Raises:
-        Stopped: If the budget ends; ending the iteration ends the attempts.
-    """
-    from concurrent.futures import ThreadPoolExecutor, wait
-
-    over, so_far = Event(), tracker.so_far
-
-    def alone(candidate: Candidate) -> Result:
-        """Attempt with a workspace and programs of this thread's own: their queries belong to one thread."""
-        mine = BudgetTracker.elsewhere(tracker.budget, so_far, over)
-        work = PlanningWorkspace(candidate.workspace.problem, mine)
-        branches = tuple(copy(branch) for branch in candidate.branches)
-        return attempt(replace(candidate, workspace=work, branches=branches))
-
-    pool = ThreadPoolExecutor(min(tracker.budget.workers, len(candidates)), "trajopt")
-    try:
-        for running in [pool.submit(alone, candidate) for candidate in candidates]:
-            while not running.done():
-                tracker.check()
-                wait((running,), POLL)
-            result = running.result()
-            tracker.add(result.counts, result.cpu_seconds)
-            tracker.check()
-            yield result
-    finally:
-        over.set()
-        pool.shutdown(cancel_futures=True)
 
 
 @runtime_checkable

@@ -10,7 +10,7 @@ from trajopt.optimise.methods.space_time import SpaceTime
 from trajopt.optimise.solvers import SolveResult
 from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
-from trajopt.planning.moving.meeting import goals_that_move
+from trajopt.planning.moving.rendezvous import goals_that_move
 from trajopt.planning.plan import NO_BOUNDS, bounded, plan
 from trajopt.planning.records import Attempt
 from trajopt.planning.result import Result

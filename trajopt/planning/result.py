@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
@@ -288,6 +288,18 @@ class Result:
             PlanningFailed: If there is no plan; carries this result.
         """
         return self.require().final_state
+
+    def planned_as(self, other: Result) -> Result:
+        """Return this result with the attempts, method and goal of the one that it was derived from."""
+        return replace(
+            self,
+            attempts=other.attempts,
+            won=other.won,
+            method=other.method,
+            because=other.because,
+            along_path=other.along_path,
+            goal_name=other.goal_name,
+        )
 
     def require(self) -> Plan:
         """Return the plan.

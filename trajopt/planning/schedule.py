@@ -1,4 +1,4 @@
-"""Schedule: the seeds that planning tries, in their order, as a table.
+"""Schedule: the seeds that planning tries, and the sources of motions among dynamic obstacles, as tables.
 
 Within a round seeds do not depend on each other's results, so a round may be tried on any number of cores:
 the order of the table decides, not the order of completion.
@@ -6,6 +6,7 @@ the order of the table decides, not the order of completion.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import Enum
 from itertools import chain, repeat
 
 from trajopt.planning.seeds import SeedKind
@@ -77,3 +78,57 @@ def rounds(*, bounded: bool, given: bool = False) -> Iterator[Round]:
     """
     cycles = repeat(CYCLE) if bounded else repeat(CYCLE, CYCLES)
     return chain((GIVEN,) * given, OPENING, chain.from_iterable(cycles))
+
+
+class MotionSource(Enum):
+    """Sources of motions among dynamic obstacles; each value is a description.
+
+    The static motion is the one that the seeds lead to in the scene without dynamic obstacles.
+    """
+
+    DELAY = "the static motion unchanged, or begun later if it then ends hardly later"
+    SWEPT_START = "a proof that no motion escapes an obstacle that sweeps the start"
+    HARDLY_LONGER = "shape and time optimised from the static motion, for hardly more than its duration"
+    LONGER = "shape and time optimised from the static motion, for a longer duration"
+    TIMING = "the path of the static motion with a delay, pauses and slower parts"
+    OCCUPIED_GOAL = "a proof that no motion reaches a free goal"
+    OTHER_SEEDS = "shape and time optimised from the best motion, a later one, and sampled paths in time"
+    UNCHANGED = "the static motion, although it does not seem clear"
+    DETOUR_ALONG_TRACKS = "a motion around all places that obstacles pass"
+    DETOUR_AROUND_ENDS = "a motion around the places at which obstacles end"
+    ALL_SEEDS = "shape and time optimised from the seeds of the schedule"
+
+
+@dataclass(frozen=True)
+class DynamicRow:
+    """A row of the table for dynamic obstacles.
+
+    Attributes:
+        source: The source of its motions.
+        improves: Whether it is tried if there is a motion already; it yields faster ones.
+        ends: Whether its first motion ends the search: no other motion can be much faster.
+        attempts: Number of seeds that it attempts; 0 if it has none of the schedule.
+    """
+
+    source: MotionSource
+    improves: bool = False
+    ends: bool = False
+    attempts: int = 0
+
+
+DYNAMIC: tuple[DynamicRow, ...] = (
+    DynamicRow(MotionSource.DELAY, ends=True),
+    DynamicRow(MotionSource.SWEPT_START),
+    DynamicRow(MotionSource.HARDLY_LONGER, ends=True),
+    DynamicRow(MotionSource.LONGER),
+    DynamicRow(MotionSource.TIMING, improves=True),
+    DynamicRow(MotionSource.OCCUPIED_GOAL),
+    DynamicRow(MotionSource.OTHER_SEEDS, improves=True),
+    DynamicRow(MotionSource.UNCHANGED),
+    DynamicRow(MotionSource.DETOUR_ALONG_TRACKS, attempts=4),
+    DynamicRow(MotionSource.DETOUR_AROUND_ENDS, attempts=4),
+    DynamicRow(MotionSource.ALL_SEEDS, attempts=12),
+)
+"""The order of the sources among dynamic obstacles. Fast sources come before slow ones, and a proof comes
+before the sources that it makes unnecessary. A detour has a straight line and three sampled paths: obstacles
+at rest in all their places often leave no path."""

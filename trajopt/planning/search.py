@@ -1,14 +1,16 @@
 """Search: state of one call of planning, with its attempts and best motion."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import Event
 
 import numpy as np
 
 from trajopt.optimise.methods import Choice
-from trajopt.planning.budget import BudgetTracker, Stop
-from trajopt.planning.goal_search import Candidate, GoalSearch
+from trajopt.planning.budget import BudgetTracker, Stop, Stopped
+from trajopt.planning.goal_search import Candidate, GoalSearch, attempt
 from trajopt.planning.infeasibility import closed_cut
 from trajopt.planning.infeasibility.reasons import blocks_on_the_way, enclosed, margin_out_of_reach
 from trajopt.planning.preparation import long_turns, margin_cut, with_possible_margins
@@ -59,6 +61,50 @@ class PlanSearch:
     attempts: list[Attempt] = field(default_factory=list[Attempt])
     _refusals: dict[str, Result] = field(default_factory=dict[str, Result])
     _rounds: int = 0
+
+    def run(self) -> Result:
+        """Attempt seeds until the search is done or stopped.
+
+        Raises:
+            KeyboardInterrupt: If interrupted before there is a motion.
+        """
+        stopped: Stop | None = None
+        try:
+            for candidates in self.rounds():
+                parallel = self.in_threads(candidates)
+                results = (
+                    attempted_in_threads(candidates, self.tracker) if parallel else map(attempt, candidates)
+                )
+                for candidate, result in zip(candidates, results, strict=True):
+                    self.learn(candidate, result)
+                    if self.done:
+                        break
+        except Stopped as ended:
+            stopped = ended.stop
+        except KeyboardInterrupt:
+            if self.incumbent is None:
+                raise
+            stopped = Stop.CANCEL
+        return self.result(stopped)
+
+    def again(
+        self,
+        problem: Problem,
+        *,
+        choice: Choice | None = None,
+        most: int | None = None,
+        on_incumbent: Callable[[Result], None] | None = None,
+    ) -> "PlanSearch":
+        """Return a new search of the same call, for another problem or by another method.
+
+        Args:
+            problem: The problem.
+            choice: The method; the same when None.
+            most: Most attempts; the budget's number when None.
+            on_incumbent: Called with each verified motion that is better than the last.
+        """
+        chosen = choice or self.choice
+        return PlanSearch(problem, chosen, self.rng, self.tracker, on_incumbent, given=self.given, most=most)
 
     @cached_property
     def goals(self) -> tuple[GoalSearch, ...]:
@@ -221,3 +267,43 @@ def _attempt(number: int, candidate: Candidate, result: Result) -> Attempt:
         block=next(iter(blocks), None),
         goal_name=candidate.goal_name,
     )
+
+
+POLL = 0.005
+"""Interval of budget checks while waiting [s]."""
+
+
+def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker) -> Iterator[Result]:
+    """Attempt candidates; yield their results in the order given, their work added to the tracker.
+
+    Args:
+        candidates: The candidates.
+        tracker: Of the whole of planning; its budget limits the number of workers.
+
+    Raises:
+        Stopped: If the budget ends; ending the iteration ends the attempts.
+    """
+    from concurrent.futures import ThreadPoolExecutor, wait
+
+    over, so_far = Event(), tracker.so_far
+
+    def alone(candidate: Candidate) -> Result:
+        """Attempt with a workspace and programs of this thread's own: their queries belong to one thread."""
+        mine = BudgetTracker.elsewhere(tracker.budget, so_far, over)
+        work = PlanningWorkspace(candidate.workspace.problem, mine)
+        branches = tuple(copy(branch) for branch in candidate.branches)
+        return attempt(replace(candidate, workspace=work, branches=branches))
+
+    pool = ThreadPoolExecutor(min(tracker.budget.workers, len(candidates)), "trajopt")
+    try:
+        for running in [pool.submit(alone, candidate) for candidate in candidates]:
+            while not running.done():
+                tracker.check()
+                wait((running,), POLL)
+            result = running.result()
+            tracker.add(result.counts, result.cpu_seconds)
+            tracker.check()
+            yield result
+    finally:
+        over.set()
+        pool.shutdown(cancel_futures=True)

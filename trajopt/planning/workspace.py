@@ -13,7 +13,7 @@ from trajopt.optimise.solvers import SolveResult
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.infeasibility import reasons
 from trajopt.planning.judgement import Judged, decide, holds
-from trajopt.planning.moving.among import Among
+from trajopt.planning.moving.dynamic_timing import DynamicTiming
 from trajopt.planning.moving.timed_path import TimedOnPath
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
@@ -87,7 +87,7 @@ class PlanningWorkspace(Printed):
         """
         for item in decoded:
             if item.trajectory is not None:
-                yield from self.begun(MotionCandidate(item.path, item.trajectory, None))
+                yield from self.avoiding(MotionCandidate(item.path, item.trajectory, None))
                 continue
             exact = (EXACT_TOLERANCE,) if self.problem.waypoints or item.narrow else ()
             away = np.inf
@@ -106,7 +106,7 @@ class PlanningWorkspace(Printed):
                     yield retimed
                     return
                 away = retimed.deviation
-                yield from self.begun(MotionCandidate(item.path, retimed.trajectory, retimed))
+                yield from self.avoiding(MotionCandidate(item.path, retimed.trajectory, retimed))
             if item.waypoint_knots:
                 yield from self._stopping(item)
 
@@ -120,22 +120,22 @@ class PlanningWorkspace(Printed):
             yield retimed
         else:
             stops = "the motion stops at each waypoint, as the tolerances cannot be held in passing"
-            yield from self.begun(MotionCandidate(item.path, retimed.trajectory, retimed, (stops,)))
+            yield from self.avoiding(MotionCandidate(item.path, retimed.trajectory, retimed, (stops,)))
 
-    def begun(self, motion: MotionCandidate) -> Iterator[MotionCandidate]:
+    def avoiding(self, motion: MotionCandidate) -> Iterator[MotionCandidate]:
         """Yield a motion timed to be clear of changing objects, the soonest first; unchanged if never.
 
         Raises:
             Stopped: If the budget ends before.
         """
         clear = False
-        for timed in self.clear(motion) if self._among else ():
+        for timed in self.retimed(motion) if self._timing else ():
             clear = True
             yield timed
         if not clear:
             yield motion
 
-    def clear(self, motion: MotionCandidate, by: float = np.inf) -> Iterator[MotionCandidate]:
+    def retimed(self, motion: MotionCandidate, by: float = np.inf) -> Iterator[MotionCandidate]:
         """Yield a motion among changing objects, timed so that it seems clear, the soonest first.
 
         Args:
@@ -145,10 +145,10 @@ class PlanningWorkspace(Printed):
         Raises:
             Stopped: If the budget ends before.
         """
-        assert self._among is not None
-        yield from self._counted(self._among, self._among.timings(motion.trajectory, by), motion)
+        assert self._timing is not None
+        yield from self._counted(self._timing, self._timing.timings(motion.trajectory, by), motion)
 
-    def soon(self, motion: MotionCandidate, by: float) -> Iterator[MotionCandidate]:
+    def delayed(self, motion: MotionCandidate, by: float) -> Iterator[MotionCandidate]:
         """Yield a motion among changing objects unchanged, and begun later, if that seems clear.
 
         Args:
@@ -158,35 +158,35 @@ class PlanningWorkspace(Printed):
         Raises:
             Stopped: If the budget ends before.
         """
-        assert self._among is not None
-        yield from self._counted(self._among, self._among.soon(motion.trajectory, by), motion)
+        assert self._timing is not None
+        yield from self._counted(self._timing, self._timing.delayed(motion.trajectory, by), motion)
 
     def stands_clear(self, until: float) -> bool:
         """Return whether the robot at rest at the start seems clear of changing objects until a time [s]."""
-        among = self._among
-        assert among is not None
-        before = replace(among.checks.obstacles.query.counts)
+        timing = self._timing
+        assert timing is not None
+        before = replace(timing.counts)
         with self.tracker.stage("wait"):
-            clear = among.waiting.stands_clear(self.problem.reduced.start_positions[None], until)
-        self.tracker.count_work(among.checks.obstacles.query.counts.since(before))
+            clear = timing.waiting.stands_clear(self.problem.reduced.start_positions[None], until)
+        self.tracker.count_work(timing.counts.since(before))
         return clear
 
     def _counted(
-        self, among: Among, timings: Iterator[TimedOnPath], motion: MotionCandidate
+        self, timing: DynamicTiming, timings: Iterator[TimedOnPath], motion: MotionCandidate
     ) -> Iterator[MotionCandidate]:
         """Yield a motion as it was timed; the work is counted."""
         while True:
-            before = replace(among.checks.obstacles.query.counts)
+            before = replace(timing.counts)
             with self.tracker.stage("wait"):
                 found = next(timings, None)
-            self.tracker.count_work(among.checks.obstacles.query.counts.since(before))
+            self.tracker.count_work(timing.counts.since(before))
             if found is None:
                 return
             yield replace(motion, trajectory=found.trajectory, remarks=(*motion.remarks, *found.remarks))
 
     @cached_property
-    def _among(self) -> Among | None:
-        return Among.of(self.problem, self.query) if self.problem.scene.changing else None
+    def _timing(self) -> DynamicTiming | None:
+        return DynamicTiming.of(self.problem, self.query) if self.problem.scene.changing else None
 
     def judged(self, motion: MotionCandidate, solve: SolveResult | None = None) -> Result:
         """Have a motion judged against all requirements of the problem.

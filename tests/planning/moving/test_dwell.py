@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.moving.test_in_time import GOAL, START
+from tests.planning.moving.test_dynamic_search import GOAL, START
 from tests.verify.test_moving_things import sampled
 from trajopt.timing.standing import begun_later
 

@@ -6,7 +6,7 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
-from tests.planning.moving.test_in_time import GOAL, START
+from tests.planning.moving.test_dynamic_search import GOAL, START
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.scene.reduced import ReducedModel
 

@@ -21,6 +21,7 @@ from trajopt.planning.infeasibility.inevitable import (
 )
 from trajopt.planning.infeasibility.occupied import Span
 from trajopt.planning.infeasibility.reasons import Obstruction, ObstructionKind, resting_hint
+from trajopt.planning.judgement import Judged
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import PlanningWorkspace
@@ -34,27 +35,31 @@ NAMED = 3
 """Things in the way that a sentence names."""
 
 
-def impossible(failure: Result, alone: Result, tracker: BudgetTracker) -> Result | None:
+def proof_of_failure(problem: Problem, static: Result, tracker: BudgetTracker) -> Result | None:
     """Return the proof that no motion within the limits solves a problem in time; None if there is none.
 
     Args:
-        failure: The motion planned without dynamic obstacles, refused.
-        alone: That motion.
+        problem: The problem, with one goal.
+        static: The verified motion without dynamic obstacles.
         tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends before.
     """
-    found = _WhyNot(failure.problem, alone.require().trajectory, tracker).refusal(proven=True)
-    return None if found is None else _instead_of(failure, found)
+    motion = static.require()
+    found = _BlockingObstacles(problem, motion.trajectory, tracker).refusal(proven=True)
+    if found is None:
+        return None
+    judged = Judged(problem, motion.trajectory, verified=False)
+    return replace(found, path=motion.path, trajectory=motion.trajectory, judged=judged)
 
 
-def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
-    """Return a failure with its obstructions; as inevitable or occupied if all evidence supports it.
+def explained(failure: Result, static: Result, tracker: BudgetTracker) -> Result:
+    """Return a failure with its obstacles; as inevitable or occupied if all attempts are evidence of that.
 
     Args:
-        failure: The failure, among dynamic obstacles; returned unchanged if its reason is known already.
-        alone: The motion planned without them.
+        failure: The failure; returned unchanged if its reason is known.
+        static: The verified motion without dynamic obstacles.
         tracker: Counts the work.
 
     Raises:
@@ -62,23 +67,24 @@ def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
     """
     if failure.status is not Status.BLOCKED_IN_TIME:
         return failure
-    why = _WhyNot(failure.problem, alone.require().trajectory, tracker)
-    found = why.refusal(proven=False)
+    obstacles = _BlockingObstacles(failure.problem, static.require().trajectory, tracker)
+    found = obstacles.refusal(proven=False)
     resting = resting_hint(failure.problem)
     if found is not None:
-        return _instead_of(failure, replace(found, message=found.message + resting))
-    blocks = why.on_the_way()
+        return replace(
+            found.planned_as(failure),
+            message=found.message + resting,
+            remarks=failure.remarks,
+            path=failure.path,
+            trajectory=failure.trajectory,
+            judged=failure.judged,
+        )
+    blocks = obstacles.on_the_way()
     said = [block.words for block in blocks[:NAMED]]
     said += [f"{len(blocks) - NAMED} more"] * (len(blocks) > NAMED)
-    said += [words for words in (why.ends_before(),) if words]
+    said += [words for words in (obstacles.ends_before(),) if words]
     said += [check.detail for check in _unknown(failure)]
     return replace(failure, blocks=blocks, message=("; ".join(said) or failure.message) + resting)
-
-
-def _instead_of(failure: Result, found: Result) -> Result:
-    """Return the findings on a failure, with the refused motion."""
-    fields = ("attempts", "method", "because", "goal_name", "remarks", "path", "trajectory", "judged")
-    return replace(found, **{name: getattr(failure, name) for name in fields})
 
 
 def _unknown(failure: Result) -> Sequence[Check]:
@@ -88,17 +94,17 @@ def _unknown(failure: Result) -> Sequence[Check]:
 
 
 @dataclass(eq=False)
-class _WhyNot:
-    """Looks for the obstructions of one problem.
+class _BlockingObstacles:
+    """Finds the obstructions of one problem.
 
     Attributes:
-        problem: The problem, with one goal, among dynamic obstacles.
-        alone: The motion planned without them.
+        problem: The problem, with one goal.
+        static: The motion without dynamic obstacles.
         tracker: Counts the work.
     """
 
     problem: Problem
-    alone: Trajectory
+    static: Trajectory
     tracker: BudgetTracker
     _counts: WorkCounts = field(default_factory=WorkCounts)
     _counted: WorkCounts = field(default_factory=WorkCounts)
@@ -107,7 +113,7 @@ class _WhyNot:
         """Return a refusal, either proven or with strong evidence; None if there is none."""
         with self.tracker.stage("proof"):
             sweep, occupied = self._in_time.inevitable(proven=proven), None
-            met = self._fixed_links.met(None if proven else self.alone.duration) if sweep is None else None
+            met = self._fixed_links.met(None if proven else self.static.duration) if sweep is None else None
             if sweep is None and met is None:
                 goals = self._goals(several=not proven)
                 occupied = self._in_time.goal_occupied(goals, proven=proven)
@@ -122,7 +128,7 @@ class _WhyNot:
 
     def on_the_way(self) -> tuple[Obstruction, ...]:
         """Return the obstructions of the static motion, begun immediately, in order of time."""
-        motion = self.alone
+        motion = self.static
         times: Floats = np.append(np.arange(0.0, motion.duration, LOOK), motion.duration)
         with self.tracker.stage("proof"):
             met = self._in_time.occupancy.met(motion(times), times)
@@ -151,7 +157,7 @@ class _WhyNot:
         fixed = fixed_positions(problem.goals, problem.reduced)
         if fixed is not None:
             return [fixed]
-        goals = [self.alone.positions[-1]]
+        goals = [self.static.positions[-1]]
         if several:
             found = goal_candidates(
                 problem.evaluator(problem.reduced, self._counts),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.moving.test_in_time import GOAL, START, problem, table
+from tests.planning.moving.test_dynamic_search import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 from trajopt.optimise.methods.space_time import PRECISION, SpaceTime
 from trajopt.optimise.solvers.descent import Descent

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.moving.test_in_time import GOAL, START, problem, table
+from tests.planning.moving.test_dynamic_search import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 from trajopt.optimise.methods.space_time import SpaceTime, SpaceTimeProgram
 from trajopt.planning.budget import Budget, BudgetTracker, Stop, Stopped
-from trajopt.planning.seeds.in_time import SPEED, SpaceTimeProblem, searched
+from trajopt.planning.seeds.space_time_rrt import SPEED, SpaceTimeProblem, searched
 
 __all__ = ["table"]  # a fixture
 

@@ -1,4 +1,4 @@
-"""Timing among dynamic obstacles: unchanged, begun later, or retimed on the path, the soonest first."""
+"""Timing among dynamic obstacles: a motion unchanged, begun later, or with another timing on its path."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from trajopt.values.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class Among:
-    """Times motions of one problem among what changes; one for each thread.
+class DynamicTiming:
+    """Times motions of one problem among dynamic obstacles; one for each thread.
 
     Attributes:
-        checks: Checks configurations for dynamic obstacles.
-        waiting: Begins them later.
-        timing: Times them anew on their paths.
-        latest: When they must be over, or nothing is known any more [s].
+        checks: Checks configurations for the obstacles.
+        waiting: Begins motions later.
+        timing: Times motions on their paths.
+        latest: Latest end of a motion: the deadline, or the time until which the obstacles are known [s].
     """
 
     checks: SampledChecks
@@ -32,8 +32,8 @@ class Among:
     latest: float
 
     @staticmethod
-    def of(problem: Problem, query: Evaluator) -> "Among | None":
-        """Return what times the motions of a problem; None where nothing changes with time.
+    def of(problem: Problem, query: Evaluator) -> "DynamicTiming | None":
+        """Return the timing of a problem's motions; None if nothing changes with time.
 
         Args:
             problem: The problem.
@@ -44,27 +44,32 @@ class Among:
             return None
         checks, until = SampledChecks(obstacles), obstacles.timed.until
         torque = query.dynamics.torque if np.isfinite(problem.limits.effort).any() else None
-        waiting = Waiting(checks, problem.dwell)
+        timing = PathTiming(checks, problem.limits, torque, problem.dwell)
         latest = until if problem.finish_by is None else min(until, problem.finish_by)
-        return Among(checks, waiting, PathTiming(checks, problem.limits, torque, problem.dwell), latest)
+        return DynamicTiming(checks, Waiting(checks, problem.dwell), timing, latest)
 
-    def soon(self, fastest: Trajectory, by: float) -> Iterator[TimedOnPath]:
-        """Yield a motion as it is, and begun later, where that seems clear and is over by a time.
+    @property
+    def counts(self) -> WorkCounts:
+        """The work done so far."""
+        return self.checks.obstacles.query.counts
+
+    def delayed(self, fastest: Trajectory, by: float) -> Iterator[TimedOnPath]:
+        """Yield a motion unchanged and begun later, if that seems clear.
 
         Args:
             fastest: The motion.
-            by: The time [s].
+            by: Latest end [s].
         """
         for begun in self.waiting.beginnings(fastest, latest=by - fastest.duration):
             wait = begun.duration - fastest.duration
             yield TimedOnPath(begun, () if begun is fastest else (waits(wait),))
 
     def timings(self, fastest: Trajectory, by: float = inf) -> Iterator[TimedOnPath]:
-        """Yield a motion as it is, if that seems clear; then what does and is over soonest, a few times.
+        """Yield a motion unchanged, if that seems clear; then a few clear timings of it, the soonest first.
 
         Args:
             fastest: The motion, the fastest along its path.
-            by: When it is to be over [s]; infinite for any time.
+            by: Latest end [s]; infinite for any time.
         """
         later = self.waiting.beginnings(fastest, latest=by - fastest.duration)
         begun = next(later, None)

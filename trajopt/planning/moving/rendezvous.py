@@ -1,11 +1,11 @@
-"""Meeting a moving goal: the time, and a motion that is at rest relative to the goal then.
+"""Rendezvous with a moving goal: its time, and a motion that is at rest relative to the goal then.
 
-The time of the meeting is searched. For each candidate a motion is planned to the goal's place of that time,
-as if it were at rest, and made into one that follows it at the end (`following_frame`). It begins so that it
-arrives at that time. The earliest that the judge proves is the answer, to within hundredths of a second.
+For each time that is tried a motion is planned to the goal's place at that time, as if it were at rest, and
+changed to follow the goal at its end (`following_frame`). It begins so that it arrives at that time. The
+result is the earliest rendezvous that the judge proves, to within hundredths of a second.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -13,17 +13,16 @@ import numpy as np
 
 from trajopt.geometry import WorkCounts
 from trajopt.optimise.kinematics.goal_candidates import goal_candidates
-from trajopt.planning.budget import BudgetTracker, Stopped
+from trajopt.planning.budget import Stopped
 from trajopt.planning.moving.following_frame import FollowingFrame, FollowingMotion, seems_possible
-from trajopt.planning.moving.still import stopped
+from trajopt.planning.moving.static_scenes import at_rest
 from trajopt.planning.moving.waiting import LONGEST
 from trajopt.planning.result import Result
-from trajopt.planning.search import ENDED
+from trajopt.planning.search import ENDED, PlanSearch
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
-from trajopt.scene.scene import Scene
 from trajopt.timing.standing import begun_later
 from trajopt.values.errors import shown
 from trajopt.values.trajectory import Path, Trajectory
@@ -39,6 +38,8 @@ SLOWER = (1.02, 1.1, 1.25, 1.5, 2.0, 3.0)
 """Factor on the duration of the motion to the goal: room for following it."""
 SHARES = (0.5, 0.25, 0.1)
 """Parts of the motion at its end in which the goal is followed; smaller ones if the first is refused."""
+ATTEMPTS = 4
+"""Seeds that are attempted for each time: a straight line and three sampled paths."""
 
 
 def goals_that_move(problem: Problem) -> frozenset[str]:
@@ -48,37 +49,19 @@ def goals_that_move(problem: Problem) -> frozenset[str]:
     return frozenset(carrier for frame in frames if (carrier := scene.carrier(frame)) is not None)
 
 
-def soonest_goal(problem: Problem, planned: Callable[[Problem], Result]) -> Result:
-    """Return the motion to that goal of a set that is reached soonest, each planned to by itself."""
-    best: Result | None = None
-    for name, alone in problem.alternatives.items():
-        found = replace(planned(alone), goal_name=name)
-        if best is None or _end(found) < _end(best):
-            best = found
-    assert best is not None  # a set has goals
-    return best
-
-
-def _end(result: Result) -> float:
-    return result.require().trajectory.duration if result.verified else inf
-
-
 @dataclass(eq=False)
 class Rendezvous:
     """Plans to meet moving goals.
 
     Attributes:
-        problem: The problem, with one goal.
-        run: Plans a static problem.
-        tracker: Counts the use of the budget, and stops planning.
+        search: The call of planning; its problem has one goal.
     """
 
-    problem: Problem
-    run: Callable[[Problem], Result]
-    tracker: BudgetTracker
+    search: PlanSearch
 
     def __post_init__(self) -> None:
         """Make the model among dynamic obstacles."""
+        self.problem, self.tracker = self.search.problem, self.search.tracker
         timed = self.problem.reduced.timed
         assert timed is not None  # the goal moves
         self._work = PlanningWorkspace(self.problem, self.tracker)
@@ -88,17 +71,11 @@ class Rendezvous:
         self._frame = FollowingFrame(timed, placements)
         self._found: Result | None = None
         self._refused = self._nothing()
-        self._on_incumbent: Callable[[Result], None] | None = None
         due = inf if self.problem.finish_by is None else self.problem.finish_by
         self._last = min(LONGEST, due, timed.until - self.problem.dwell)
 
-    def planned(self, on_incumbent: Callable[[Result], None] | None) -> Result:
-        """Return the soonest motion that meets the goal; else the obstruction of the nearest attempt.
-
-        Args:
-            on_incumbent: Called with every verified motion that is shorter than the one before.
-        """
-        self._on_incumbent = on_incumbent
+    def planned(self) -> Result:
+        """Return the soonest motion that meets the goal; else the obstruction of the nearest attempt."""
         try:
             found = self._searched()
         except Stopped as ended:
@@ -155,12 +132,12 @@ class Rendezvous:
 
     def _keep(self, found: Result) -> None:
         self._found = found
-        if self._on_incumbent is not None:
-            self._on_incumbent(found)
+        if self.search.on_incumbent is not None:
+            self.search.on_incumbent(found)
 
     def _met(self, meeting: float) -> tuple[Result, float]:
         """Return a motion that meets the goal at a time, or why not, and before which time none can."""
-        still = self.run(self._still(meeting))
+        still = self.search.again(self._still(meeting), most=ATTEMPTS).run()
         if not still.verified:
             words = f"where the goal is at {meeting:.2f} s: {still.message or still.status.value}"
             # What is proven of one time is none of all.
@@ -201,15 +178,14 @@ class Rendezvous:
 
     def _still(self, meeting: float) -> Problem:
         """Return the problem with the goal at rest at its place of a time."""
-        scene: Scene = stopped(self.problem.scene, self._carriers, meeting)
+        scene = at_rest(self.problem.scene, self._carriers, meeting)
         return replace(self.problem, scene=scene, dwell=0.0, finish_by=None)
 
     def _as_said(self, judged: Result, still: Result, meeting: float) -> Result:
         """Return a result with the method of its static motion, and its remarks."""
         names = " and ".join(shown(name) for name in sorted(self._carriers))
         stays = f", and stays with it for {self.problem.dwell:g} s" if self.problem.dwell else ""
-        kept = {name: getattr(still, name) for name in ("attempts", "won", "method", "because")}
-        return replace(judged, remarks=(f"meets {names} at {meeting:.3f} s{stays}",), **kept)
+        return replace(judged.planned_as(still), remarks=(f"meets {names} at {meeting:.3f} s{stays}",))
 
     def _nothing(self) -> Result:
         return self._work.result(Status.BLOCKED_IN_TIME, "the goal moves, and was not met")

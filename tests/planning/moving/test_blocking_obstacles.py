@@ -46,7 +46,7 @@ def test_the_proof_comes_before_a_motion_is_looked_for(
     def tried(*_: object, **__: object) -> None:
         raise AssertionError("a motion was looked for")
 
-    monkeypatch.setattr("trajopt.planning.moving.space_time.InSpaceTime.of", tried)
+    monkeypatch.setattr("trajopt.planning.moving.space_time_attempts.SpaceTimeAttempts.of", tried)
     scene = to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=along_y(8.0))
     result = to.plan(problem(scene), budget=FAST)
     assert result.status is to.Status.INEVITABLE and not result.verified
@@ -112,8 +112,8 @@ def test_nothing_is_claimed_where_waiting_does(planar_arm: to.Robot) -> None:
 @pytest.fixture
 def unexplained(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let planning try everything, whatever is proven."""
-    monkeypatch.setattr("trajopt.planning.moving.in_time.impossible", lambda *_: None)
-    monkeypatch.setattr("trajopt.planning.moving.in_time.explained", lambda refused, *_: refused)
+    monkeypatch.setattr("trajopt.planning.moving.dynamic_search.proof_of_failure", lambda *_: None)
+    monkeypatch.setattr("trajopt.planning.moving.dynamic_search.explained", lambda refused, *_: refused)
 
 
 @pytest.mark.usefixtures("unexplained")

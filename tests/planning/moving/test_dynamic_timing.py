@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.moving.test_in_time import GOAL, START, problem, table
+from tests.planning.moving.test_dynamic_search import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 from trajopt.geometry import Query
-from trajopt.planning.moving.among import Among
+from trajopt.planning.moving.dynamic_timing import DynamicTiming
 from trajopt.timing.standing import begun_later
 
 __all__ = ["table"]
@@ -40,9 +40,9 @@ def test_it_passes_one_gate_before_it_closes_and_stops_until_the_next_opens(tabl
     still = alone(table)
     scene = gate(gate(table, "early", -0.35, appears=0.4, expires=5.0), "late", 0.25, expires=1.5)
     asked = problem(scene)
-    among = Among.of(asked, Query(asked.reduced))
-    assert among is not None
-    timed = next(each for each in among.timings(still) if to.judge(asked, each.trajectory).verified)
+    timing = DynamicTiming.of(asked, Query(asked.reduced))
+    assert timing is not None
+    timed = next(each for each in timing.timings(still) if to.judge(asked, each.trajectory).verified)
     motion = timed.trajectory
     before, between = rests(motion)
     assert before < 0.1 and between > 0.3, "it has to leave at once, and to stop on its way"
@@ -95,8 +95,8 @@ def test_timing_alone_does_not_pass_what_parks_on_the_path(table: to.Scene) -> N
     lands = to.Track.through([0.0, 0.3], [to.placement((0.55, 0.0, z)) for z in (1.4, 0.2)])
     scene = table.add("box", to.Box(0.08, 0.08, 0.5), motion=lands)
     asked = problem(scene)
-    among = Among.of(asked, Query(asked.reduced))
-    assert among is not None and list(among.timings(alone(table))) == []
+    timing = DynamicTiming.of(asked, Query(asked.reduced))
+    assert timing is not None and list(timing.timings(alone(table))) == []
     result = to.plan(asked)
     assert result.verified
     ways = [np.asarray(result.require().path.knots), np.asarray(to.plan(problem(table)).require().path.knots)]
@@ -106,13 +106,13 @@ def test_timing_alone_does_not_pass_what_parks_on_the_path(table: to.Scene) -> N
 def test_nothing_is_timed_that_is_over_later_than_is_asked(table: to.Scene) -> None:
     still = alone(table)
     asked = problem(gate(table, "wall", 0.3, expires=2.0))
-    among = Among.of(asked, Query(asked.reduced))
-    assert among is not None
-    soonest = next(among.timings(still)).trajectory.duration
+    timing = DynamicTiming.of(asked, Query(asked.reduced))
+    assert timing is not None
+    soonest = next(timing.timings(still)).trajectory.duration
     assert soonest > 2.0
     latest = 1.02 * soonest
-    assert all(each.trajectory.duration <= latest + 1e-9 for each in among.timings(still, latest))
-    assert list(among.timings(still, 0.9 * soonest)) == []
+    assert all(each.trajectory.duration <= latest + 1e-9 for each in timing.timings(still, latest))
+    assert list(timing.timings(still, 0.9 * soonest)) == []
 
 
 def test_it_starts_early_and_enters_after_what_expires(table: to.Scene) -> None:
@@ -140,9 +140,9 @@ def test_a_start_that_is_swept_is_left_in_time(table: to.Scene) -> None:
 def test_a_motion_that_starts_fast_brakes_for_what_is_in_its_way(table: to.Scene) -> None:
     asked = replace(problem(gate(table, "wall", 0.25, expires=1.2)), start_velocity={"panda_joint1": 0.6})
     still = to.plan(replace(asked, scene=table)).require().trajectory
-    among = Among.of(asked, Query(asked.reduced))
-    assert among is not None
-    timed = next(each for each in among.timings(still) if to.judge(asked, each.trajectory).verified)
+    timing = DynamicTiming.of(asked, Query(asked.reduced))
+    assert timing is not None
+    timed = next(each for each in timing.timings(still) if to.judge(asked, each.trajectory).verified)
     assert timed.remarks[0].startswith("stops at") and timed.trajectory.duration < 1.2 + still.duration
     assert timed.trajectory(0.0, 1)[0] == pytest.approx(0.6)
     assert to.plan(asked).require().trajectory.duration <= timed.trajectory.duration

@@ -7,7 +7,9 @@ import pytest
 
 import trajopt as to
 from tests.verify.test_moving_things import sampled
-from trajopt.planning.budget import Budget, BudgetTracker
+from trajopt.planning.budget import Budget, BudgetTracker, Stop
+from trajopt.planning.moving.dynamic_search import SOURCES
+from trajopt.planning.schedule import DYNAMIC, MotionSource
 from trajopt.planning.status import Certainty
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.timing.standing import begun_later
@@ -67,7 +69,7 @@ def test_the_arm_is_past_what_crosses_its_way_sooner_than_by_waiting(table: to.S
     # From before the floor to above the arm's reach, so that there is no way over it.
     scene = table.add("gate", to.Box(0.5, 0.05, 3.0), motion=across(0.6, begin=-0.6, end=1.0))
     work = PlanningWorkspace(problem(scene), BudgetTracker(Budget()))
-    waits = next(work.begun(MotionCandidate(still.path, still.trajectory, None))).trajectory
+    waits = next(work.avoiding(MotionCandidate(still.path, still.trajectory, None))).trajectory
     assert still.trajectory.duration + 0.1 < waits.duration < 1.0 + still.trajectory.duration
     assert to.judge(problem(scene), waits).verified
     sooner = begun_later(still.trajectory, waits.duration - still.trajectory.duration - 0.05)
@@ -160,3 +162,14 @@ def test_a_motion_that_seems_too_near_to_something_and_is_not_is_returned(
     monkeypatch.setattr("trajopt.planning.moving.sampled_checks.MARGIN", 1.0)
     result = to.plan(in_time)
     assert result.verified and result.require().trajectory.duration <= still.duration
+
+
+def test_a_motion_found_before_the_budget_ends_is_kept_with_the_end() -> None:
+    crossing = to.named_problem("crossing_panda")
+    whole = to.plan(crossing)
+    result = to.plan(crossing, budget=to.Budget(work=whole.counts["forward_kinematics"] * 3 // 4))
+    assert result.verified and result.stopped is Stop.WORK
+
+
+def test_each_source_is_in_the_table() -> None:
+    assert [row.source for row in DYNAMIC] == list(SOURCES) == list(MotionSource)

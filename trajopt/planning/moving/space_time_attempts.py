@@ -1,0 +1,253 @@
+"""Attempts with shape and time optimised together among dynamic obstacles, each from a seed in time.
+
+Seeds are motions that need not be possible: the static one (the fastest without dynamic obstacles), the best
+one, the static one begun later, and paths of a sampling planner over configurations and times. The method
+makes each of them the shortest motion near to it.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil, inf
+
+import numpy as np
+
+from trajopt.optimise.methods.space_time import PRECISION, SpaceTime, SpaceTimeProgram
+from trajopt.planning.moving.best_motion import BestMotion
+from trajopt.planning.moving.waiting import LONGEST
+from trajopt.planning.result import Result
+from trajopt.planning.seeds import with_knots
+from trajopt.planning.seeds.space_time_rrt import SpaceTimeProblem, searched
+from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
+from trajopt.values.trajectory import Path, Trajectory
+
+ENOUGH = 1.05
+"""Factor on the static duration that is short enough: even pieces and the precision of the duration cost
+about half of it."""
+FAR = 1.25
+"""Factor on the static duration that is worth another seed: the path may be a long one."""
+LEFT = 1e-3
+"""A motion has left its start when a joint has moved this far [rad | m]."""
+SOON = 0.1
+"""A motion that leaves its start within this time does not wait [s]: nobody sees a shorter pause."""
+SAMPLES = 200
+"""Samples of a seed."""
+STEPS = 10
+"""Steps of a seed's beginning in each duration of the motion."""
+HORIZONS = (1.5, 3.0, 6.0)
+"""Static durations in which paths are sampled, in turn."""
+CHECKED = 20_000
+"""Configurations that are checked for each of these paths: the number for a path in a static scene."""
+BECAUSE = "things move, appear or expire, and no timing of the path without them is better"
+"""The reason for the method."""
+
+
+@dataclass(eq=False)
+class SpaceTimeAttempts:
+    """Attempts at one problem, each from a seed in time.
+
+    Attributes:
+        program: Makes motions of seeds.
+        work: Judges them.
+        static: The verified motion without dynamic obstacles.
+        best: The best motion so far, which they improve.
+    """
+
+    program: SpaceTimeProgram
+    work: PlanningWorkspace
+    static: Result
+    best: BestMotion
+    _too_short: float = 0.0
+    _found: Result | None = None
+
+    @staticmethod
+    def of(work: PlanningWorkspace, static: Result, best: BestMotion) -> "SpaceTimeAttempts | None":
+        """Return the attempts at a problem; None if the method cannot plan it.
+
+        Args:
+            work: Of the problem, with one goal.
+            static: The verified motion without dynamic obstacles.
+            best: The best motion so far.
+        """
+        problem, method = work.problem, SpaceTime()
+        if problem.waypoints or method.objection(problem):
+            return None
+        knots = with_knots(static.require().path.knots, problem.knots)
+        return SpaceTimeAttempts(method.program(problem, knots), work, static, best)
+
+    def hardly_longer(self) -> None:
+        """Attempt a motion near to the static one that ends hardly later.
+
+        Raises:
+            Stopped: If the budget runs out.
+        """
+        if self.enough < inf:
+            self._solve(self._motion, self.enough)
+            self._too_short = self.enough
+
+    def longer(self) -> None:
+        """Attempt a longer motion from the static one.
+
+        Raises:
+            Stopped: If the budget runs out.
+        """
+        self._attempt(self._motion, too_short=self._too_short)
+
+    def from_best(self) -> None:
+        """Attempt a shorter motion from the best one, unless that is one of these attempts.
+
+        Raises:
+            Stopped: If the budget runs out.
+        """
+        if self.best.verified and self.best.result is not self._found:
+            self._attempt(self.best.result.require().trajectory)
+
+    def from_later_start(self) -> None:
+        """Attempt a motion from the static one begun at the first time at which it is clear.
+
+        Raises:
+            Stopped: If the budget runs out.
+        """
+        if self.best.duration <= FAR * self._motion.duration:
+            return
+        with self.work.tracker.stage("wait"):
+            wait = self._first_clear()
+        if wait > 0.0:
+            self._attempt(_begun_later(self._motion, wait))
+
+    def from_sampled_paths(self, rng: np.random.Generator) -> None:
+        """Attempt motions from sampled paths over configurations and times, until there is one.
+
+        Args:
+            rng: Random generator.
+
+        Raises:
+            Stopped: If the budget runs out.
+        """
+        for horizon in HORIZONS:
+            if not self.best.verified:
+                self._attempt(self._sampled(horizon, rng))
+
+    @property
+    def _motion(self) -> Trajectory:
+        return self.static.require().trajectory
+
+    @cached_property
+    def enough(self) -> float:
+        """Duration that is short enough [s]; infinite if no motion can end.
+
+        It is hardly longer than the static motion, or than the time until its end is clear.
+        """
+        # Obstacles may move for ever.
+        static, until = self._motion, min(self.program.until, LONGEST)
+        enough, dwell, margins = ENOUGH * static.duration, self.work.problem.dwell, self.program.obstacles
+        clear = enough
+        if margins is not None:
+            clear = margins.first_clear(static.positions[-1], min(enough, until), until, dwell)
+        return enough if clear <= enough else min(clear / PRECISION, max(until, clear))
+
+    def _attempt(self, seed: Trajectory | None, *, too_short: float = 0.0) -> None:
+        """Optimise a seed if its motion may become the shortest.
+
+        Args:
+            seed: The seed; None for none.
+            too_short: No motion of this duration or a shorter one was found from it before [s].
+        """
+        longest = PRECISION * self.best.duration
+        if seed is None or longest <= self.enough or PRECISION * seed.duration > self.best.duration:
+            return
+        if min(longest, self.program.until) > too_short:
+            self._solve(seed, longest, too_short)
+
+    def _solve(self, seed: Trajectory, longest: float, too_short: float = 0.0) -> None:
+        program, tracker, best = self.program, self.work.tracker, self.best
+        with tracker.optimising(program.counts) as step:
+            solved = program.solve_from(
+                seed,
+                longest=longest,
+                enough=self.enough,
+                too_short=too_short,
+                proves=self._proves,
+                progress=step,
+            )
+        tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
+        if solved.decoded.trajectory is not None:
+            found = best.result is self._found
+            best.result = replace(best.result, path=solved.decoded.path, solve=solved)
+            self._found = best.result if found else self._found
+
+    def _proves(self, motion: Trajectory) -> bool:
+        """Return whether a motion is verified, and keep it if it is."""
+        path = Path(motion.joint_names, motion.positions)
+        judged = self.work.proven(MotionCandidate(path, motion, None))
+        if judged is None:
+            return False
+        remarks = (*self.static.remarks, _described(motion, self._motion))
+        self._found = replace(
+            judged.planned_as(self.static),
+            remarks=remarks,
+            method=self.program.method.name,
+            because=BECAUSE,
+            along_path=None,
+        )
+        self.best.learn(self._found)
+        return True
+
+    def _first_clear(self) -> float:
+        """Return the first start of the static motion at which it is clear, whatever happens before [s].
+
+        It is 0 if there is none, or the motion is clear without a delay.
+        """
+        assert self.program.obstacles is not None
+        motion, margins, dwell = self._motion, self.program.obstacles, self.program.problem.dwell
+        times = np.linspace(0.0, motion.duration, SAMPLES)
+        positions, step = motion(times), motion.duration / STEPS
+        last = min(margins.checks.settled, self.program.until - motion.duration, LONGEST)
+        for wait in (step * np.arange(ceil(max(last, 0.0) / step) + 1)).tolist():
+            if (margins.spare(positions, times + wait) >= 0.0).all():
+                stays = margins.spare_staying(positions[-1], motion.duration + wait, dwell)
+                if (stays >= 0.0).all():
+                    return wait
+        return 0.0
+
+    def _sampled(self, horizon: float, rng: np.random.Generator) -> Trajectory | None:
+        """Return a sampled path that ends within so many static durations; None if none was found."""
+        program, tracker, motion = self.program, self.work.tracker, self._motion
+        assert program.obstacles is not None
+        counts, latest = program.counts, min(horizon * motion.duration, program.until)
+        before, ends = replace(counts), (motion.positions[0], motion.positions[-1])
+        limits, dwell = program.problem.limits, program.problem.dwell
+
+        def check() -> None:
+            tracker.check(counts.since(before))
+
+        space = SpaceTimeProblem(program.obstacles, limits, *ends, latest, dwell, CHECKED, check)
+        with tracker.stage("seed"):
+            try:
+                return searched(space, motion.joint_names, rng)
+            finally:
+                tracker.count_work(counts.since(before))
+
+
+def _begun_later(motion: Trajectory, wait: float) -> Trajectory:
+    """Return a motion begun later; it need not be possible."""
+    times = np.linspace(0.0, wait + motion.duration, SAMPLES)
+    return Trajectory(motion.joint_names, times, motion(np.maximum(times - wait, 0.0)))
+
+
+def _described(motion: Trajectory, static: Trajectory) -> str:
+    """Return a remark on the difference between a motion and the static one."""
+    begun = _begun(motion)
+    late = begun > SOON and begun > 2.0 * _begun(static)
+    waits = f"waits {begun:.2f} s, then takes" if late else "takes"
+    more = motion.duration - static.duration
+    return (
+        f"shape and time were planned together for what changes with time: {waits} another way or another "
+        f"pace, {abs(more):.3f} s {'longer' if more > 0.0 else 'shorter'} than without it"
+    )
+
+
+def _begun(motion: Trajectory) -> float:
+    """Return the time at which a motion has left its start [s]."""
+    times = np.linspace(0.0, motion.duration, SAMPLES)
+    away = (np.abs(motion(times) - motion(0.0)) > LEFT).any(axis=1)
+    return float(times[np.argmax(away)])
