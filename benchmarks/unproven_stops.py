@@ -28,7 +28,7 @@ from trajopt.driving.motion_guard import MotionGuard
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.robot.limits import JointLimits
-from trajopt.scene.reduced import reduce_model, tool_frame
+from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.timing.joint_stops import stop_after
 from trajopt.values.arrays import Floats
 from trajopt.verify import Judge
