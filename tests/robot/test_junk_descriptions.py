@@ -23,15 +23,15 @@ BAD: dict[str, tuple[str, str, str]] = {
     "mass that is not finite": ('<mass value="2"/>', '<mass value="nan"/>', "not finite"),
     "infinite inertia": ('ixx="0.02"', 'ixx="inf"', "not finite"),
     "limits the wrong way round": (LIMIT, LIMIT.replace("-2.5", "3"), "'elbow'.*above"),
-    "velocity in words": (LIMIT, LIMIT.replace('"60"', '"fast"'), "no list of numbers"),
+    "velocity in words": (LIMIT, LIMIT.replace('"60"', '"fast"'), "is not a list of numbers"),
     "limit that is not finite": (LIMIT, LIMIT.replace('upper="2.5"', 'upper="nan"'), "not finite"),
-    "origin in words": ('<origin xyz="0 0 0.2" rpy', '<origin xyz="a b c" rpy', "no list of numbers"),
+    "origin in words": ('<origin xyz="0 0 0.2" rpy', '<origin xyz="a b c" rpy', "is not a list of numbers"),
     "origin that is not finite": ('<origin xyz="0 0 0.2" rpy', '<origin xyz="0 0 inf" rpy', "not finite"),
     "box of no size": (BOX, '<box size="0 0 0"/>', "positive"),
     "box of two sizes": (BOX, '<box size="1 1"/>', "needs 3 numbers"),
     "negative radius": (BOX, '<sphere radius="-1"/>', "positive"),
     "two radii": (BOX, '<sphere radius="1 2"/>', "needs 1 number"),
-    "mimics in words": ('multiplier="-0.5"', 'multiplier="half"', "no list of numbers"),
+    "mimics in words": ('multiplier="-0.5"', 'multiplier="half"', "is not a list of numbers"),
     "mimics nothing": ('multiplier="-0.5"', 'multiplier=""', "needs 1 number"),
 }
 

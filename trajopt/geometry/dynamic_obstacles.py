@@ -139,4 +139,4 @@ class DynamicObstacles(Printed):
         """Time from which on nothing changes [s]."""
         motions = (timing.motion for timing in self.timed.timings.values())
         ends = [motion.track.end for motion in motions if motion is not None]
-        return max(0.0, *ends, *self.moments.tolist())
+        return max([0.0, *ends, *self.moments.tolist()])

@@ -289,6 +289,7 @@ class Result:
         """
         return self.require().final_state
 
+    @checked
     def planned_as(self, other: Result) -> Result:
         """Return this result with the attempts, method and goal of the one that it was derived from."""
         return replace(

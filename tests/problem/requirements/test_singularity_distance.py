@@ -18,7 +18,7 @@ from tests.problem.requirements.sound import (
 from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
 from trajopt.geometry import Query
 from trajopt.optimise import terms
-from trajopt.optimise.terms.singularity_distance import SmallestSingularValue
+from trajopt.optimise.terms.singularity_distance import SmallestSingularValue, frame_jacobian
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import (
     SingularityDistance,
@@ -62,9 +62,7 @@ def test_singular_values_are_those_of_the_jacobian(odd: ReducedModel, at: tuple[
     assert found == pytest.approx(expected[-1], abs=1e-6)
     at_origin = terms.LostManipulability("finger", 0.01, 0.3).linearise(motion).value[0]
     origin = to.singularity_distance("finger", 0.01, length=0.3)
-    jacobian = terms.frame_jacobian.frame_jacobian(
-        odd, motion, "finger", length=origin.length, offset=origin.offset
-    ).matrix[0]
+    jacobian = frame_jacobian(odd, motion, "finger", length=origin.length, offset=origin.offset).matrix[0]
     volume = float(np.sqrt(max(np.linalg.det(jacobian.T @ jacobian), 0.0)))
     assert at_origin == pytest.approx(0.01 / (0.01 + volume), abs=1e-6)
 
@@ -77,9 +75,7 @@ def test_two_rods_by_hand() -> None:
     frame = robot.links[-1]
     for elbow in (0.0, 0.4, 1.5):
         motion = Motion.single(np.array((0.3, elbow)), Query(reduced))
-        matrix = terms.frame_jacobian.frame_jacobian(
-            reduced, motion, frame, length=0.0, offset=np.zeros(3)
-        ).matrix[0]
+        matrix = frame_jacobian(reduced, motion, frame, length=0.0, offset=np.zeros(3)).matrix[0]
         assert np.linalg.svd(matrix, compute_uv=False).prod() == pytest.approx(
             np.linalg.norm(np.cross(matrix[:, 0], matrix[:, 1])), abs=1e-12
         )
