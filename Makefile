@@ -118,6 +118,11 @@ bench-experience: $(STAMP)
 bench-server: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
 
+# Bundles, warehouses and rows of campaigns with flipped bits, zeroed sectors and cut ends. OPTIONS: --each N.
+.PHONY: bench-damaged
+bench-damaged: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.damaged_files --page benchmarks/README.md $(OPTIONS)
+
 # Hostile requests while workers are killed. OPTIONS: --requests N, --kills N, --seed N.
 .PHONY: bench-hostile
 bench-hostile: $(STAMP_DEV)
