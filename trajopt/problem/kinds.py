@@ -1,4 +1,4 @@
-"""Kinds of values that files hold of robots, scenes and requests, by the names that the files use."""
+"""Classes of values in robot, scene and request files, by their names in the files."""
 
 from functools import cache
 

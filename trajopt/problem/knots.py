@@ -1,33 +1,35 @@
-"""How many knots the path of a problem has."""
+"""Number of knots of a problem's path."""
 
 from trajopt.robot.robot import Robot
 from trajopt.values.errors import ProblemError, shown
 
 DEFAULT_KNOTS = 24
-"""Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
+"""Knots of a path; 20 to 32 perform alike, 16 lose a few problems."""
 
 ROLLING_KNOTS = 48
-"""The same where wheels roll: how far they stray falls with the square of a step; with 24 knots it is 10 to
-30 mm on a journey of ten metres."""
+"""Knots for bases with driven wheels. Their drift falls with the square of a step; with 24 knots it is 10 to
+30 mm
+over ten metres.
+"""
 
 LEG_KNOTS = 8
-"""Knots of the leg between two waypoints: enough to leave a straight line, pass something and come back."""
+"""Knots of the leg between two waypoints: enough for a detour around an obstacle."""
 
 MOST_KNOTS = 2000
-"""Time and memory grow with the square of the knots: this many take some seconds and 0.3 GB."""
+"""Time and memory grow with the square of the knots; this number takes some seconds and 0.3 GB."""
 
 
 def stated_knots(robot: Robot, group: str, stated: int, waypoints: int = 0) -> int:
-    """Return the number of knots of a path of a group: what a problem states, unless that is 0.
+    """Return the number of knots of a group's path: the stated number, or the default if it is 0.
 
     Args:
-        robot: The robot.
-        group: Its group.
-        stated: What the problem states.
-        waypoints: How many waypoints the path has.
+        robot: Robot.
+        group: Planning group.
+        stated: `Problem.knots`.
+        waypoints: Number of waypoints on the path.
 
     Raises:
-        ProblemError: If it is no whole number, too small or too large.
+        ProblemError: If `stated` is not an integer, or out of range.
     """
     if stated != 0:
         whole = isinstance(stated, int)  # pyright: ignore[reportUnnecessaryIsInstance]

@@ -16,12 +16,12 @@ class Motion:
     On a polyline a sample lies between two knots; on a spline the knots are its control points.
 
     Attributes:
-        knots: The knots, shape (N, n) [rad | m].
-        support: The knots that each sample depends on, shape (S, k).
-        weight: Their weights, shape (S, k); each row's sum is 1.
+        knots: Knots, shape (N, n) [rad | m].
+        support: Indices of the k knots that each sample depends on, shape (S, k).
+        weight: Their weights, shape (S, k); each row sums to 1.
         place: Location of each sample along the motion, in knots of a polyline, shape (S,).
         positions: Configuration of each sample, shape (S, n).
-        query: Evaluates them.
+        query: Evaluates their kinematics.
     """
 
     knots: Floats
@@ -37,7 +37,7 @@ class Motion:
 
         Args:
             knots: Shape (N, n).
-            sampling: Samples per segment, its first knot included, shape (N - 1,), each >= 1.
+            sampling: Samples per segment, including its first knot, shape (N - 1,), each >= 1.
             query: Evaluates the kinematics.
         """
         segment = np.repeat(np.arange(len(sampling)), sampling)
@@ -64,7 +64,7 @@ class Motion:
     def each(positions: Floats, query: Evaluator) -> "Motion":
         """Sample unrelated configurations, shape (S, n).
 
-        Each is a knot, and its rows' derivatives by that knot are those by the configuration.
+        Each is a knot, so derivatives by knots equal derivatives by configurations.
         """
         support = np.arange(len(positions))
         weight = np.ones((len(positions), 1))
@@ -72,11 +72,11 @@ class Motion:
 
     @cached_property
     def kinematics(self) -> JointPlacements:
-        """Placements and Jacobians of all joints at the samples; evaluated at first use."""
+        """Placements and Jacobians of all joints at the samples, evaluated on first use."""
         return self.query.kinematics(self.positions)
 
     def where(self, mask: Bools) -> "Motion":
-        """Return the motion with only some of its samples."""
+        """Return the motion with a subset of its samples."""
         index = np.flatnonzero(mask)
         return Motion(
             self.knots,
@@ -88,13 +88,13 @@ class Motion:
         )
 
     def rows(self, sample: Ints, value: Floats, jacobian: Floats, component: Ints) -> Rows:
-        """Chain derivatives by a sample's configuration to the knots it depends on.
+        """Chain derivatives by a sample's configuration to the knots that it depends on.
 
         Args:
             sample: Sample of each row, shape (m,).
             value: Residuals, shape (m,).
-            jacobian: By the sample's configuration, shape (m, n).
-            component: Which component each row is, shape (m,).
+            jacobian: Derivatives by the sample's configuration, shape (m, n).
+            component: Component of each row, shape (m,).
         """
         return Rows(
             value,
@@ -105,11 +105,11 @@ class Motion:
         )
 
     def rows_of_all(self, value: Floats, jacobian: Floats) -> Rows:
-        """Make rows of a residual with d components at every sample.
+        """Return rows of a residual with d components at every sample.
 
         Args:
             value: Shape (S, d).
-            jacobian: By the samples' configurations, shape (S, d, n).
+            jacobian: Derivatives by the samples' configurations, shape (S, d, n).
         """
         count, dim = value.shape
         sample = np.repeat(np.arange(count, dtype=np.int64), dim)
@@ -122,13 +122,13 @@ class MotionInTime(Motion):
     """A motion whose samples have times.
 
     Attributes:
-        times: Of each sample, shape (S,) [s].
+        times: Time of each sample, shape (S,) [s].
     """
 
     times: Floats
 
     def where(self, mask: Bools) -> "MotionInTime":
-        """Return the motion with only some of its samples."""
+        """Return the motion with a subset of its samples."""
         part = super().where(mask)
         fields = (part.knots, part.support, part.weight, part.place, part.positions, part.query)
         return MotionInTime(*fields, self.times[mask])

@@ -1,4 +1,4 @@
-"""Problem: what a motion must achieve, frozen; it says what it is when printed."""
+"""Problem: the frozen specification of a motion, readable when printed."""
 
 from __future__ import annotations
 
@@ -38,47 +38,46 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_short
 
 PathConstraint = Requirement | Constraint
-"""What must hold on the way: a requirement, which is plain data, or a residual with bounds."""
+"""A constraint along the motion: a requirement, which is plain data, or a residual with bounds."""
 
 
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Problem(Value):
-    """A planning problem: from a start to a goal, holding constraints, at least cost.
+    """A planning problem: from a start to a goal under constraints, at least cost.
 
     Attributes:
-        scene: The robot and what is around it, with the clearance to keep.
-        start: Name of a state (the group's; other groups stand in theirs of that name), joint -> position
-            [rad | m], positions of the group's joints or of all joints, or a plan or result, for its end.
-            Joints that are not given are as near to zero as their limits allow; mimic joints follow.
-        goal: What must hold at the end: one requirement or several, or any one goal of a set (`any_of`). The
-            forms of a start stand for `joint_positions` of the group, a placement for `frame_placement` of
-            the group's tool: its tool frame, or the tool frame of its one end effector, or the tip of its
-            chain; the printed problem names it.
-        group: The planning group; may be left out where the robot has one only.
-        constraints: What must hold all the way, or between waypoints (`during`): requirements, or
-            residuals of your own with bounds.
-        waypoints: What must hold on the way, in order, by name, or in a sequence and then named "1", "2",
-            ...: for each what a goal may be, held at one moment that the planner chooses.
-            The motion passes it without a stop, unless it could not hold the tolerance otherwise.
-        costs: What to minimise; squared velocity and acceleration by default.
-        knots: Number of knots of the path, from 3 to 2000; when 0: 24, or 48 where a base's wheels roll, or 8
-            for each leg between waypoints if those are more.
+        scene: Robot and environment, with the clearances to keep.
+        start: State name (of the group; other groups take their state of that name), joint -> position
+            [rad | m], positions of the group's joints or of all joints, or a plan or result, whose end is
+            taken. Unnamed joints are as near to zero as their limits allow; mimic joints follow.
+        goal: Requirements at the end: one or several, or any one goal of a set (`any_of`). The forms of a
+            start mean `joint_positions` of the group; a placement means `frame_placement` of the group's
+            tool: its tool frame, the tool frame of its only end effector, or the tip of its chain. The
+            printed problem names it.
+        group: Planning group; optional if the robot has one only.
+        constraints: Requirements for the whole motion or between waypoints (`during`): plain requirements, or
+            your own residuals with bounds.
+        waypoints: Requirements on the way, in order, by name or in a sequence with the names "1", "2", ...;
+            each has the form of a goal and holds at one moment that the planner chooses. The motion passes
+            it without a stop, unless only a stop holds the tolerance.
+        costs: Terms to minimise; squared velocity and acceleration by default.
+        knots: Number of knots of the path, 3 to 2000. 0 selects 24, or 48 for a base with driven wheels, or 8
+            for each leg between waypoints if that is more.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
-        tool_speed: Largest speeds of tools: one limit or several.
-        start_velocity: Joint of the group -> its velocity at the start [rad/s | m/s]; joints that are not
-            named are at rest.
-        start_acceleration: The same for accelerations [rad/s^2 | m/s^2]; joints that are not named have none.
-        dwell: How long the robot stays clear at the goal, at rest, after the end [s]. A goal that moves it
-            follows for so long, and the motion includes that; it ends at rest as seen from the goal.
-        finish_by: When the robot must be at the goal, by the clock that shows 0 when the motion starts [s];
-            any time when None.
-        name: For reports.
-        evaluator: Makes the kinematics and distances that planning works with; the native ones by default.
-            It is code, which no file can hold, and the judge does not use it.
-        degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and where
-            joints are given by name in `goal` and `waypoints`.
+        tool_speed: Largest tool speeds: one limit or several.
+        start_velocity: Joint of the group -> start velocity [rad/s | m/s]; other joints are at rest.
+        start_acceleration: Joint of the group -> start acceleration [rad/s^2 | m/s^2]; zero for others.
+        dwell: Time for which the robot stays clear at the goal, at rest, after the end [s]. With a moving
+            goal the motion includes this time: it follows the goal and ends at rest relative to it.
+        finish_by: Deadline at the goal, on a clock that shows 0 at the start of the motion [s]; none by
+            default.
+        name: Name in reports.
+        evaluator: Computes kinematics and distances for planning; the native evaluator by default. It is
+            code, which files cannot contain, and the judge does not use it.
+        degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and in
+            joint positions by name in `goal` and `waypoints`.
     """
 
     scene: Scene
@@ -106,7 +105,7 @@ class Problem(Value):
     _tool_speeds: tuple[ToolSpeed, ...] = field(init=False, repr=False)
 
     def __post_init__(self, degrees: bool) -> None:
-        """Keep each field in one form, its exact type under an underscore, and check names and numbers."""
+        """Convert each field to one form, stored under an underscore, and check names and numbers."""
         robot = one_of("scene", self.scene, Scene).robot
         name_of("name", self.name)
         object.__setattr__(self, "group", one_of("group", self.group, str) or only_group(robot))
@@ -166,14 +165,14 @@ class Problem(Value):
 
     @cached_property
     def limits(self) -> JointLimits:
-        """Limits of the group's joints, which keep those of mimic joints too, with the factors applied."""
+        """Scaled limits of the group's joints, tightened to the limits of their mimic joints."""
         return self.reduced.limits.scaled(
             velocity=self.velocity_scaling, acceleration=self.acceleration_scaling
         )
 
     @cached_property
     def moving_limits(self) -> JointLimits:
-        """Limits of the group's joints and of their mimic joints, as stated, with the factors applied."""
+        """Scaled limits of the group's joints and of their mimic joints, each as stated."""
         robot = self.scene.robot
         return robot.limits.take(robot.index(self.reduced.moving_joints)).scaled(
             velocity=self.velocity_scaling, acceleration=self.acceleration_scaling
@@ -186,10 +185,10 @@ class Problem(Value):
 
     @property
     def goals(self) -> tuple[Requirement, ...]:
-        """What must hold at the end.
+        """Requirements at the end.
 
         Raises:
-            ProblemError: If the goal is a set; each of its `alternatives` has goals of its own.
+            ProblemError: If the goal is a set; each of its `alternatives` has its own goals.
         """
         if isinstance(self.goal, GoalSet):
             raise ProblemError(f"the goal is {self.goal}: take one of the problem's alternatives")
@@ -197,35 +196,35 @@ class Problem(Value):
 
     @cached_property
     def alternatives(self) -> Mapping[str, Problem]:
-        """The problem with each goal of its goal set alone, by the goal's name; empty for one goal."""
+        """One problem for each goal of the goal set, by the goal's name; empty without a goal set."""
         return {name: replace(self, goal=goal) for name, goal in self._by_name.items()}
 
     @property
     def tool_speeds(self) -> tuple[ToolSpeed, ...]:
-        """Largest speeds of tools."""
+        """Largest tool speeds."""
         return self._tool_speeds
 
     @property
     def waypoint_requirements(self) -> tuple[tuple[Requirement, ...], ...]:
-        """What must hold at each waypoint, in order."""
+        """Requirements at each waypoint, in order."""
         return tuple(self._waypoints.values())
 
     @property
     def waypoint_names(self) -> tuple[str, ...]:
-        """The names of the waypoints, in order."""
+        """Names of the waypoints, in order."""
         return tuple(self._waypoints)
 
     @property
     def partial(self) -> tuple[During[PathConstraint], ...]:
-        """What must hold on a part of the motion only."""
+        """Requirements on a part of the motion."""
         return tuple(item for item in self.constraints if isinstance(item, During))
 
     @checked
     def span(self, part: During[PathConstraint]) -> tuple[int, int]:
-        """Return the first and the last stop of a part: 0 is the start, then the waypoints, then the end.
+        """Return the first and last stop of a part; see `requirements_at`.
 
         Raises:
-            WaypointNotFound: If it names a waypoint that is not there.
+            WaypointNotFound: If it names an unknown waypoint.
             ProblemError: If it ends before it begins.
         """
         names = self.waypoint_names
@@ -240,7 +239,10 @@ class Problem(Value):
 
     @checked
     def requirements_at(self, stop: int) -> tuple[Requirement, ...]:
-        """Return what must hold on the way past a stop: 0 is the start, then the waypoints, then the end."""
+        """Return the requirements that hold while passing a stop.
+
+        Stop 0 is the start, followed by the waypoints and the end.
+        """
         spans = ((part, self.span(part)) for part in self.partial)
         here = (part.required for part, (first, last) in spans if first <= stop <= last)
         return (*self.requirements, *(item for item in here if isinstance(item, Requirement)))
@@ -258,28 +260,28 @@ class Problem(Value):
 
     @property
     def starts_moving(self) -> bool:
-        """Whether the start is in motion."""
+        """Whether the start has a velocity or an acceleration."""
         return any((*self.start_velocity.values(), *self.start_acceleration.values()))
 
     @property
     def last_stop(self) -> int:
-        """The number of the end among the stops: 0 is the start, then the waypoints."""
+        """Index of the end among the stops: 0 is the start, then the waypoints."""
         return 1 + len(self._waypoints)
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:
-        """Path constraints, goals and waypoints, as far as they are plain data."""
+        """All plain requirements: path constraints, goals and waypoints."""
         partial = (item.required for item in self.partial if isinstance(item.required, Requirement))
         return (*self.requirements, *partial, *self.goals, *chain(*self.waypoint_requirements))
 
     @property
     def residual_constraints(self) -> tuple[Constraint, ...]:
-        """What must hold all the way and is code, so that the judge samples it."""
+        """Constraints on the whole motion in code, which the judge samples."""
         return tuple(item for item in self.constraints if isinstance(item, Constraint))
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """What must hold all the way and is plain data, so that the judge can prove it."""
+        """Plain requirements on the whole motion, which the judge can prove."""
         return tuple(item for item in self.constraints if isinstance(item, Requirement))
 
     def _check_names(self, item: PathConstraint | During[PathConstraint]) -> None:
@@ -290,10 +292,10 @@ class Problem(Value):
 
     @checked
     def save(self, path: Path | str) -> None:
-        """Write a bundle, as `Result.save`, of a problem that nobody has planned yet.
+        """Write the problem to a bundle without a result; see `Result.save`.
 
         Raises:
-            ModelError: If the problem holds code of the caller's, which no file can hold.
+            ModelError: If the problem contains user code, which files cannot contain.
             FileFormatError: If the file cannot be written.
         """
         from trajopt.files.bundle import save
@@ -301,13 +303,11 @@ class Problem(Value):
         save(self, path)
 
     def __repr__(self) -> str:
-        """Say the problem in a line: robot, group and goal."""
         goal = self.goal if isinstance(self.goal, GoalSet) else " and ".join(map(str, self.goals))
         where = f"{self.scene.robot.name}, group {self.group}"
         return in_short(f"Problem({shown(self.name)}: {where}, to {goal})")
 
     def __str__(self) -> str:
-        """Say the problem in a few lines."""
         ends = (self.goal,) if isinstance(self.goal, GoalSet) else self.goals
         moving = in_motion(self.scene.robot.model, self.start_velocity, self.start_acceleration)
         speeds = ((self.velocity_scaling, "velocity"), (self.acceleration_scaling, "acceleration"))
@@ -348,7 +348,7 @@ def named_problem(name: str) -> Problem:
     Names come from the entry-point group `trajopt.problems`, so any package can add some.
 
     Raises:
-        ProblemNotFound: If there is none of that name.
+        ProblemNotFound: If the name is unknown.
     """
     from importlib.metadata import entry_points
 

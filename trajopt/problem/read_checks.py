@@ -1,4 +1,4 @@
-"""What code relies on without looking, of values that no constructor checks."""
+"""Invariants of values read from files that no constructor checks."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, cast
@@ -21,15 +21,15 @@ from trajopt.values.shapes.shapes import Convex
 from trajopt.values.trajectory import Path
 
 MOST_FACES = 200_000
-"""Faces of one convex shape or mesh: a hull has at most some thousands."""
+"""Most faces of a convex shape or mesh; a hull has a few thousand."""
 
 
 def check_value(value: object) -> None:
-    """Refuse a value that code would follow out of bounds.
+    """Check a value whose indices or names would otherwise be used out of bounds.
 
     Raises:
-        ShapeError: If an array is not of the shape or kind that it must be.
-        ModelError: If names or numbers do not fit each other.
+        ShapeError: If an array has a wrong shape or type.
+        ModelError: If names or numbers are inconsistent.
     """
     check = _CHECKS.get(type(value))
     if check is not None:
@@ -37,10 +37,10 @@ def check_value(value: object) -> None:
 
 
 def check_fields(kind: type[object], given: Mapping[str, Any]) -> None:
-    """Refuse what a constructor would take long for, before it is called.
+    """Check fields whose constructor would take too long.
 
     Raises:
-        ShapeError: If a mesh has more faces than there is any need for.
+        ShapeError: If a mesh has too many faces.
     """
     if kind in (Mesh, Convex) and len(np.atleast_1d(given["faces"])) > MOST_FACES:
         raise ShapeError("faces", f"must be 1 to {MOST_FACES}, are {len(given['faces'])}")

@@ -1,4 +1,4 @@
-"""The base of every requirement, parts of a motion, alternative goals, and how kinds register."""
+"""Base class of requirements, parts of a motion, and registration of kinds."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from trajopt.values.errors.arguments import checked
 
 @dataclass(frozen=True)
 class ShownUnit:
-    """Unit in which reports show a number.
+    """Unit of a number in reports.
 
     Attributes:
-        name: Its sign; empty for a plain number.
-        size: One of it, in the unit of the number itself.
+        name: Symbol; empty for a plain number.
+        size: Size of one unit in base units.
         base: Unit of the number itself: "m", "rad", or empty.
     """
 
@@ -40,40 +40,39 @@ PLAIN = ShownUnit("", 1.0, "")
 
 @dataclass(frozen=True)
 class Requirement(Value):
-    """Base of everything that a motion can be required to hold.
+    """Base class of all requirements.
 
-    A class of your own is three modules: the data, a term (`trajopt.optimise.terms.constrain`) and a check
-    (`trajopt.verify.checks.quantities`); docs/extending.md shows them.
+    Your own requirement consists of three modules: its data, a term (`trajopt.optimise.terms.constrain`) and
+    a check (`trajopt.verify.checks.quantities`); see docs/extending.md.
     """
 
     def __repr__(self) -> str:
-        """Show its kind and what it says, or its fields where it says nothing."""
         if type(self).__str__ is object.__str__:
             return super().__repr__()
         return f"{type(self).__name__}({self})"
 
     def in_full(self) -> str:
-        """Say it as in a printed problem: with what helps to see whether it is what was meant."""
+        """Describe it for a printed problem, with details that help to spot a mistake."""
         return str(self)
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """The frames and objects it names, so that a problem with unknown ones is an error at once."""
+        """Names of its frames and objects, checked when a problem is constructed."""
         return ()
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The joints it names, likewise."""
+        """Names of its joints, checked when a problem is constructed."""
         return ()
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """How it can be relaxed: remedies and prices try these; none by default."""
+        """Its relaxations, tried by remedies and prices; none by default."""
         return ()
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units in which its violation is measured: "m", "rad", or empty if not known."""
+        """Units of its violation: "m", "rad", or empty if unknown."""
         return ("",)
 
 
@@ -82,12 +81,12 @@ class Relaxation:
     """One number of a requirement that can be relaxed: a tolerance that grows, or a bound that shrinks.
 
     Attributes:
-        what: What the number bounds.
-        now: The number.
-        largest: By how much it can be relaxed at most.
-        unit: Unit in which it is shown.
+        what: Name of the number in reports.
+        now: Its value.
+        largest: Largest change.
+        unit: Unit in reports.
         apply: Returns the requirement relaxed by an amount.
-        shrinks: Whether the number gets smaller.
+        shrinks: Whether the number shrinks.
     """
 
     what: str
@@ -110,12 +109,12 @@ class Relaxation:
         """Relax one field of a requirement.
 
         Args:
-            required: The requirement.
+            required: Requirement.
             field: Name of the field, a number.
-            what: What it bounds.
-            largest: By how much it can be relaxed at most.
-            unit: Unit in which it is shown.
-            shrinks: Whether the number gets smaller.
+            what: Name of the number in reports.
+            largest: Largest change.
+            unit: Unit in reports.
+            shrinks: Whether the number shrinks.
         """
         now, sign = float(getattr(required, field)), -1.0 if shrinks else 1.0
 
@@ -125,13 +124,13 @@ class Relaxation:
         return Relaxation(what=what, now=now, largest=largest, unit=unit, apply=apply, shrinks=shrinks)
 
     def words(self, amount: float) -> str:
-        """State the change by an amount."""
+        """Describe the change by an amount."""
         unit, after = self.unit, self.now - amount if self.shrinks else self.now + amount
         return f"{self.what} {self.now / unit.size:.3g} to {after / unit.size:.3g} {unit.name}".rstrip()
 
 
 GROUP = "trajopt.requirements"
-"""Entry-point group in which packages name the modules that register their kinds of requirements."""
+"""Entry-point group in which packages name the modules that register their requirements."""
 
 Result_co = TypeVar("Result_co", covariant=True)
 
@@ -141,7 +140,7 @@ class Dispatch(Protocol[Result_co]):
 
     @property
     def registry(self) -> Mapping[Any, Callable[..., Result_co]]:
-        """The functions by class."""
+        """Registered functions by class."""
         ...
 
     def dispatch(self, cls: Any) -> Callable[..., Result_co]:
@@ -158,11 +157,11 @@ def import_modules(package: str) -> None:
 
 
 def import_subject(kind: type[Requirement], package: str) -> None:
-    """Import the modules of a package that are named after the subjects of a built-in kind and its bases.
+    """Import the modules of a package that are named like the modules of a built-in kind and its bases.
 
     Args:
-        kind: The class of a requirement, such as `trajopt.problem.requirements.frames.Gaze`.
-        package: A package with a module of the same name, `frames`.
+        kind: Class of a requirement, such as `trajopt.problem.requirements.frames.Gaze`.
+        package: Package with a module of the same name, `frames`.
     """
     for base in kind.__mro__:
         home, _, subject = base.__module__.rpartition(".")
@@ -177,22 +176,22 @@ def import_installed() -> None:
 
 
 def has(dispatch: Dispatch[object], kind: type[Requirement]) -> bool:
-    """Say whether a function is registered for a kind of requirement."""
+    """Whether a function is registered for a kind of requirement."""
     return dispatch.dispatch(kind) is not dispatch.registry[object]
 
 
 def registered(dispatch: Dispatch[Result_co], kind: type[Requirement], what: str) -> Callable[..., Result_co]:
-    """Return the function that is registered for a kind of requirement.
+    """Return the function registered for a kind of requirement.
 
-    Installed packages are imported before it counts as missing.
+    Installed packages are imported before an error is raised.
 
     Args:
-        dispatch: The function that dispatches.
-        kind: The class of the requirement.
-        what: What it registers, for the error.
+        dispatch: Dispatching function.
+        kind: Class of the requirement.
+        what: Name of the registered function in the error.
 
     Raises:
-        ProblemError: If there is none.
+        ProblemError: If no function is registered.
     """
     if not has(dispatch, kind):
         import_installed()
@@ -210,12 +209,12 @@ Required = TypeVar("Required")
 
 @dataclass(frozen=True)
 class During(Generic[Required_co]):
-    """Something that must hold on a part of the motion, its ends included.
+    """A requirement on a part of the motion, ends included.
 
     Attributes:
-        required: What must hold there.
-        after: The waypoint from which it holds; None for the start.
-        until: The waypoint up to which it holds; None for the end.
+        required: Requirement.
+        after: Waypoint from which it holds; None for the start.
+        until: Waypoint up to which it holds; None for the end.
     """
 
     required: Required_co
@@ -224,11 +223,10 @@ class During(Generic[Required_co]):
 
     @property
     def part(self) -> str:
-        """The part in words."""
+        """Description of the part."""
         return f"from {self.after or 'the start'} to {self.until or 'the end'}"
 
     def __str__(self) -> str:
-        """Show what must hold, and where."""
         return f"{self.required}, {self.part}"
 
 
@@ -237,12 +235,12 @@ def during(required: Required, *, after: str | None = None, until: str | None = 
     """Require something on a part of the motion only.
 
     Args:
-        required: What must hold there: a requirement, or a constraint on a residual.
-        after: Name of the waypoint from which it holds; from the start on when None.
-        until: Name of the waypoint up to which it holds; to the end when None.
+        required: Requirement, or a constraint on a residual.
+        after: Name of the waypoint from which it holds; the start by default.
+        until: Name of the waypoint up to which it holds; the end by default.
 
     Raises:
-        ProblemError: If it is for the whole motion, which needs no `during`.
+        ProblemError: If neither `after` nor `until` is given.
     """
     if after is None and until is None:
         raise ProblemError("during: name the waypoint from which or up to which it holds")

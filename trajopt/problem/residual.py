@@ -1,4 +1,4 @@
-"""Residual: the protocol of every term, and the two roles it can play."""
+"""Residual: the protocol of every term, and its two roles, cost and constraint."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -15,31 +15,31 @@ from trajopt.values.errors.arguments import checked
 
 @runtime_checkable
 class Residual(Protocol):
-    """A vector function of a motion, with its derivative. A class of your own needs no more.
+    """A vector function of a motion, with its derivative.
 
-    It may have `units`, "m" or "rad" for each component or one for all: then reports print what is missing in
-    millimetres or degrees.
+    An optional attribute `units`, "m" or "rad" for each component or one for all, makes reports print
+    violations in millimetres or degrees.
 
     Attributes:
-        name: Shown in reports.
+        name: Name in reports.
     """
 
     @property
     def name(self) -> str:
-        """Shown in reports."""
+        """Name in reports."""
         ...
 
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at all samples of a motion.
 
-        The number of rows may change from call to call. `Motion.rows_of_all` turns values and
-        derivatives by the samples' configurations into rows.
+        The number of rows may change from call to call. `Motion.rows_of_all` converts values and derivatives
+        by configurations to rows.
         """
         ...
 
 
 def units_of(residual: Residual) -> tuple[str, ...]:
-    """Return the unit of each component of a residual, or one of all, where its class says so in `units`."""
+    """Return the unit of each component of a residual, or one for all, if its class has `units`."""
     return tuple(getattr(residual, "units", ()))
 
 
@@ -57,7 +57,7 @@ WHOLE = Window()
 END = Window(1.0, 1.0)
 """The last knot."""
 MOST_WEIGHT = 1e12
-"""Of a cost; numbers have 16 digits."""
+"""Largest weight of a cost; doubles have 16 digits."""
 
 
 @checked
@@ -66,10 +66,10 @@ class Cost:
     """A residual in the role of a cost: the sum over its rows of weight times loss.
 
     Attributes:
-        residual: The residual.
+        residual: Residual.
         weight: Weight of every row, from 0 to 1e12.
-        loss: Squared unless told otherwise.
-        window: Where it counts.
+        loss: Loss function; squared by default.
+        window: Part of the motion that counts.
     """
 
     residual: Residual
@@ -78,10 +78,10 @@ class Cost:
     window: Window = WHOLE
 
     def __post_init__(self) -> None:
-        """Refuse weights that weigh nothing up.
+        """Check the weight.
 
         Raises:
-            ShapeError: If the weight is no finite number.
+            ShapeError: If the weight is not finite.
             ProblemError: If it is negative or above 1e12.
         """
         _check_residual("cost", self.residual)
@@ -101,12 +101,12 @@ class Constraint(Value):
     """A residual in the role of a constraint: every row between bounds.
 
     Attributes:
-        residual: The residual.
+        residual: Residual.
         lower: Lower bound, one for all components or one each; -inf for none.
         upper: Upper bound; equal to lower for an equality.
-        tolerance: Violation up to which it counts as held, in the residual's unit.
-        window: Where it holds.
-        reach: Rows farther inside their bounds than this are left out by the residual; inf for none.
+        tolerance: Accepted violation, in the residual's unit.
+        window: Part of the motion that counts.
+        reach: The residual omits rows farther inside their bounds than this; inf if it lists all.
     """
 
     residual: Residual
@@ -117,7 +117,7 @@ class Constraint(Value):
     reach: float = np.inf
 
     def __post_init__(self) -> None:
-        """Refuse bounds that hold nothing and tolerances that measure nothing.
+        """Check bounds, tolerance and reach.
 
         Raises:
             ShapeError: If a bound, the tolerance or the reach is not a number.
@@ -143,7 +143,7 @@ class Constraint(Value):
         return lower, upper
 
     def excess(self, motion: Motion) -> float:
-        """Return the largest violation at a motion's samples if it is beyond the tolerance, else 0."""
+        """Return the largest violation at a motion's samples; 0 if within the tolerance."""
         rows = self.residual.linearise(motion)
         lower, upper = self.bounds(rows)
         worst = float(np.maximum(lower - rows.value, rows.value - upper).max(initial=0.0))
@@ -163,12 +163,12 @@ def constraint(
     """Require a residual to lie between bounds.
 
     Args:
-        residual: The residual.
+        residual: Residual.
         lower: One bound, or one for each component; -inf for none.
         upper: Likewise; inf for none.
-        tolerance: Violation up to which it counts as held, in the residual's unit.
-        window: Where it holds.
-        reach: How far inside its bounds a row may be for the residual to list it; inf where it lists all.
+        tolerance: Accepted violation, in the residual's unit.
+        window: Part of the motion that counts.
+        reach: Distance inside its bounds beyond which the residual omits a row; inf if it lists all.
 
     Raises:
         ShapeError: If a bound, the tolerance or the reach is not a number.
@@ -189,10 +189,10 @@ def _check_residual(role: str, residual: object) -> None:
 
 
 def check_path_constraint(required: object) -> None:
-    """Refuse what cannot hold on the way: callers may have no type checks.
+    """Check the type of a path constraint.
 
     Raises:
-        ProblemError: If it is neither a requirement nor a constraint, or holds in a window of the knots.
+        ProblemError: If it is neither a requirement nor a constraint, or has a window of knots.
     """
     if not isinstance(required, Requirement | Constraint):
         raise ProblemError(f"constraints: {shown(required)} is neither a requirement nor a Constraint")

@@ -24,13 +24,12 @@ def _differences(knots: Floats, order: int) -> Rows:
 
 
 def _factors(order: int) -> list[float]:
-    """Return the factors of consecutive knots in a difference."""
     return [(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)]
 
 
 @lru_cache(maxsize=32)
 def _stencils(count: int, joints: int, order: int) -> tuple[Floats, Ints, Ints, Floats]:
-    """Return Jacobian, knots, component and place of all differences: the same at every point."""
+    """Return Jacobian, knots, component and place of all differences, which are constant."""
     windows = max(count - order, 0)
     block = np.array(_factors(order))[None, :, None] * np.eye(joints)[:, None, :]
     first = np.repeat(np.arange(windows, dtype=np.int64), joints)
@@ -44,37 +43,37 @@ def _stencils(count: int, joints: int, order: int) -> tuple[Floats, Ints, Ints, 
 
 @dataclass(frozen=True)
 class Velocity:
-    """First differences of the knots, one component a joint [rad | m]."""
+    """First differences of the knots, one component per joint [rad | m]."""
 
     name = "velocity"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the differences; exact, for they are linear."""
+        """Return the differences, which are linear."""
         return _differences(motion.knots, 1)
 
 
 @dataclass(frozen=True)
 class Acceleration:
-    """Second differences of the knots, one component a joint [rad | m]."""
+    """Second differences of the knots, one component per joint [rad | m]."""
 
     name = "acceleration"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the differences; exact, for they are linear."""
+        """Return the differences, which are linear."""
         return _differences(motion.knots, 2)
 
 
 @dataclass(frozen=True)
 class Jerk:
-    """Third differences of the knots, one component a joint [rad | m]."""
+    """Third differences of the knots, one component per joint [rad | m]."""
 
     name = "jerk"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the differences; exact, for they are linear."""
+        """Return the differences, which are linear."""
         return _differences(motion.knots, 3)
 
 
 def default_costs() -> tuple[Cost, ...]:
-    """Return the costs of a problem that names none: short and smooth."""
+    """Return the default costs: short and smooth."""
     return (Cost(Velocity()), Cost(Acceleration()))

@@ -1,4 +1,4 @@
-"""A start in motion: velocities and accelerations of joints, as they are stated and as they are printed."""
+"""Velocities and accelerations of joints at the start."""
 
 from collections.abc import Mapping
 
@@ -13,24 +13,24 @@ from trajopt.values.likely_units import meant_at_speed
 from trajopt.values.printed import in_unit
 
 KINDS = (LimitKind.VELOCITY, LimitKind.ACCELERATION)
-"""What a start may state, in the order of derivatives."""
+"""Limits on start rates, in the order of derivatives."""
 
 
 def start_rates(
     stated: Mapping[str, float], kind: LimitKind, limits: JointLimits, model: pin.Model
 ) -> Floats:
-    """Return the velocities or accelerations of a start, shape (n,); joints that are not named have none.
+    """Return the velocities or accelerations at the start, shape (n,); zero for unnamed joints.
 
     Args:
-        stated: Joint -> velocity [rad/s | m/s], or acceleration [rad/s^2 | m/s^2].
-        kind: Which of them it is.
-        limits: Of the group's joints, n of them.
+        stated: Joint -> velocity [rad/s | m/s] or acceleration [rad/s^2 | m/s^2].
+        kind: Velocity or acceleration.
+        limits: Limits of the group's n joints.
         model: Pinocchio's model of the robot.
 
     Raises:
-        JointNotFound: If a joint is none of the group.
-        ShapeError: If a value is no number.
-        ProblemError: If a value is beyond its limit.
+        JointNotFound: If a joint is not in the group.
+        ShapeError: If a value is not a number.
+        ProblemError: If a value exceeds its limit.
     """
     names, rates = limits.joint_names, np.zeros(len(limits.joint_names))
     most = limits.velocity if kind is LimitKind.VELOCITY else limits.acceleration
@@ -49,7 +49,7 @@ def start_rates(
 
 
 def in_motion(model: pin.Model, velocity: Mapping[str, float], acceleration: Mapping[str, float]) -> str:
-    """Print how joints move at the start: "elbow at 22.9 deg/s"; nothing where none does."""
+    """Format joint rates at the start: "elbow at 22.9 deg/s"; empty if all are zero."""
     return ", ".join(
         f"{joint} at {in_unit(value, joint_unit(model, joint, order=order))}"
         for order, stated in enumerate((velocity, acceleration), start=1)

@@ -1,4 +1,4 @@
-"""What callers state of a start and a goal, in any of its forms, and what it means for a group of a robot."""
+"""Conversion of starts, goals and waypoints from any accepted form to requirements of a group."""
 
 from collections.abc import Mapping, Sequence
 from typing import cast
@@ -31,11 +31,11 @@ from trajopt.values.placement import Placement, as_placement
 def stated_rates(
     robot: Robot, name: str, rates: Mapping[str, float], *, degrees: bool
 ) -> Mapping[str, float]:
-    """Return velocities or accelerations by joint, given in degrees or radians where joints turn.
+    """Return velocities or accelerations by joint, converted from degrees for revolute joints.
 
     Raises:
-        ProblemError: If they are no mapping.
-        ShapeError: If one that is given in degrees is no number.
+        ProblemError: If they are not a mapping.
+        ShapeError: If a value in degrees is not a number.
     """
     given = mapping(name, rates)
     if not one_of("degrees", degrees, bool):
@@ -48,7 +48,7 @@ def stated_rates(
 
 
 def only_group(robot: Robot) -> str:
-    """Return the robot's group where it has one only.
+    """Return the robot's only group.
 
     Raises:
         ProblemError: If it has several.
@@ -61,16 +61,16 @@ def only_group(robot: Robot) -> str:
 def stated_goal(
     scene: Scene, group: str, goal: GoalLike | Sequence[GoalLike] | GoalSet, *, degrees: bool
 ) -> tuple[Requirement, ...] | dict[str, tuple[Requirement, ...]]:
-    """Return what is required at the end: requirements that hold together, or for each goal of a set its own.
+    """Return the requirements at the end, or a goal set with the requirements of each goal.
 
     Args:
-        scene: The scene.
-        group: The planning group.
-        goal: One thing or several, or any one goal of a set.
-        degrees: Whether positions of joints that turn are in degrees, where they are given by joint.
+        scene: Scene.
+        group: Planning group.
+        goal: One requirement or several, or any one goal of a set.
+        degrees: Whether joint positions by name are in degrees.
 
     Raises:
-        ProblemError: If it is in none of its forms, or it is a placement, and the group has no single tool.
+        ProblemError: If it has no accepted form, or it is a placement and the group has no single tool.
         ShapeError: If a number cannot be used.
         NameNotFound: If a state or a joint is unknown.
     """
@@ -89,7 +89,7 @@ def stated_waypoints(
     *,
     degrees: bool,
 ) -> dict[str, tuple[Requirement, ...]]:
-    """Return what is required at each waypoint, by its name or its number from 1; as `stated_goal`."""
+    """Return the requirements at each waypoint, by name or number from 1; see `stated_goal`."""
     named = waypoints
     if not isinstance(named, Mapping):
         named = {str(number): item for number, item in enumerate(sequence("waypoints", named), start=1)}
@@ -102,7 +102,7 @@ def stated_waypoints(
 def _required(
     scene: Scene, group: str, name: str, wanted: GoalLike | Sequence[GoalLike], *, degrees: bool
 ) -> tuple[Requirement, ...]:
-    """Return what is wanted at one moment as requirements that hold together."""
+    """Return the requirements that hold together at one moment."""
     items = cast("Sequence[GoalLike]", wanted) if isinstance(wanted, list | tuple) else ()
     if wanted is not items or not (len(items) == 0 or any(map(_is_one, items))):
         items = (cast("GoalLike", wanted),)  # a placement in one of its forms is a list or a tuple too
@@ -110,7 +110,7 @@ def _required(
 
 
 def _is_one(item: object) -> bool:
-    """Say whether something is a thing to require by itself, and no row or number of a placement."""
+    """Whether an item is a goal by itself, rather than a row or number of a placement."""
     matrix = cast("NDArray[np.float64]", item).shape == (4, 4) if isinstance(item, np.ndarray) else False
     return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3 | Motion)
 
@@ -139,7 +139,7 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
 def _of_numbers(
     robot: Robot, group: str, name: str, item: object, *, degrees: bool
 ) -> Mapping[str, float] | None:
-    """Return the group's positions in a row of numbers, one for each of its joints or of all joints."""
+    """Return the group's positions from a row of numbers for its joints or for all joints."""
     try:
         count = len(floats(name, cast("ArrayLike", item), (None,)))
     except ShapeError:
@@ -156,7 +156,7 @@ def _of_group(robot: Robot, group: str, positions: Floats) -> dict[str, float]:
 
 
 def _hint(item: object) -> str:
-    """Return the remedy for three numbers, which are a position without an orientation."""
+    """Return a hint for three numbers, which are a position without an orientation."""
     try:
         count = len(floats("goal", cast("ArrayLike", item), (None,)))
     except ShapeError:
@@ -180,7 +180,7 @@ def _in_radians(
 
 
 def _state(robot: Robot, group: str, name: str) -> Mapping[str, float]:
-    """Return where a named state has the joints of a group: a state of its own, or one that has them all."""
+    """Return the group's joint positions in a named state: its own, or one that contains all its joints."""
     joints = robot.group(group).joints
     if (group, name) in robot.states:
         found = robot.state(name, group=group)
@@ -198,10 +198,10 @@ def _state(robot: Robot, group: str, name: str) -> Mapping[str, float]:
 
 
 def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
-    """Check that each waypoint is a requirement or several, and that there are knots for all.
+    """Check the types of waypoints and the number of knots.
 
     Raises:
-        ProblemError: If not.
+        ProblemError: If a waypoint is not a requirement or several, or there are too few knots.
     """
     for name, wanted in waypoints.items():
         if not wanted or not all(isinstance(item, Requirement) for item in wanted):
@@ -214,7 +214,7 @@ def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> No
 
 
 def stated_dwell(dwell: float) -> float:
-    """Return how long to stay at the goal [s].
+    """Return the dwell time at the goal [s].
 
     Raises:
         ProblemError: If it is negative.
@@ -225,16 +225,16 @@ def stated_dwell(dwell: float) -> float:
 
 
 def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
-    """Check the frames and joints that a goal names: it may be a placement relative to what moves by itself.
+    """Check the frames and joints of a goal, which may be a placement relative to a dynamic obstacle.
 
     Args:
-        scene: The scene.
-        item: The goal.
-        in_motion: Whether the robot is in motion at the start.
+        scene: Scene.
+        item: Goal.
+        in_motion: Whether the start has a velocity or an acceleration.
 
     Raises:
-        NameNotFound: If there is none of that name.
-        ProblemError: If another goal than a placement moves, or one does and the start is in motion.
+        NameNotFound: If a frame or joint is unknown.
+        ProblemError: If a goal other than a placement moves, or a goal moves and the start is in motion.
     """
     moving = _moving(scene, item)
     if not moving:
@@ -247,11 +247,12 @@ def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
 
 
 def check_names(scene: Scene, item: Requirement) -> None:
-    """Check the frames and joints that a requirement names.
+    """Check the frames and joints of a requirement.
 
     Raises:
-        NameNotFound: If there is none of that name.
-        ProblemError: If the position of a joint that slides is in degrees, or a frame moves by itself.
+        NameNotFound: If a frame or joint is unknown.
+        ProblemError: If the position of a prismatic joint is in degrees, or a frame belongs to a dynamic
+            obstacle.
     """
     scene.robot.index(item.joints)
     if moving := _moving(scene, item):
@@ -268,7 +269,7 @@ def check_names(scene: Scene, item: Requirement) -> None:
 
 
 def _moving(scene: Scene, item: Requirement) -> str:
-    """Say which frame of a requirement moves by itself; empty if none does."""
+    """Describe the first frame of a requirement that a dynamic obstacle carries; empty if none."""
     for frame in item.frames:
         scene.holder(frame)
         carrier = scene.carrier(frame)

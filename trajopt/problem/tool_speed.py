@@ -1,4 +1,4 @@
-"""ToolSpeed: how fast a point of a frame may move, and how fast the frame may turn."""
+"""ToolSpeed: limits on the linear and angular speed of a frame."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from trajopt.values.likely_units import stated_angle, warn_of_fast_limit
 from trajopt.values.printed import in_degrees, in_length
 
 SLOWEST = 1e-9
-"""Lower limits allow no motion that ends [m/s | rad/s]."""
+"""Smallest accepted limit; lower ones allow no motion of finite duration [m/s | rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class ToolSpeed(Value):
-    """Largest speeds of a frame, as seen from the world.
+    """Largest speeds of a frame in the world.
 
-    It depends on the timing, not on the shape of a path: so retiming enforces it, and the judge
-    measures it on the timed motion.
+    They depend on the timing of a path, not on its shape: retiming enforces them, and the judge measures the
+    timed motion.
 
     Attributes:
         frame: Link, tool frame or attached object.
         linear: Largest speed of the point [m/s]; inf for none.
         angular: Largest angular speed of the frame [rad/s]; inf for none.
-        offset: The point, in the frame's coordinates, shape (3,) [m].
-        steady: Share of the linear limit by which the speed may fall below it between its ramps, as in
-            wiping or welding at constant speed; inf if any lower speed will do.
+        offset: Point in the frame's coordinates, shape (3,) [m].
+        steady: Largest relative drop of the speed below the linear limit between its ramps, as in wiping or
+            welding at constant speed; inf for any.
     """
 
     GIVEN_AS: ClassVar[str] = "Problem(tool_speed=...), or GraspingOptions(tool_speed=...)"
@@ -43,14 +43,12 @@ class ToolSpeed(Value):
     steady: float = np.inf
 
     def __str__(self) -> str:
-        """Say the limits that there are, the angular one in degrees a second."""
         sizes = ((self.linear, in_length), (self.angular, in_degrees))
         limits = [f"{printed(limit)}/s" for limit, printed in sizes if np.isfinite(limit)]
         steady = f", steady within {100.0 * self.steady:.3g}%" if np.isfinite(self.steady) else ""
         return f"{self.frame} at most {' and '.join(limits)}{steady}"
 
     def __repr__(self) -> str:
-        """Show frame and limits."""
         return f"ToolSpeed({self})"
 
 
@@ -66,25 +64,25 @@ def tool_speed(
 ) -> ToolSpeed:
     """Limit the speed of a tool: `tool_speed("panda_hand_tcp", linear=0.25)`.
 
-    The motion is the fastest along its path within all limits, so where no joint is slower the tool moves at
-    its limit; `steady` makes the judge require that.
+    The motion is the fastest along its path within all limits, so the tool moves at its limit unless a joint
+    is slower; with `steady` the judge requires this.
 
     Args:
         frame: Link, tool frame or attached object.
         linear: Largest speed of the point [m/s].
         angular: Largest angular speed of the frame [rad/s].
-        offset: The point whose speed counts, in the frame's coordinates, shape (3,) [m].
-        steady: Share of the linear limit, in (0, 1), by which the speed may fall below it between its
-            ramps at both ends; any speed below the limit will do when left out.
+        offset: Point in the frame's coordinates, shape (3,) [m].
+        steady: Largest relative drop of the speed below the linear limit between its ramps at both ends, in
+            (0, 1); any by default.
         degrees: Whether the angular speed is in deg/s.
 
     Raises:
         ShapeError: If a number is not usable.
-        ProblemError: If a limit is not positive or below 1e-9, or there is none, or a steady speed has no
+        ProblemError: If no limit is given, a limit is not positive or below 1e-9, or `steady` has no linear
             limit.
 
     Warns:
-        UnitWarning: If a limit is beyond what any arm reaches.
+        UnitWarning: If a limit exceeds the speed of any arm.
     """
     one_of("frame", frame, str)
     turning = stated_angle(f"angular speed of {shown(frame)}", angular, degrees=degrees, infinite=True)

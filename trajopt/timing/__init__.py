@@ -1,4 +1,4 @@
-"""Retiming: a path q(s) becomes the fastest trajectory q(t) along it that holds the joints' limits."""
+"""Retiming: from a path q(s) to the fastest trajectory q(t) along it within the joint limits."""
 
 from trajopt.timing.functions import DeviationBound, InverseDynamics, SpeedOfTools, ToolLimits
 from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions

@@ -1,4 +1,4 @@
-"""The functions that retiming asks for torques, speeds of tools and deviations."""
+"""Callables that retiming uses for torques, tool speeds and path deviation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,22 +8,24 @@ from trajopt.values.arrays import Floats, Value
 from trajopt.values.errors.arguments import checked
 
 SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
-"""Positions and velocities of the joints, (S, n) each -> m speeds of tools, (S, m) [m/s | rad/s]."""
+"""Joint positions and velocities, (S, n) each -> m tool speeds, (S, m) [m/s | rad/s]."""
 InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
-"""Positions, velocities and accelerations of the joints, (S, n) each -> their torques (S, n) [Nm | N]."""
+"""Joint positions, velocities and accelerations, (S, n) each -> joint torques, (S, n) [Nm | N]."""
 DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
-"""Positions (S, n) on the smooth path and on the polyline -> how far any body moves (S,) [m]."""
+"""Positions (S, n) on the smooth path and on the polyline -> bound on the travel of any body point, (S,)
+[m].
+"""
 
 
 @checked
 @dataclass(frozen=True, eq=False)
 class ToolLimits(Value):
-    """Limited speeds of tools, and the function that returns them.
+    """Limited tool speeds.
 
     Attributes:
-        speeds: Returns the speeds; they must be proportional to the velocities' size.
+        speeds: Computes the speeds; they must scale with the joint velocities.
         limit: Largest speeds, positive, shape (m,) [m/s | rad/s].
-        names: What each is, for sentences.
+        names: Name of each speed for messages.
     """
 
     speeds: SpeedOfTools

@@ -1,4 +1,4 @@
-"""Passing through knots: a corner whose rounding would cut off a knot is moved outwards by as much."""
+"""Passing through knots: move a corner outwards if its rounding would cut off a required knot."""
 
 from collections.abc import Callable
 
@@ -9,12 +9,14 @@ from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Floats, Ints
 
 NEAR_ENOUGH = 1e-7
-"""A knot counts as passed at this distance in each joint; controllers resolve no less [rad | m]."""
+"""Joint distance within which a knot is passed, below the resolution of controllers [rad | m]."""
 ROUNDS = 8
-"""How often corners are moved at most. Each round leaves about a third of the miss: the spline passes a
-corner by at most a third of its shorter leg, and cuts off so much of the corner's own movement."""
+"""Most rounds of moving corners. Each round leaves about a third of the error: the spline passes a corner
+within
+a third of its shorter leg and cuts off the same share of the corner's displacement.
+"""
 DEGREE = 3
-"""Of the smooth path."""
+"""Degree of the smooth path."""
 
 
 def timed_through(
@@ -23,13 +25,13 @@ def timed_through(
     """Time a polyline so that the smooth path passes through some of its knots.
 
     Args:
-        knots: Of the polyline, shape (N, n) [rad | m].
-        through: Which knots, shape (w,).
-        limits: Of the joints: velocities scale the path parameter, and corners stay within positions.
+        knots: Polyline, shape (N, n) [rad | m].
+        through: Indices of the knots to pass, shape (w,).
+        limits: Joint limits: velocities scale the path parameter, positions bound the corners.
         timed: Times a polyline.
 
     Returns:
-        The timing that passes nearest to the knots in the joint that misses most, or one that failed.
+        The timing with the smallest largest joint distance from the knots, or a failed one.
     """
     corners, nearest, least = knots, timed(knots), np.inf
     found = nearest
@@ -49,7 +51,7 @@ def timed_through(
 
 
 def _passed(found: Retimed, corners: Floats, through: Ints, limits: JointLimits) -> Floats:
-    """Return where the smooth path is at the parameters of corners, shape (w, n)."""
+    """Return the points of the smooth path at the corners' parameters, shape (w, n)."""
     from scipy.interpolate import BSpline
 
     speed = np.where(np.isfinite(limits.velocity) & (limits.velocity > 0.0), limits.velocity, 1.0)

@@ -1,4 +1,4 @@
-"""Why a path cannot be timed: the limit that no speed can hold."""
+"""Diagnosis of paths that cannot be timed: the limit that holds at no speed."""
 
 import numpy as np
 
@@ -10,14 +10,15 @@ from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import LONGEST
 
 STILL = 1e-12
-"""A path on which no joint moves farther than this is taken to stand still [rad | m]."""
+"""Largest joint travel of a path that counts as standing still [rad | m]."""
 ROOM = 1e-3
-"""Part of the longest duration that a path may take by the limit of one joint alone: it bends, and others are
-slower there."""
+"""Share of the longest duration that one joint's limit may need: bends and other joints slow the path
+further.
+"""
 
 
 def immovable(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
-    """Find a joint that the path moves although a limit forbids it to move at all."""
+    """Find a joint that the path moves although one of its limits is zero."""
     moved = knots != knots[0]
     named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
     for name, limit in named:
@@ -35,7 +36,7 @@ def immovable(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
 
 
 def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
-    """Find a joint whose limits are so low that the path would take longer than any trajectory may."""
+    """Find a joint whose limits make the path longer than the longest trajectory."""
     span = np.ptp(knots, axis=0)
     named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
     for order, (name, limit) in enumerate(named, start=1):
@@ -54,7 +55,7 @@ def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
 
 
 def untimed(found: Found, limits: JointLimits) -> RetimeFailure | None:
-    """Say why the core found no timing; None if it did."""
+    """Explain why the core found no timing; None if it found one."""
     match found.outcome:
         case Outcome.GRAVITY_TOO_STRONG:
             return _too_weak(found, limits)
@@ -74,14 +75,14 @@ def untimed(found: Found, limits: JointLimits) -> RetimeFailure | None:
 
 
 def _torque_joint(column: int, limits: JointLimits) -> int:
-    """Place of a joint among all that is told by its place among those with an effort limit."""
+    """Convert an index among the joints with an effort limit to an index among all joints."""
     return int(np.nonzero(np.isfinite(limits.effort))[0][column])
 
 
 def _too_weak(found: Found, limits: JointLimits) -> RetimeFailure:
-    """Name the joint that needs more torque than it has only to hold still.
+    """Name the joint that cannot hold its weight.
 
-    The arm could only swing through such a point, and never stop there.
+    The arm could swing through such a point, but not stop there.
     """
     place = _torque_joint(found.column, limits)
     joint = limits.joint_names[place]
@@ -94,7 +95,7 @@ def _too_weak(found: Found, limits: JointLimits) -> RetimeFailure:
 
 
 def _exceeded(found: Found, limits: JointLimits) -> RetimeFailure:
-    """Name the limit that a trajectory exceeds however slow it is."""
+    """Name the limit that a trajectory exceeds at any speed."""
     if found.kind is Kind.TOOL_SPEED:
         reason = "the speed limit of a tool is exceeded there however slow the motion is"
         return RetimeFailure(reason, None, found.place)

@@ -1,4 +1,4 @@
-"""Options of retiming, and its results."""
+"""Options and results of retiming."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 LEAST_TOLERANCE = 1e-7
-"""Corners are never rounded more tightly than this [m | rad]."""
+"""Smallest tolerance of rounded corners [m | rad]."""
 
 
 @checked
@@ -18,13 +18,12 @@ class RetimeOptions:
     """Options of `retime`.
 
     Attributes:
-        path_tolerance: How far the smooth path may leave the polyline, by the measure of the
-            deviation bound [m]; without such a bound, by the largest joint difference [rad | m].
-        points: Points of the trajectory to aim at. Every knot of the smooth path is a
-            point too, so that a path with many knots gets more.
-        passes: Most times that the profile is computed, on finer grids or with tightened limits.
-        remainder: Part of the duration that the final uniform stretch may add without another pass.
-        shortest: Least duration of any trajectory, one that stands still included [s].
+        path_tolerance: Largest deviation of the smooth path from the polyline, by the deviation bound [m];
+            without one, by the largest joint difference [rad | m].
+        points: Target number of trajectory points. Every knot of the smooth path is also a point.
+        passes: Most computations of the profile, on finer grids or with tightened limits.
+        remainder: Share of the duration that the final uniform stretch may add without another pass.
+        shortest: Shortest duration of a trajectory, including one at rest [s].
     """
 
     path_tolerance: float = 5e-3
@@ -34,7 +33,7 @@ class RetimeOptions:
     shortest: float = 1e-2
 
     def __post_init__(self) -> None:
-        """Refuse numbers that make no sense.
+        """Check the ranges.
 
         Raises:
             ShapeError: If a number is out of its range.
@@ -53,18 +52,17 @@ class RetimeOptions:
 
 @dataclass(frozen=True, eq=False)
 class Retimed(Printed):
-    """A trajectory along a smooth path that holds every limit.
+    """A trajectory along a smooth path within all limits.
 
     Attributes:
         trajectory: Starts and ends at rest, quintic between its points.
-        deviation: How far the smooth path leaves the polyline, by the measure of the deviation
-            bound [m], or the largest joint difference [rad | m] without one.
-        added_duration: What keeping the limits between the points too has cost, against the
-            first profile, which keeps them at the points only [s]; slightly below 0 where a finer grid
-            has gained more.
-        passes: How many times the profile was computed.
-        binding: Kind of limit (velocity, acceleration, torque, jerk, tool speed) -> part of the duration
-            for which it decides how fast the motion is; for the rest, no single limit decides.
+        deviation: Deviation of the smooth path from the polyline by the deviation bound [m]; without one, the
+            largest joint difference [rad | m].
+        added_duration: Duration added to hold the limits between points, relative to the first profile, which
+            holds them at points only [s]; slightly negative if a finer grid saved more.
+        passes: Number of computed profiles.
+        binding: Kind of limit (velocity, acceleration, torque, jerk, tool speed) -> share of the duration
+            in which it determines the speed; no single limit determines the rest.
     """
 
     trajectory: Trajectory
@@ -74,19 +72,18 @@ class Retimed(Printed):
     binding: Mapping[str, float]
 
     def __repr__(self) -> str:
-        """Say the duration, and which limits decide it."""
         shares = ", ".join(f"{name} {share:.0%}" for name, share in self.binding.items())
         return f"Retimed({self.trajectory.duration:.3f} s, limited by {shares or 'none'})"
 
 
 @dataclass(frozen=True)
 class RetimeFailure:
-    """No timing of the path holds the limits.
+    """The path has no timing within the limits.
 
     Attributes:
-        reason: A sentence that says why.
-        joint: The joint whose limit cannot be held, where it is one joint.
-        place: Where on the path, as a part of its length from 0 (start) to 1 (goal).
+        reason: Reason, as a sentence.
+        joint: Joint whose limit cannot be held, if it is a single joint.
+        place: Position on the path, as a share of its length from 0 (start) to 1 (goal).
     """
 
     reason: str

@@ -1,4 +1,4 @@
-"""From a path to a trajectory: time-optimal along it under velocity, acceleration and torque limits."""
+"""Time-optimal path parametrisation under velocity, acceleration, jerk, torque and tool-speed limits."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +17,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import LONGEST, Path, Trajectory
 
 DEFAULT_OPTIONS = RetimeOptions()
-"""The default options of `retime`."""
+"""Default options of `retime`."""
 KINDS = ("velocity", "tool speed", "acceleration", "torque", "jerk")
 """Kinds of limits, in the order of the core's `Kind`."""
 
@@ -33,31 +33,31 @@ def retime(
     deviation: DeviationBound | None = None,
     options: RetimeOptions = DEFAULT_OPTIONS,
 ) -> Retimed | RetimeFailure:
-    """Make a path smooth and find the fastest trajectory along it, from rest to rest.
+    """Smooth a path and compute the fastest trajectory along it, from rest to rest.
 
-    The trajectory holds the velocity, acceleration and jerk limits at all times (the extremes of its
-    polynomials are computed), and the limits of torques and tools at its points and densely between.
+    Velocity, acceleration and jerk limits hold at all times (by the extremes of the polynomials); torque and
+    tool-speed limits hold at the points and at dense samples between them.
 
     Args:
-        path: A polyline; it may have repeated knots, or go nowhere at all.
-        limits: Limits of its joints; `JointLimits.scaled` makes motions slower.
-            Where a joint that moves has a jerk limit, jerks are limited.
-        through: Knots, neither first nor last, that the smooth path passes through although corners are
-            rounded: the corner is moved outwards, by no more than the tolerance.
-        inverse_dynamics: Torques of the joints at positions, velocities and accelerations; without
-            it effort limits are not used. Joints with infinite effort limits have none.
-        tools: Limited speeds of tools.
-        deviation: Bound on how far any body point moves between a position of the smooth path and
-            one of the polyline [m]; without it, the largest joint difference counts [rad | m].
-        options: Tolerance of the smooth path, number of points and of passes.
+        path: Polyline; repeated knots and a path of length zero are allowed.
+        limits: Joint limits; `JointLimits.scaled` makes motions slower. Jerks are limited if a joint that
+            moves has a jerk limit.
+        through: Indices of inner knots that the smooth path passes through: their corners are moved outwards,
+            within the tolerance.
+        inverse_dynamics: Joint torques at positions, velocities and accelerations; without it effort limits
+            are ignored. An infinite effort limit does not count.
+        tools: Limited tool speeds.
+        deviation: Bound on the travel of any body point between a position on the smooth path and one on the
+            polyline [m]; default: the largest joint difference [rad | m].
+        options: Tolerance of the smooth path, number of points and passes.
 
     Returns:
-        The trajectory, or the reason why there is none.
+        The trajectory, or the reason why none exists.
 
     Raises:
-        ShapeError: If the limits are of other joints than the path, `through` names no inner knot, a
-            velocity or acceleration limit is not finite, a function returns another shape or a number that
-            is not finite, or the distances of knots overflow.
+        ShapeError: If limits and path have different joints, `through` contains no inner knot, a velocity or
+            acceleration limit is not finite, a function returns a wrong shape or a number that is not finite,
+            or the distances of knots overflow.
     """
     _check(path, limits, through)
     failure = endless(path.knots, limits)
@@ -100,7 +100,7 @@ def timed(
     deviation: DeviationBound | None,
     options: RetimeOptions,
 ) -> timing.Retimed:
-    """Ask the core; arguments as of `retime`, of a path that moves."""
+    """Time a path that moves, by the native core; arguments as in `retime`."""
     return timing.retime(
         path.knots,
         positions=(limits.lower, limits.upper),
@@ -131,6 +131,6 @@ def _check(path: Path, limits: JointLimits, through: Sequence[int]) -> None:
 
 
 def _standing(path: Path, duration: float) -> Trajectory:
-    """Stay at the start for a moment (and move the last 1e-12 rad to the goal)."""
+    """Return a trajectory at rest (which covers a remaining distance of up to 1e-12 rad)."""
     still = np.zeros((2, len(path.joint_names)))
     return Trajectory(path.joint_names, np.array((0.0, duration)), path.knots[[0, -1]], still, still.copy())

@@ -1,23 +1,22 @@
-"""Standing between motions: a motion begun later, and motions in turn that each begin and end at rest."""
+"""Waits between motions: a delayed start, and consecutive motions from rest to rest."""
 
 import numpy as np
 
 from trajopt.values.trajectory import MEETING, Trajectory
 
 JOLT = 1e-3
-"""A motion may begin or end with an acceleration: it is reached from rest, or lost, in so long, while nothing
-gets on [s]."""
+"""Time in which an acceleration at the start or end of a motion builds up or decays at rest [s]."""
 
 
 def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
-    """Return a motion that rests at its start for a time and then goes on as it was.
+    """Return a motion that waits at its start.
 
-    If it begins with an acceleration, that is reached at the end of the wait: by a quintic from rest to
-    rest with this acceleration at its end, inside which it is nowhere larger.
+    A start acceleration is reached at the end of the wait by a quintic from rest; it is the largest
+    acceleration of the quintic.
 
     Args:
-        trajectory: With no velocity at its start.
-        wait: How long [s].
+        trajectory: Motion with zero velocity at its start.
+        wait: Duration of the wait [s].
     """
     positions, velocities, accelerations = (
         trajectory.positions, trajectory.velocities, trajectory.accelerations
@@ -36,12 +35,12 @@ def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
 
 
 def after_standing(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
-    """Return a motion, a time of standing, and another that begins where the first ends.
+    """Concatenate two motions with a wait between them.
 
     Args:
-        first: With no velocity at its end.
-        gap: How long the robot stands between them, more than `JOLT` [s].
-        second: With no velocity at its start, of the same joints.
+        first: Motion with zero velocity at its end.
+        gap: Duration of the wait, more than `JOLT` [s].
+        second: Motion of the same joints with zero velocity at its start.
     """
     rest = np.zeros((1, first.positions.shape[1]))
     stood = Trajectory(
@@ -55,14 +54,14 @@ def after_standing(first: Trajectory, gap: float, second: Trajectory) -> Traject
 
 
 def in_turn(first: Trajectory, second: Trajectory) -> Trajectory:
-    """Return two motions from rest to rest as one, which stands between them only if accelerations jump.
+    """Concatenate two motions from rest to rest; insert a wait only if the acceleration jumps.
 
-    Where jerks have no limit, the first may end braking and the second begin speeding up: those are two
+    Without jerk limits the first motion may end braking and the second begin accelerating: these are two
     instants, `2 * JOLT` apart.
 
     Args:
-        first: With no velocity at its end.
-        second: With no velocity at its start, of the same joints; begins where the first ends.
+        first: Motion with zero velocity at its end.
+        second: Motion of the same joints with zero velocity at its start, which begins where the first ends.
     """
     ends, begins = first.accelerations, second.accelerations
     if ends is None or begins is None or np.abs(begins[0] - ends[-1]).max() <= MEETING:

@@ -1,4 +1,4 @@
-"""Stops along the path: how soon a motion can come to rest without leaving the path that was proven."""
+"""Stops along the path: the earliest time at which a motion can rest without leaving its proven path."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,20 +11,24 @@ from trajopt.values.arrays import Value
 from trajopt.values.trajectory import Trajectory
 
 MOMENT = 0.02
-"""Time between the moments at which braking may begin [s]: that much later it begins at most."""
+"""Interval between the times at which braking may begin [s]."""
 STEP = 1e-3
-"""Time step of the braking [s], the cycle of the fastest controllers."""
+"""Time step of the braking, the cycle of the fastest controllers [s]."""
 RAMP = 0.01
-"""An acceleration takes at least so long to rise from nothing to its limit, where jerks could be larger [s]:
-some steps, which show it."""
+"""Shortest time in which an acceleration rises from zero to its limit if jerk limits allow less; a few steps,
+which resolve it [s].
+"""
 SHARES = (0.97, 0.8, 0.6, 0.4)
-"""Shares of the limits that braking is tried with. The first leaves room for what lies between steps; the
-others, where jerks are limited tightly, for letting go of the brake in time."""
+"""Shares of the limits that braking is tried with. The first leaves room for extremes between steps; the
+others
+leave time to release the brake under tight jerk limits.
+"""
 KEPT_STEPS = (5, 3, 2, 1)
-"""Each so many steps are a point of the motion: few are judged sooner; where what lies between them is not
-within the limits, more are taken."""
+"""Steps per point of the stop motion, as few points are judged faster; decreased if the limits are exceeded
+between points.
+"""
 KEPT = 0.9
-"""Share of the jerk limits that is used: what lies between two steps is near to what is at them."""
+"""Share of the jerk limits that is used, as a reserve for extremes between steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +36,8 @@ class PathStop(Value):
     """A motion that comes to rest before its end.
 
     Attributes:
-        trajectory: From the time that was asked for, at which its own clock shows 0, to rest.
-        leaves: Until then it is the motion as it was, on the clock of that [s].
+        trajectory: From the requested time, at which its own clock shows 0, to rest.
+        leaves: Time up to which it equals the original motion, on the clock of the original [s].
     """
 
     trajectory: Trajectory
@@ -42,29 +46,29 @@ class PathStop(Value):
 
 @dataclass(frozen=True, eq=False)
 class StopsAlong(Value):
-    """The earliest stops of a motion along its own path, each tabulated when it is first asked for.
+    """The earliest stops of a motion along its own path, tabulated on first use.
 
-    A braking motion follows the path while the rate r of its clock falls (`trajopt.timing.time_scaling`). In
-    each step the slope w = r. is the least that the limits allow. With w = 0 the limits of acceleration
-    always hold, as they hold for the motion and r is at most 1; so within them every other way to brake takes
-    longer (Bobrow, Dubowsky and Gibson, "Time-optimal control of robotic manipulators along specified paths",
-    International Journal of Robotics Research 4, 1985). At the end w rises so that the jerk stays limited: w
-    >= -sqrt(2 r w.), with the largest w. there.
+    A braking motion follows the path while its clock rate r falls (`trajopt.timing.time_scaling`). Each step
+    takes the smallest slope w = r. that the limits allow. With w = 0 the acceleration limits always hold, as
+    they hold for the motion and r is at most 1; so no other feasible braking is shorter (Bobrow, Dubowsky and
+    Gibson, "Time-optimal control of robotic manipulators along specified paths", International Journal of
+    Robotics Research 4, 1985). At the end w rises within the jerk limits: w >= -sqrt(2 r w.), with the
+    largest feasible w.
 
     Attributes:
         trajectory: The motion; it ends at rest.
-        limits: Of its joints.
+        limits: Limits of its joints.
     """
 
     trajectory: Trajectory
     limits: JointLimits
 
     def earliest(self, time: float, *, after: float | None = None) -> PathStop:
-        """Return the motion from a time on, brought to rest on its path.
+        """Return the motion from a given time on, stopped along its path.
 
         Args:
-            time: On the motion, before its end [s].
-            after: Until then it goes on as it was [s]; no longer than it must when None.
+            time: Time of the motion, before its end [s].
+            after: Time until which it continues unchanged [s]; the earliest possible by default.
         """
         found, names = (
             self._core.earliest(time, time if after is None else after),

@@ -6,9 +6,9 @@ With the rate r = dc/dt, primes for derivatives by c and dots for derivatives by
     acceleration  q'' r^2 + q' r.,
     jerk          q''' r^3 + 3 q'' r r. + q' r..,
 
-and torques likewise: A r. + B r^2 + C, with the torques C that hold the load (Hollerbach, "Dynamic scaling of
+and torques likewise: A r. + B r^2 + C, with the gravity torques C (Hollerbach, "Dynamic scaling of
 manipulator trajectories", Journal of Dynamic Systems, Measurement, and Control 106, 1984; Bobrow, Dubowsky
-and Gibson, 1985). Stops along the path, slower driving and waiting are such scalings.
+and Gibson, 1985). Stops along the path, slower execution and waits are such scalings.
 """
 
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ from trajopt.values.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class RateChange(Value):
-    """A smooth change of the rate of a clock, over the time T = `duration`.
+    """A smooth change of the clock rate over the time T = `duration`.
 
         r(z) = a + (b - a) (3 z^2 - 2 z^3) + s T z (1 - z)^2 + 30 g z^2 (1 - z)^2,    z = t / T
 
     The slope of the rate is s at the start and 0 at the end, so the acceleration of the motion is continuous.
-    With s = g = 0 the clock advances by T (a + b) / 2; g adds T g to that.
+    With s = g = 0 the clock advances by T (a + b) / 2; g adds T g.
 
     Attributes:
         before: Rate a at the start.
@@ -43,7 +43,7 @@ class RateChange(Value):
     bulge: float = 0.0
 
     def at(self, z: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return how far the clock has advanced [s], and r, r. [1/s] and r.. [1/s^2].
+        """Return the clock's advance [s], and r, r. [1/s] and r.. [1/s^2].
 
         Args:
             z: Share of the duration, 0 to 1, any shape.

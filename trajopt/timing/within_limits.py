@@ -1,4 +1,4 @@
-"""Within limits: whether a motion keeps them between its points too."""
+"""Test of a motion against acceleration and jerk limits between its points."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ from trajopt.values.trajectory import Trajectory
 
 
 def holds_limits(motion: Trajectory, limits: JointLimits) -> bool:
-    """Say whether a motion of quintics keeps accelerations and jerks within limits, by their extremes.
+    """Whether a motion of quintics holds acceleration and jerk limits, by its extremes.
 
     Args:
-        motion: Its joints are those of the limits, in their order.
-        limits: Of the joints.
+        motion: Motion of the limits' joints, in their order.
+        limits: Joint limits.
     """
     widths = np.diff(motion.times)
     _, least, largest = timing.motion_extremes(motion.coefficients, widths)

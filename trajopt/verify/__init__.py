@@ -1,6 +1,6 @@
-"""The independent judge: it recomputes everything from the robot, the scene and the trajectory.
+"""Independent judge of trajectories: recomputes everything from robot, scene and trajectory.
 
-It shares no code with what it judges, and what it certifies as proven holds at every time.
+It shares no code with the planner. Checks marked as proven hold at all times.
 """
 
 from trajopt.verify.certificate import (

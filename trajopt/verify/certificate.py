@@ -1,4 +1,4 @@
-"""The judge's verdict on a trajectory: what holds, by how much, and how well that is known."""
+"""Certificate: the checks of a trajectory, with margins and evidence."""
 
 from dataclasses import dataclass, fields
 from enum import Enum
@@ -9,10 +9,10 @@ from trajopt.values.printed import aligned, in_length, in_short, in_unit, shown_
 
 
 class Evidence(Enum):
-    """How a verdict is known.
+    """Evidence for a check.
 
-    PROVEN for every time; SAMPLED at samples only (one is enough to break a check); UNPROVEN when
-    neither a proof nor a violation was found, which does not pass.
+    PROVEN: at all times. SAMPLED: at samples only (one violation suffices to fail). UNPROVEN: neither proven
+    nor refuted, which fails.
     """
 
     PROVEN = "proven"
@@ -21,7 +21,7 @@ class Evidence(Enum):
 
 
 class CheckKind(Enum):
-    """What a check is about, independent of the particulars in its name."""
+    """Subject of a check, independent of the names in it."""
 
     ENDS = "ends"
     DEADLINE = "deadline"
@@ -41,21 +41,21 @@ class CheckKind(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """One thing that was judged.
+    """One checked criterion.
 
     Attributes:
-        name: What was judged: "clearance", "velocity", "goal: ...", ...
-        subject: The pair, joint or frame where it is tightest.
-        value: The value there; None if none can be stated.
-        bound: What the value must not pass; None for none.
+        name: Criterion: "clearance", "velocity", "goal: ...", ...
+        subject: Tightest pair, joint or frame.
+        value: Its value; None if not available.
+        bound: Bound on the value; None for none.
         unit: Unit of both.
-        time: When it is tightest [s]; None if at no particular time.
-        slack: Distance from the value to the bound, negative when it is passed.
-        evidence: How this is known.
-        holds: Whether the check is passed.
-        detail: A sentence.
+        time: Time of the tightest value [s]; None if it has no particular time.
+        slack: Distance from the value to the bound, negative in violation.
+        evidence: Evidence for the check.
+        holds: Whether the check passes.
+        detail: Description, a sentence.
         required: Whether the verdict depends on it; False for information only.
-        kind: What it is about.
+        kind: Subject of the check.
     """
 
     name: str
@@ -72,16 +72,15 @@ class Check:
     kind: CheckKind = CheckKind.REQUIREMENT
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain data that JSON can hold; numbers that are not finite become None."""
+        """Return JSON data; numbers that are not finite become None."""
         return _plain(self)
 
     @property
     def mark(self) -> str:
-        """Whether it holds, in a word: ok, FAIL, or info where the verdict does not depend on it."""
+        """The outcome in a word: ok, FAIL, or info if the verdict does not depend on it."""
         return ("ok" if self.holds else "FAIL") if self.required else "info"
 
     def __repr__(self) -> str:
-        """Say in one line what was judged, where and when it is tightest, and how that is known."""
         value, bound = (
             "" if number is None else f"{word}{in_unit(number, self.unit)}"
             for word, number in (("", self.value), ("bound ", self.bound))
@@ -91,21 +90,20 @@ class Check:
         return f"Check({self.mark}: {self.name} of {self.subject}, {parts})"
 
     def __str__(self) -> str:
-        """Return the verdict with its sentence."""
         return f"{self.mark}: {self.name} of {self.subject}: {self.detail} ({self.evidence.value})"
 
 
 @dataclass(frozen=True, kw_only=True)
 class PairClearance:
-    """Clearance of two links or objects that came near each other.
+    """Clearance of two links or objects that come close.
 
     Attributes:
         first: One link or object.
         second: The other.
-        required: Clearance that was required [m].
-        proven: Lower bound over all time at which contact is not accepted [m]; None if unproven.
-        measured: Smallest measured clearance at such times, negative in penetration [m].
-        time: When that was measured [s].
+        required: Required clearance [m].
+        proven: Lower bound over all times without accepted contact [m]; None if unproven.
+        measured: Smallest measured distance at these times, negative in penetration [m].
+        time: Time of the measurement [s].
     """
 
     first: str
@@ -116,11 +114,9 @@ class PairClearance:
     time: float
 
     def __repr__(self) -> str:
-        """Say the pair and its clearances in millimetres."""
         return f"PairClearance({self})"
 
     def __str__(self) -> str:
-        """Return the pair and its clearances in millimetres."""
         proof = "not proven" if self.proven is None else f"proven {1000 * self.proven:.1f} mm"
         return (
             f"{self.first} - {self.second}: measured {1000 * self.measured:.1f} mm "
@@ -130,13 +126,13 @@ class PairClearance:
 
 @dataclass(frozen=True, kw_only=True)
 class Unproven:
-    """The first interval over which a pair could not be proven to keep apart.
+    """First interval without a proof of clearance.
 
     Attributes:
         first: One link or object.
         second: The other.
         begin: Start of the interval [s].
-        end: Its end [s].
+        end: End of the interval [s].
     """
 
     first: str
@@ -145,17 +141,16 @@ class Unproven:
     end: float
 
     def __repr__(self) -> str:
-        """Say the pair and the interval."""
         return f"Unproven({self.first} - {self.second} from {self.begin:.4f} to {self.end:.4f} s)"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Counts:
-    """The work that judging took.
+    """Work of the judge.
 
     Attributes:
-        distances: Distances measured, or proven to be large enough over an interval.
-        kinematics: Configurations at which forward kinematics was computed.
+        distances: Distances measured, or bounded over an interval.
+        kinematics: Configurations with computed forward kinematics.
     """
 
     distances: int
@@ -164,22 +159,21 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """The judge's verdict on a trajectory.
+    """Verdict on a trajectory.
 
     Attributes:
-        checks: Everything that was judged.
-        clearance: Proven lower bound of the distance between any two bodies that must keep apart,
-            at all times at which their contact is not accepted [m]. If there is no proof it is
-            the smallest measured one. Infinite where no pair has to keep apart.
-        at_fault: The same of the times at which a link of the pair, or what it carries, moves: what comes
-            near a link at rest is not the robot's fault. The motion is verified only if it is clear at
-            all times. Where nothing changes with time, the clearance itself [m].
-        pairs: Pairs that came near each other, nearest first.
-        unproven: First interval and pair without proof of clearance, if there is one.
-        required: Smallest and largest clearance that was required, and is proven of a verified motion [m].
-        margin: Smallest and largest clearance that the optimiser aimed at, which is not judged [m].
-        counts: The work that judging took.
-        notes: What a reader should know besides.
+        checks: All checks.
+        clearance: Proven lower bound of all pair distances, at all times without accepted contact [m].
+            Without a proof, the smallest measured distance. Infinite if there are no pairs.
+        at_fault: The clearance at times at which the robot moves a body of the pair: an obstacle that
+            approaches a link at rest is not the robot's fault. A verified motion is clear at all times.
+            Equals `clearance` in a static scene [m].
+        pairs: Pairs that come close, nearest first.
+        unproven: First interval and pair without a proof of clearance, if any.
+        required: Smallest and largest required clearance, proven for a verified motion [m].
+        margin: Smallest and largest clearance that the optimiser aimed at; not judged [m].
+        counts: Work of the judge.
+        notes: Assumptions and remarks.
     """
 
     checks: tuple[Check, ...]
@@ -199,17 +193,17 @@ class Certificate:
 
     @property
     def failed(self) -> tuple[Check, ...]:
-        """The required checks that do not hold."""
+        """Required checks that do not hold."""
         return tuple(check for check in self.checks if check.required and not check.holds)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain data that JSON can hold; numbers that are not finite become None."""
+        """Return JSON data; numbers that are not finite become None."""
         result = {name.name: _plain(getattr(self, name.name)) for name in fields(self)}
         return {"verified": self.verified, **result}
 
     @property
     def verdict(self) -> str:
-        """Whether the motion is verified, and which checks fail and why, in a sentence."""
+        """Summary of the outcome and the failed checks, in a sentence."""
         if self.verified:
             return f"verified: all {sum(check.required for check in self.checks)} checks hold"
         return "not verified: " + "; ".join(
@@ -218,7 +212,7 @@ class Certificate:
 
     @property
     def closest(self) -> str:
-        """How far everything keeps apart, in words."""
+        """Description of the clearance."""
         if not isfinite(self.clearance):
             return "nothing to keep clear of"
         broken = any(check.kind is CheckKind.CLEARANCE for check in self.failed)
@@ -227,13 +221,12 @@ class Certificate:
         return said if self.at_fault <= self.clearance else f"{said}, {_in_words(self.at_fault)} at fault"
 
     def __repr__(self) -> str:
-        """Say the verdict and the clearance."""
         failed = ", ".join(check.name for check in self.failed)
         verdict = f"verified, {len(self.checks)} checks" if self.verified else f"not verified: {failed}"
         return in_short(f"Certificate({verdict}, {self.closest})")
 
     def __str__(self) -> str:
-        """Return the verdict, an aligned table of the checks, and the notes."""
+        """Return the verdict, a table of the checks, and the notes."""
         return "\n".join((self.verdict, "", *_table(self.checks), *_remarks(self)))
 
 

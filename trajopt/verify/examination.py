@@ -1,4 +1,4 @@
-"""A single configuration: pairs in contact, joints outside their limits, requirements that do not hold."""
+"""Examination of a single configuration: collisions, joint limits, requirements."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from trajopt.verify.kernel.pair_distances import PairDistances, required_clearan
 
 
 class Moment(Enum):
-    """At which moment of a motion a configuration is met: contact may be accepted at its ends."""
+    """Moment of a motion at which a configuration occurs; contact may be accepted at its ends."""
 
     START = "start"
     BETWEEN = "between"
@@ -39,8 +39,8 @@ class PairDistance:
         first: One link or object.
         second: The other.
         distance: Signed distance, negative in penetration [m].
-        required: Clearance that is required of them [m].
-        proven: Whether they are nearer than is required by more than the distance may err.
+        required: Required clearance [m].
+        proven: Whether the violation exceeds the error of the distance.
     """
 
     first: str
@@ -51,7 +51,7 @@ class PairDistance:
 
     @property
     def words(self) -> str:
-        """Say how near they are, and how far apart they should be."""
+        """Describe distance and required clearance."""
         return how_near(self.first, self.second, self.distance, self.required)
 
 
@@ -60,13 +60,13 @@ class OutOfLimit:
     """A joint beyond one of its position limits.
 
     Attributes:
-        joint: Its name.
-        position: Where it is [rad | m].
+        joint: Name of the joint.
+        position: Its position [rad | m].
         lower: Its lower limit [rad | m].
         upper: Its upper limit [rad | m].
-        excess: By how much it is beyond [rad | m].
+        excess: Distance beyond the limit [rad | m].
         unit: Unit of these, "rad" or "m".
-        follows: Of a mimic joint, the joint that it follows; otherwise empty.
+        follows: Source joint of a mimic joint; otherwise empty.
     """
 
     joint: str
@@ -79,25 +79,25 @@ class OutOfLimit:
 
     @property
     def subject(self) -> str:
-        """The joint's name, and of a mimic joint which one it follows."""
+        """Name of the joint, and for a mimic joint its source joint."""
         return f"{self.joint}, which follows {self.follows}," if self.follows else self.joint
 
     @property
     def words(self) -> str:
-        """Say where the joint is, by how much that is outside its limits, and these."""
+        """Describe position, excess and limits."""
         where, beyond = in_joint_position(self.position, self.unit), in_unit(self.excess, self.unit)
         return f"{self.subject} at {where} is {beyond} outside {in_range(self.lower, self.upper, self.unit)}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Examination:
-    """What is wrong with a configuration.
+    """Faults of a configuration.
 
     Attributes:
-        collisions: Pairs in contact that is not accepted, or nearer than is required, the worst first.
-        out_of_limits: Joints of the group, and those that mimic them, beyond their position limits, farthest
+        collisions: Pairs in contact that is not accepted, or below their clearance, the worst first.
+        out_of_limits: Joints of the group, and their mimic joints, beyond their position limits, farthest
             first.
-        smallest: The nearest pair whose contact is not accepted; None if no pair keeps apart.
+        smallest: Nearest pair whose contact is not accepted; None if there is no such pair.
     """
 
     collisions: tuple[PairDistance, ...]
@@ -106,12 +106,12 @@ class Examination:
 
     @property
     def clear(self) -> bool:
-        """Whether nothing is wrong."""
+        """Whether there is no fault."""
         return not self.collisions and not self.out_of_limits
 
     @property
     def proven(self) -> bool:
-        """Whether something is wrong by more than numerical error."""
+        """Whether a fault exceeds numerical error."""
         return bool(self.out_of_limits) or any(pair.proven for pair in self.collisions)
 
 
@@ -128,12 +128,12 @@ def examine_with(
     Args:
         kinematics: Workspace for kinematics.
         distances: Workspace for distances of the same reduced model.
-        positions: Of the group's joints, shape (n,) [rad | m].
-        moment: At which moment of a motion it is met.
-        options: Numbers to judge with.
+        positions: Positions of the group's joints, shape (n,) [rad | m].
+        moment: Moment of a motion at which the configuration occurs.
+        options: Options of the judge.
 
     Raises:
-        ShapeError: If there is not one finite position for each joint.
+        ShapeError: Unless there is one finite position per joint.
     """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
@@ -168,32 +168,32 @@ def requirements_with(
     *,
     options: VerifyOptions,
 ) -> tuple[Check, ...]:
-    """Check requirements at a configuration, as they are checked at the end of a motion.
+    """Check requirements at a configuration, as at the end of a motion.
 
     Args:
         kinematics: Workspace for kinematics.
-        positions: Of the group's joints, shape (n,) [rad | m].
-        requirements: What must hold.
-        options: Numbers to judge with.
+        positions: Positions of the group's joints, shape (n,) [rad | m].
+        requirements: Requirements.
+        options: Options of the judge.
 
     Raises:
-        ShapeError: If there is not one finite position for each joint.
-        NameNotFound: If a requirement names what does not exist.
+        ShapeError: Unless there is one finite position per joint.
+        NameNotFound: If a requirement names an unknown frame, joint or object.
     """
     motion = motion_at_rest(kinematics, positions, options)
     return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
 
 
 def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOptions) -> Motion:
-    """Return the motion that stays at a configuration for a second.
+    """Return a motion that rests at a configuration for a second.
 
     Args:
         kinematics: Workspace for kinematics.
-        positions: Of the group's joints, shape (n,) [rad | m].
-        options: Numbers to judge with.
+        positions: Positions of the group's joints, shape (n,) [rad | m].
+        options: Options of the judge.
 
     Raises:
-        ShapeError: If there is not one finite position for each joint.
+        ShapeError: Unless there is one finite position per joint.
     """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
@@ -202,7 +202,7 @@ def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOpt
 
 
 def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:
-    """Say which pairs are in a contact that is accepted at that moment."""
+    """Whether contact of each pair is accepted at that moment."""
     excused = np.zeros(len(measured), dtype=np.bool_)
     for pair, allowance in reduced.pairs.allowances:
         window = {Moment.START: allowance.first, Moment.END: allowance.last}.get(moment, 0.0)

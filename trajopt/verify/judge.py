@@ -1,4 +1,4 @@
-"""The judge: it takes a trajectory and proves or refutes, by itself, everything that is required of it."""
+"""The judge: proves or refutes all requirements on a trajectory."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """A motion with the limits of the group's joints and the criteria that it is judged by."""
+    """A motion with its limits and criteria."""
 
     motion: Motion
     limits: JointLimits
@@ -49,19 +49,19 @@ class _Judged:
 
 
 class Judge:
-    """Workspace that judges motions of one reduced model; one for each thread.
+    """Workspace that judges motions of one reduced model; one per thread.
 
     Attributes:
-        reduced: The model.
-        options: Numbers that it judges with.
+        reduced: Reduced model.
+        options: Options of the judge.
     """
 
     def __init__(self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT) -> None:
         """Build the judge's own kinematics and geometry.
 
         Args:
-            reduced: The model.
-            options: Numbers to judge with.
+            reduced: Reduced model.
+            options: Options of the judge.
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
@@ -73,16 +73,16 @@ class Judge:
 
     @checked
     def certify(self, trajectory: Trajectory, specification: Specification) -> Certificate:
-        """Judge a trajectory, and measure how nearly it does what is asked.
+        """Judge a trajectory, and measure its margins.
 
         Args:
-            trajectory: Of the group's joints.
-            specification: What it must do.
+            trajectory: Trajectory of the group's joints.
+            specification: Requirements on the motion.
 
         Raises:
-            ProblemError: If the trajectory or the limits are of other joints than the group's, or a
-                requirement has no check.
-            NameNotFound: If a requirement names what does not exist.
+            ProblemError: If the trajectory or the limits have other joints than the group, or a requirement
+                has no check.
+            NameNotFound: If a requirement names an unknown frame, joint or object.
         """
         before, judged = self._calls, self._criteria(trajectory, specification)
         checks = tuple(chain.from_iterable(criterion.measure() for criterion in judged.criteria))
@@ -102,21 +102,21 @@ class Judge:
         )
 
     def decide(self, trajectory: Trajectory, specification: Specification) -> Verdict:
-        """Judge whether a trajectory does all that is asked, and stop as soon as that is known.
+        """Judge a trajectory without margins; stop as soon as the verdict is known.
 
-        The verdict is that of the certificate, which takes longer: it measures everything as well.
+        The verdict equals the verdict of `certify`, which takes longer.
 
         Raises:
-            ProblemError: As `verify` does; but what is not looked at any more is not complained about.
+            ProblemError: As `certify`, unless the verdict is known before the faulty requirement is examined.
         """
         before, judged = self._calls, self._criteria(trajectory, specification)
         held = all(criterion.holds() for criterion in judged.criteria)
         return Verdict(verified=held, counts=self._counted(before))
 
     def _criteria(self, trajectory: Trajectory, specification: Specification) -> _Judged:
-        """Return all that is judged, in the order of a certificate.
+        """Return all criteria, in the order of a certificate.
 
-        Clearance comes first: most motions that are refused come too near to something.
+        Clearance comes first, as it fails most often.
         """
         moving = moving_limits(self.reduced, specification.limits)
         limits = group_part(self.reduced, moving)
@@ -147,7 +147,7 @@ class Judge:
 
     @checked
     def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
-        """Examine a configuration, as the function `examine` does."""
+        """Examine a configuration; see the function `examine`."""
         return examine_with(
             self._kinematics,
             self._surroundings.still,
@@ -158,15 +158,15 @@ class Judge:
 
     @checked
     def overloads(self, positions: Floats, *, limits: JointLimits | None = None) -> tuple[Overload, ...]:
-        """Return the joints that cannot hold the arm and what it carries still, the worst first.
+        """Return the joints that cannot hold the arm and its attached objects, the worst first.
 
         Args:
-            positions: Of the group's joints, shape (n,) [rad | m].
-            limits: Limits of the group's joints, or of these and of the joints that mimic them; the robot's
-                where None.
+            positions: Positions of the group's joints, shape (n,) [rad | m].
+            limits: Limits of the group's joints, or of these and of their mimic joints; the robot's by
+                default.
 
         Raises:
-            ShapeError: If there is not one finite position for each joint.
+            ShapeError: Unless there is one finite position per joint.
         """
         bounds = group_part(self.reduced, moving_limits(self.reduced, limits))
         place = floats("positions", positions, (len(self.reduced.joint_names),))
@@ -176,12 +176,12 @@ class Judge:
         """Check requirements at a configuration, as at the end of a motion.
 
         Args:
-            positions: Of the group's joints, shape (n,) [rad | m].
-            requirements: What must hold.
+            positions: Positions of the group's joints, shape (n,) [rad | m].
+            requirements: Requirements.
 
         Raises:
-            ShapeError: If there is not one finite position for each joint.
-            NameNotFound: If a requirement names what does not exist.
+            ShapeError: Unless there is one finite position per joint.
+            NameNotFound: If a requirement names an unknown frame, joint or object.
         """
         return requirements_with(self._kinematics, positions, requirements, options=self.options)
 
@@ -196,7 +196,6 @@ class Judge:
         )
 
     def _followed(self, specification: Specification) -> tuple[Requirement, ...]:
-        """Return the goals that time moves."""
         timed = self.reduced.timed
         if timed is None:
             return ()
@@ -208,20 +207,19 @@ class Judge:
         return self._surroundings.distances.calls, self._kinematics.calls
 
     def _counted(self, before: tuple[int, int]) -> Counts:
-        """Return the work since then."""
         distances, kinematics = self._calls
         return Counts(distances=distances - before[0], kinematics=kinematics - before[1])
 
 
 def _least(at_fault: Sequence[Check], clearance: float) -> float:
-    """Return the clearance at fault; without a check of it that at all times."""
+    """Return the clearance at fault, or the clearance at all times if it has no check."""
     if not at_fault:
         return clearance
     return inf if at_fault[0].value is None else at_fault[0].value
 
 
 def _range(values: Floats) -> tuple[float, float]:
-    """Return the smallest and the largest of some values, zeros of none."""
+    """Return the smallest and the largest of some values; zeros if there are none."""
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
 
 
@@ -243,30 +241,30 @@ def verify(
     finish_by: float | None = None,
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
-    """Judge a trajectory: prove for all times, not only at samples, what is required of it.
+    """Judge a trajectory: prove its requirements for all times, not only at samples.
 
     Args:
-        reduced: The robot with the group's joints free, in its scene, at its start state.
-        trajectory: Of the group's joints.
-        goals: What must hold at the end; all of them.
-        constraints: What must hold at all times.
-        waypoints: What must hold together at some moment, for each waypoint by name, in this order.
-        partial: What must hold between waypoints.
+        reduced: Robot with the group's joints free, in its scene, at its start state.
+        trajectory: Trajectory of the group's joints.
+        goals: Requirements at the end; all must hold.
+        constraints: Requirements at all times.
+        waypoints: Requirements of each waypoint, which must hold together at some moment, by name, in this
+            order.
+        partial: Requirements between waypoints.
         sampled: Constraints in user code, judged at samples.
-        limits: Limits of the group's joints, or of these and of the joints that mimic them; the robot's
-            where None or not named.
-        tool_speeds: Largest speeds of tools.
-        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
-        start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
-        dwell: How long it stays clear at the goal, at rest, after the end; where a goal moves, how long it
-            has followed that when it ends [s].
-        finish_by: When it must be at the goal, its own start being at 0 [s]; any time when None.
-        options: Numbers to judge with.
+        limits: Limits of the group's joints, or of these and of their mimic joints; the robot's by default.
+        tool_speeds: Largest tool speeds.
+        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest by default.
+        start_accelerations: Accelerations at the start, shape (n,) [rad/s^2 | m/s^2]; zero by default.
+        dwell: Time for which the robot stays clear at the goal, at rest, after the end; for a moving goal,
+            the time for which it has followed the goal at its end [s].
+        finish_by: Deadline at the goal, from the motion's start [s]; none by default.
+        options: Options of the judge.
 
     Raises:
-        ProblemError: If the trajectory or the limits are of other joints than the group's, or a
-            requirement has no check.
-        NameNotFound: If a requirement names what does not exist.
+        ProblemError: If the trajectory or the limits have other joints than the group, or a requirement has
+            no check.
+        NameNotFound: If a requirement names an unknown frame, joint or object.
         ModelError: If two half-spaces have to keep apart.
     """
     specification = Specification(
@@ -294,16 +292,17 @@ def examine(
 ) -> Examination:
     """Examine a configuration: measure every pair, and compare joints with their limits.
 
-    What changes with time is left out; a model of `scene.still_at(time)` has it where it is at a moment.
+    Dynamic obstacles are left out; a model of `scene.still_at(time)` includes them at their positions at a
+    time.
 
     Args:
-        reduced: The robot with the group's joints free, in its scene.
-        positions: Of the group's joints, shape (n,) [rad | m].
-        moment: At which moment of a motion it is met; at its ends contact may be accepted.
-        options: Numbers to judge with.
+        reduced: Robot with the group's joints free, in its scene.
+        positions: Positions of the group's joints, shape (n,) [rad | m].
+        moment: Moment of a motion at which the configuration occurs; at its ends contact may be accepted.
+        options: Options of the judge.
 
     Raises:
-        ShapeError: If there is not one finite position for each joint.
+        ShapeError: Unless there is one finite position per joint.
         ModelError: If two half-spaces have to keep apart.
     """
     return Judge(reduced, options).examine(positions, moment=moment)

@@ -1,4 +1,4 @@
-"""What a reader of a certificate should know besides the checks."""
+"""Notes of a certificate."""
 
 from heapq import nsmallest
 
@@ -16,7 +16,7 @@ _MOST_NAMES = 8
 
 
 def notes(motion: Motion, limits: JointLimits) -> tuple[str, ...]:
-    """Collect the notes of a motion judged with some limits."""
+    """Collect the notes on a motion judged with given limits."""
     reduced = motion.reduced
     return (
         *_trajectory_notes(motion, limits),

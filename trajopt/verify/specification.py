@@ -1,4 +1,4 @@
-"""Specification: everything that a motion must do, for the judge, and the verdict on it."""
+"""Specification of a motion for the judge, and the verdict on it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,15 +16,15 @@ from trajopt.verify.certificate import Counts
 
 @runtime_checkable
 class SampledCheck(Protocol):
-    """What a user's own constraint has to offer to be judged.
+    """Protocol of a constraint in user code.
 
     Attributes:
-        name: Its name in the certificate.
+        name: Name in the certificate.
     """
 
     @property
     def name(self) -> str:
-        """Its name in the certificate."""
+        """Name in the certificate."""
         ...
 
     def evaluate(self, times: Floats, positions: Floats) -> tuple[ArrayLike, ArrayLike, ArrayLike]:
@@ -32,7 +32,7 @@ class SampledCheck(Protocol):
 
         Args:
             times: Increasing times, shape (s,) [s].
-            positions: Of the group's joints then, shape (s, n) [rad | m].
+            positions: Positions of the group's joints at these times, shape (s, n) [rad | m].
 
         Returns:
             Values, shape (s,) or (s, m), and their lower and upper bounds, which must broadcast
@@ -44,25 +44,24 @@ class SampledCheck(Protocol):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Specification(Value):
-    """Everything that a motion must do, besides keeping its bodies apart.
+    """Requirements on a motion, in addition to clearance.
 
     Attributes:
-        goals: What must hold at the end; all of them.
-        constraints: What must hold at all times.
-        waypoints: What must hold together at some moment, for each waypoint by name, in this order.
-        partial: What must hold between waypoints.
+        goals: Requirements at the end; all must hold.
+        constraints: Requirements at all times.
+        waypoints: Requirements of each waypoint, which must hold together at some moment, by name, in this
+            order.
+        partial: Requirements between waypoints.
         sampled: Constraints in user code, judged at samples.
-        limits: Limits of the group's joints, or of these and of the joints that mimic them; the robot's
-            where None or not named.
-        tool_speeds: Largest speeds of tools.
-        start_positions: Where the group's joints start, shape (n,) [rad | m]; where the model has them when
-            None.
-        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
-        start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
-        dwell: How long it stays clear where it ends, at rest, after the end [s]. Where a goal moves, how
-            long it has followed that when it ends: the goals hold in its last so many seconds.
-        finish_by: When the motion must be at the goal [s]; any time when None.
-        clock: What the scene's clock shows when the motion begins, at least 0 [s].
+        limits: Limits of the group's joints, or of these and of their mimic joints; the robot's by default.
+        tool_speeds: Largest tool speeds.
+        start_positions: Start of the group's joints, shape (n,) [rad | m]; the model's start by default.
+        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest by default.
+        start_accelerations: Accelerations at the start, shape (n,) [rad/s^2 | m/s^2]; zero by default.
+        dwell: Time for which the robot stays clear at rest after the end [s]. For a moving goal, the time at
+            the end of the motion during which the goals hold.
+        finish_by: Deadline at the goal [s]; none by default.
+        clock: Scene clock at the start of the motion, at least 0 [s].
     """
 
     goals: Sequence[Requirement]
@@ -82,11 +81,11 @@ class Specification(Value):
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Whether a motion does everything that it must, and nothing about how nearly.
+    """Outcome of the judgement without margins.
 
     Attributes:
-        verified: Whether every check holds that a certificate of the motion would require.
-        counts: The work that it took.
+        verified: Whether every required check of a certificate would hold.
+        counts: Work of the judge.
     """
 
     verified: bool

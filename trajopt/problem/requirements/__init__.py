@@ -1,7 +1,7 @@
-"""What a motion must achieve, as plain data: goals and path constraints, one kind a file.
+"""Goals and path constraints as plain data.
 
-Each is stated once here. The optimiser's term and the judge's check are computed from it by separate
-code, so that one can catch the other's mistakes.
+The optimiser's term and the judge's check of each are computed by separate code, so that one detects errors
+of the other.
 """
 
 from trajopt.problem.requirement import DEGREES as DEGREES

@@ -1,4 +1,4 @@
-"""Goals of which any one is enough: the planner chooses, and reports which."""
+"""Goal sets: the planner chooses one goal and reports its name."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import PlacementLike
 
 GoalLike: TypeAlias = Requirement | ConfigurationLike | PlacementLike
-"""One thing that is required at a moment: a requirement; a configuration in any of its forms; or a placement
-of the group's tool frame in the world."""
+"""A requirement; a configuration in any of its forms; or a placement of the group's tool frame in the
+world.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class GoalSet:
-    """Several goals by name, each of them what a goal may be; a problem makes requirements of them.
+    """Several goals by name; a problem converts them to requirements.
 
     Attributes:
-        alternatives: What must hold at the end, by the name of the goal.
+        alternatives: Goals by name.
     """
 
     alternatives: Mapping[str, GoalLike | Sequence[GoalLike]]
 
     def __str__(self) -> str:
-        """Name the goals."""
         return f"any of {', '.join(self.alternatives)}"
 
 
 def any_of(goals: Mapping[str, GoalLike | Sequence[GoalLike]]) -> GoalSet:
     """Accept any one of several goals, such as the grasps of an object.
 
-    The planner tries the one that is nearest first; `Result.goal_name` says which it reached.
+    The planner tries the nearest first; `Result.goal_name` names the goal reached.
 
     Args:
-        goals: By name what a goal may be: requirements, one or several that hold together; a
-            configuration; a placement of the group's tool.
+        goals: Goals by name: one or several requirements that hold together; a configuration; a placement of
+            the group's tool.
 
     Raises:
-        ProblemError: If there is none, or one of them requires nothing.
+        ProblemError: If there are no goals, or one requires nothing.
     """
     for name, goal in mapping("any_of: goals", goals).items():
         if isinstance(goal, str | Sequence | Mapping) and len(goal) == 0:

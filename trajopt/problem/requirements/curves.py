@@ -1,4 +1,4 @@
-"""Curves that a frame follows from their beginning."""
+"""Requirement that a frame follows a curve from its beginning."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ CURVE_ROTATION = float(np.radians(0.1))
 
 @dataclass(frozen=True, eq=False)
 class FollowsCurve(Requirement):
-    """A point of a frame runs along a curve, from its beginning, never backwards, to a length along it.
+    """A point of a frame follows a curve from its beginning up to a length along it, never backwards.
 
     At each time t the frame is within the tolerances of a location s(t) of the curve, and s never decreases.
 
-    Made by `follows_curve`, whose arguments are its fields.
+    Made by `follows_curve`; its fields are the arguments.
     """
 
     frame: str
@@ -47,12 +47,12 @@ class FollowsCurve(Requirement):
 
     @property
     def fraction(self) -> float:
-        """Part of the curve that is required."""
+        """Required share of the curve."""
         return self.until / self.curve.length
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres, and radians where the orientation is followed."""
+        """Metres, and radians if the orientation is followed."""
         return ("m", "rad") if np.isfinite(self.rotation_tolerance) else ("m",)
 
     @property
@@ -69,7 +69,6 @@ class FollowsCurve(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say how much of the curve, its ends, and the tolerances in millimetres and degrees."""
         first, last = (in_point(self.curve.placement(s).translation) for s in (0.0, self.curve.length))
         part = "" if self.fraction == 1.0 else f"the first {in_length(self.until)} of "
         curve = f"{part}a curve of {in_length(self.curve.length)} from {first} to {last}"
@@ -97,14 +96,13 @@ def follows_curve(
 
     Args:
         frame: Link, tool frame or attached object.
-        curve: What is followed, seen from `reference`.
+        curve: Curve in `reference`.
         position_tolerance: Largest distance from the location on the curve [m].
-        rotation_tolerance: Largest angle from the orientation there [rad]; inf leaves it free, None is
-            0.1 deg.
-        until: How far along the curve [m]; to its end when None.
-        spin: Axis in the frame about which it may turn freely; none when None.
-        reference: "world", or the name of what the curve is seen from.
-        offset: The point, in the frame's coordinates, shape (3,) [m].
+        rotation_tolerance: Largest angle from the orientation there [rad]; inf for any, 0.1 deg by default.
+        until: Length to follow [m]; the whole curve by default.
+        spin: Axis in the frame about which it may turn freely; none by default.
+        reference: "world", or the frame in which the curve is given.
+        offset: Point that follows, in the frame's coordinates, shape (3,) [m].
         degrees: Whether the rotation tolerance is in degrees.
 
     Raises:

@@ -19,9 +19,9 @@ from trajopt.values.printed import in_length, in_point, seen_from
 
 @dataclass(frozen=True, eq=False)
 class DistanceBetween(Requirement):
-    """The distance between a point of one frame and a point of another lies between bounds.
+    """Bounds on the distance between points of two frames.
 
-    Made by `distance_between`, whose arguments are its fields.
+    Made by `distance_between`; its fields are the arguments.
     """
 
     first: str
@@ -43,7 +43,7 @@ class DistanceBetween(Requirement):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """Both bounds, as far as there are any."""
+        """The finite bounds."""
         what, found = f"distance of {self.first} from {self.second}", list[Relaxation]()
         if self.lower > 0.0:
             largest = self.lower
@@ -57,7 +57,6 @@ class DistanceBetween(Requirement):
         return tuple(found)
 
     def __str__(self) -> str:
-        """Say the bounds that there are."""
         if np.isinf(self.upper):
             apart = f"at least {in_length(self.lower)}"
         elif self.lower == 0.0:
@@ -84,12 +83,12 @@ def distance_between(
         second: Another; both may move.
         lower: Smallest distance, >= 0 [m].
         upper: Largest distance [m]; inf for none.
-        first_offset: The point of the first frame, in its coordinates, shape (3,) [m].
-        second_offset: The point of the second frame, in its coordinates, shape (3,) [m].
+        first_offset: Point of the first frame, in its coordinates, shape (3,) [m].
+        second_offset: Point of the second frame, in its coordinates, shape (3,) [m].
 
     Raises:
         ShapeError: If a number is not usable.
-        ProblemError: If the bounds are not 0 <= lower < upper, or nothing is bounded.
+        ProblemError: Unless 0 <= lower < upper, with at least one effective bound.
     """
     low, high = number("lower", lower), number("upper", upper, infinite=True)
     if not 0.0 <= low < high:
@@ -110,11 +109,10 @@ MARGIN = 0.01
 class LineOfSight(Requirement):
     """The straight line from a camera to a target keeps clear of the scene's objects.
 
-    Objects count with their convex parts; the robot's links are not considered, nor are the objects that
-    camera and target are fixed to. Objects that move by themselves count where they are at each time, and
-    those that appear or expire count at all times.
+    The judge uses the convex parts of objects. It ignores robot links and the objects to which camera and
+    target are fixed. Dynamic obstacles are placed by time; objects that appear or expire count at all times.
 
-    Made by `line_of_sight`, whose arguments are its fields; `ignored` are the objects to ignore.
+    Made by `line_of_sight`; its fields are the arguments, with `ignore` stored as `ignored`.
     """
 
     frame: str
@@ -130,10 +128,10 @@ class LineOfSight(Requirement):
         return (self.frame, self.reference)
 
     def obstacles(self, scene: Scene) -> tuple[str, ...]:
-        """Return the names of the objects that may not be in between.
+        """Return the names of the objects that may not interrupt the line.
 
         Args:
-            scene: The scene.
+            scene: Scene.
 
         Raises:
             FrameNotFound: If an object to ignore does not exist.
@@ -163,7 +161,6 @@ class LineOfSight(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say the target, and the margin in millimetres."""
         target = f"{in_point(self.target)}{seen_from(self.reference)}"
         return f"{self.frame} sees {target}, its line of sight clear by {in_length(self.margin)}"
 
@@ -181,12 +178,12 @@ def line_of_sight(
     """Keep objects out of the line from a camera to a point; `gaze` keeps the point in view.
 
     Args:
-        frame: The camera: link, tool frame or object.
-        target: The point, in `reference`, shape (3,) [m].
+        frame: Camera: link, tool frame or object.
+        target: Target point in `reference`, shape (3,) [m].
         margin: Smallest distance of the line from an object, > 0 [m].
-        origin: Where in the camera's frame the line begins, shape (3,) [m].
-        reference: "world", or the name of what the target is fixed to.
-        ignore: Objects that may be in between, such as the one that is looked at.
+        origin: Start of the line in the camera's frame, shape (3,) [m].
+        reference: "world", or the frame that carries the target.
+        ignore: Objects that may interrupt the line, such as the observed object.
 
     Raises:
         ShapeError: If a number is not usable.

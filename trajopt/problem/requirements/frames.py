@@ -32,7 +32,7 @@ ROTATION_TOLERANCE = 1e-3
 
 
 class RotationCoordinates(Enum):
-    """The three numbers in which a rotation error is measured (MoveIt's two parametrisations)."""
+    """Coordinates of a rotation error (MoveIt's two parametrisations)."""
 
     ROTATION_VECTOR = "rotation vector"
     XYZ_EULER = "intrinsic x-y-z Euler angles"
@@ -45,7 +45,7 @@ class FramePlacement(Requirement):
     The error is e = (R_goal^T (p - p_goal), rotation coordinates of R_goal^T R): position [m] and
     rotation [rad] along the axes of the goal placement. |e_i| must not exceed its tolerance.
 
-    Made by `frame_placement`, whose arguments are its fields.
+    Made by `frame_placement`; its fields are the arguments.
     """
 
     frame: str
@@ -63,7 +63,7 @@ class FramePlacement(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres, radians, or both, as far as there are tolerances."""
+        """Metres, radians, or both, depending on the finite tolerances."""
         return tuple(
             unit
             for unit, tolerance in (("m", self.position_tolerance), ("rad", self.rotation_tolerance))
@@ -72,7 +72,7 @@ class FramePlacement(Requirement):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The tolerances of position and rotation, as far as there are any."""
+        """The finite tolerances of position and rotation."""
         position, rotation = self.position_tolerance, self.rotation_tolerance
         found: list[Relaxation] = []
         if np.isfinite(position).any():
@@ -98,7 +98,6 @@ class FramePlacement(Requirement):
         return tuple(found)
 
     def __str__(self) -> str:
-        """Say it in millimetres and degrees."""
         within = [
             bound
             for bound in (
@@ -116,7 +115,7 @@ class FramePlacement(Requirement):
         return ", ".join((f"{self.frame} at {self.placement}{seen}", f"within {' and '.join(within)}", *free))
 
     def in_full(self) -> str:
-        """Say it, and where the frame's axes point, unless they are free to tilt."""
+        """Describe it with the directions of the frame's axes, unless they may tilt freely."""
         if not np.isfinite(self.rotation_tolerance).all():
             return str(self)
         z, x = (in_direction(self.placement.rotation[:, axis], self.reference) for axis in (2, 0))
@@ -124,7 +123,7 @@ class FramePlacement(Requirement):
 
 
 def _within(tolerance: Floats, unit: ShownUnit) -> str:
-    """Return a tolerance in words: one number where all axes have the same; empty where all are free."""
+    """Describe a tolerance: one number if all axes have the same; empty if all are free."""
     sizes = {
         axis: f"{size / unit.size:.3g}"
         for axis, size in zip("xyz", tolerance, strict=True)
@@ -151,12 +150,12 @@ def frame_placement(
 
     Args:
         frame: Link, tool frame or attached object.
-        placement: Where it must be, seen from `reference`.
-        reference: "world", or the name of what the placement is relative to.
+        placement: Required placement in `reference`.
+        reference: "world", or the frame in which the placement is given.
         position_tolerance: One for all axes or one each [m]; inf leaves an axis free.
-        rotation_tolerance: One for all axes or one each [rad]; inf leaves an axis free, None is 1e-3 rad.
-        coordinates: How the rotation error is expressed.
-        offset: Point of the frame that is placed, in the frame's coordinates, shape (3,) [m].
+        rotation_tolerance: One for all axes or one each [rad]; inf leaves an axis free; 1e-3 rad by default.
+        coordinates: Coordinates of the rotation error.
+        offset: Point of the frame to place, in the frame's coordinates, shape (3,) [m].
         degrees: Whether the rotation tolerance is in degrees.
 
     Raises:
@@ -202,9 +201,9 @@ def frame_placement(
 
 @dataclass(frozen=True, eq=False)
 class AxisAlignment(Requirement):
-    """An axis of a frame points along a direction, within a cone; spin about it is free.
+    """An axis of a frame lies within a cone about a direction; spin about it is free.
 
-    Made by `axis_alignment`, whose arguments are its fields.
+    Made by `axis_alignment`; its fields are the arguments.
     """
 
     frame: str
@@ -225,7 +224,7 @@ class AxisAlignment(Requirement):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The cone."""
+        """The angle of the cone."""
         return (
             Relaxation.of(
                 self,
@@ -237,7 +236,6 @@ class AxisAlignment(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say it in degrees."""
         aligned = f"{in_axis(self.axis)} of {self.frame} along {in_axis(self.direction)} of {self.reference}"
         return f"{aligned}, within {in_degrees(self.tolerance)}"
 
@@ -259,12 +257,12 @@ def axis_alignment(
         axis: Axis in the frame, shape (3,), any length but zero.
         direction: Direction in `reference`, shape (3,), any length but zero.
         tolerance: Largest angle between the two, in (0, pi) [rad].
-        reference: "world", or the name of what the direction is relative to.
+        reference: "world", or the frame in which the direction is given.
         degrees: Whether the tolerance is in degrees.
 
     Raises:
         ShapeError: If a vector has no length or the tolerance is outside (0, pi).
-        ProblemError: If `degrees` is neither true nor false.
+        ProblemError: If `degrees` is not a bool.
     """
     angle = stated_angle("tolerance", tolerance, degrees=degrees)
     if not 0.0 < angle < np.pi:
@@ -278,11 +276,11 @@ def axis_alignment(
 
 @dataclass(frozen=True, eq=False)
 class Gaze(Requirement):
-    """A target point lies within a view cone of a frame's axis and within a range of distances.
+    """A target lies within the view cone of a frame's axis and within a range of distances.
 
-    Whether something stands in between is what `LineOfSight` requires.
+    Occlusion is a separate requirement, `LineOfSight`.
 
-    Made by `gaze`, whose arguments are its fields.
+    Made by `gaze`; its fields are the arguments.
     """
 
     frame: str
@@ -301,12 +299,12 @@ class Gaze(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Radians, and metres where the distance is bounded."""
+        """Radians, and metres if the distance is bounded."""
         return ("rad", "m") if self.nearest > 0.0 or np.isfinite(self.farthest) else ("rad",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The cone."""
+        """The angle of the cone."""
         return (
             Relaxation.of(
                 self, "angle", f"view angle of {self.frame}", largest=np.pi - self.angle - 1e-3, unit=DEGREES
@@ -314,7 +312,6 @@ class Gaze(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say the target, the cone in degrees and the range where it is bounded."""
         target = f"{in_point(self.target)}{seen_from(self.reference)}"
         away = [
             f"{how} {in_length(distance)} away"
@@ -343,19 +340,19 @@ def gaze(
     """Keep looking at a point: `gaze("camera", (0.5, 0, 0.2), angle=0.3)`.
 
     Args:
-        frame: The camera: link, tool frame or attached object.
-        target: The point, in `reference`, shape (3,) [m].
-        angle: Largest angle between the camera's axis and the direction to the target, in (0, pi) [rad].
-        axis: Direction in which the camera looks, in the frame, shape (3,), any length but zero.
-        origin: Where in the frame it looks from, shape (3,) [m].
+        frame: Camera: link, tool frame or attached object.
+        target: Target point in `reference`, shape (3,) [m].
+        angle: Largest angle between the view axis and the direction to the target, in (0, pi) [rad].
+        axis: View axis in the frame, shape (3,), any length but zero.
+        origin: Optical centre in the frame, shape (3,) [m].
         nearest: Smallest distance of the target [m]; 0 for none.
         farthest: Largest distance of the target [m]; inf for none.
-        reference: "world", or the name of what the target is fixed to; it may move.
+        reference: "world", or the frame that carries the target; it may move.
         degrees: Whether the angle is in degrees.
 
     Raises:
         ShapeError: If a number is not usable, or the angle is outside (0, pi).
-        ProblemError: If the range is not 0 <= nearest < farthest.
+        ProblemError: Unless 0 <= nearest < farthest.
     """
     half = stated_angle("angle", angle, degrees=degrees)
     if not 0.0 < half < np.pi:

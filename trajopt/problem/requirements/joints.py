@@ -1,4 +1,4 @@
-"""Requirements on joints: positions, couplings, torques of gravity, distance from singularities."""
+"""Requirements on joints: positions, couplings, gravity torques, distance from singularities."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ JOINT_TOLERANCE = 1e-4
 class JointPositions(Requirement):
     """Joints at given positions, within a tolerance below and above.
 
-    Made by `joint_positions`: `below` and `above` are its tolerances, by joint. All are in radians or metres;
-    `in_degrees` says that they were given in degrees, so that all joints must be ones that turn.
+    Made by `joint_positions`: `below` and `above` are the tolerances by joint. All values are in radians or
+    metres; `in_degrees` records that they were given in degrees, which requires revolute joints.
     """
 
     positions: Mapping[str, float]
@@ -35,12 +35,12 @@ class JointPositions(Requirement):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The joints with a required position."""
+        """Joints with a required position."""
         return tuple(self.positions)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The tolerances, all by the same amount."""
+        """All tolerances, by the same amount."""
         what = f"tolerance of {', '.join(self.positions)}"
         now = min((*self.below.values(), *self.above.values()))
         return (Relaxation(what=what, now=now, largest=2.0 * np.pi, unit=RADIANS, apply=self._widened),)
@@ -52,7 +52,6 @@ class JointPositions(Requirement):
         return replace(self, below=below, above=above)
 
     def __str__(self) -> str:
-        """Say joint = position, with one tolerance where all are the same."""
         sizes = {f"{size:.3g}" for side in (self.below, self.above) for size in side.values()}
         if len(sizes) == 1:
             placed = ", ".join(f"{joint} = {q:.4g}" for joint, q in self.positions.items())
@@ -73,15 +72,15 @@ def joint_positions(
 ) -> JointPositions:
     """Require joints at given positions.
 
-    Joints that are not named are free: a goal for some joints leaves the others wherever suits the motion
-    and what else is required, often where they start. To keep them there, name them too.
+    Unnamed joints are free: they end wherever the motion and the other requirements lead them, often at their
+    start positions. Name them to keep them there.
 
     Args:
         positions: Joint -> position [rad | m]; at least one.
-        tolerance: Largest deviation, one for all or by joint [rad | m]; 1e-4 where none is given.
-        below: Tolerance below by joint, where it differs.
-        above: Tolerance above by joint, where it differs.
-        degrees: Whether positions and tolerances are in degrees; then all joints must turn.
+        tolerance: Largest deviation, one for all or by joint [rad | m]; 1e-4 by default.
+        below: Lower tolerance by joint, if different.
+        above: Upper tolerance by joint, if different.
+        degrees: Whether positions and tolerances are in degrees; requires revolute joints.
 
     Raises:
         ProblemError: If no joint is named, or a tolerance is negative.
@@ -117,13 +116,13 @@ def joint_positions(
 
 
 def together(required: Sequence[Requirement]) -> tuple[Requirement, ...]:
-    """Return requirements with joint positions of the same joint merged into one.
+    """Merge joint positions of the same joint into one requirement.
 
-    Where several name a joint, the merged one allows the range that they share, and aims at its middle.
-    Joint positions that share nothing stay as they are, and so does what names no joint twice.
+    The merged requirement allows the intersection of their ranges and aims at its middle. Joint positions
+    with an empty intersection, and other requirements, are unchanged.
 
     Args:
-        required: What must hold at one moment.
+        required: Requirements at one moment.
     """
     asked = [item for item in required if isinstance(item, JointPositions)]
     names = list(dict.fromkeys(joint for item in asked for joint in item.positions))
@@ -149,9 +148,9 @@ def together(required: Sequence[Requirement]) -> tuple[Requirement, ...]:
 
 @dataclass(frozen=True, eq=False)
 class CoupledJoints(Requirement):
-    """A weighted sum of joint positions keeps a value, within a tolerance.
+    """A weighted sum of joint positions equals a value, within a tolerance.
 
-    Made by `coupled_joints`, whose arguments are its fields.
+    Made by `coupled_joints`; its fields are the arguments.
     """
 
     weights: Mapping[str, float]
@@ -160,7 +159,7 @@ class CoupledJoints(Requirement):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The joints of the sum."""
+        """Joints of the sum."""
         return tuple(self.weights)
 
     @property
@@ -177,7 +176,6 @@ class CoupledJoints(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say the relation as one writes a sum."""
         total = ""
         for joint, weight in self.weights.items():
             sign = ("-" if weight < 0.0 else "") if not total else (" - " if weight < 0.0 else " + ")
@@ -190,7 +188,7 @@ def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, toleranc
 
     Args:
         weights: Joint -> its factor in the sum of positions [rad | m]; at least one that is not zero.
-        value: What the sum must be.
+        value: Value of the sum.
         tolerance: Largest deviation to either side, > 0.
 
     Raises:
@@ -207,19 +205,21 @@ def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, toleranc
 
 
 SHARE = 0.9
-"""Default share of an effort limit that gravity may take. The rest moves the arm: with a
-share r of a limit left, the joint accelerates r times as much as without any weight, and the path takes
-1 / sqrt(r) times as long: three times as long with a tenth, ten times as long with a hundredth."""
+"""Default share of an effort limit for gravity. The rest accelerates the arm: with a share r left,
+acceleration is r
+times and duration 1 / sqrt(r) times the value without gravity: three times the duration with a tenth, ten
+times with a hundredth.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class GravityTorque(Requirement):
-    """The torque that holds the arm still stays within a share of each effort limit.
+    """The gravity torque of each joint stays within a share of its effort limit.
 
-    No timing helps in a posture whose weight a joint cannot hold. Carried masses count where the scene
-    states them. Joints without an effort limit may carry anything.
+    No timing helps if a joint cannot hold a posture. Attached objects count if the scene gives them a mass.
+    Joints without an effort limit are unconstrained.
 
-    Made by `gravity_torque`, whose arguments are its fields.
+    Made by `gravity_torque`; its fields are the arguments.
     """
 
     share: float
@@ -238,15 +238,14 @@ class GravityTorque(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say the share in percent."""
         return f"gravity takes at most {100.0 * self.share:.3g}% of the effort limits"
 
 
 def gravity_torque(share: float = SHARE) -> GravityTorque:
-    """Require that the joints can hold the arm and what it carries.
+    """Require that the joints can hold the arm and its attached objects.
 
     Args:
-        share: Share of each joint's effort limit that its weight may take, in (0, 1].
+        share: Share of each joint's effort limit for gravity, in (0, 1].
 
     Raises:
         ProblemError: If the share is outside (0, 1].
@@ -257,7 +256,7 @@ def gravity_torque(share: float = SHARE) -> GravityTorque:
 
 
 LENGTH = 0.3
-"""Default length that a radian of the frame's rotation counts as [m]."""
+"""Default length that weights a radian of the frame's rotation [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,11 +265,10 @@ class SingularityDistance(Requirement):
 
     The Jacobian maps joint velocities to (velocity of a point of the frame [m/s], length times angular
     velocity [m/s]), 6 by n. The smallest of its min(6, n) singular values is the speed of the frame in its
-    slowest direction (for n < 6: of those in which it can move at all) when the joint velocities have a
-    Euclidean norm of one. With the length 0 only the point
-    counts: the Jacobian is 3 by n.
+    slowest direction (for n < 6: among the directions in which it can move) at joint velocities of Euclidean
+    norm one. With length 0 only the point counts: the Jacobian is 3 by n.
 
-    Made by `singularity_distance`, whose arguments are its fields.
+    Made by `singularity_distance`; its fields are the arguments.
     """
 
     frame: str
@@ -298,7 +296,6 @@ class SingularityDistance(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say the bound."""
         return f"smallest singular value of {self.frame} at least {self.smallest:.3g}"
 
 
@@ -314,9 +311,9 @@ def singularity_distance(
 
     Args:
         frame: Link, tool frame or attached object.
-        smallest: Smallest singular value accepted, > 0 [m/rad; m/m].
-        length: Length that a radian of rotation counts as [m]; 0 where only the point's motion counts.
-        offset: The point, in the frame's coordinates, shape (3,) [m].
+        smallest: Smallest accepted singular value, > 0 [m/rad; m/m].
+        length: Length that weights a radian of rotation [m]; 0 ignores rotation.
+        offset: Point in the frame's coordinates, shape (3,) [m].
 
     Raises:
         ShapeError: If a number is not usable.

@@ -18,7 +18,7 @@ from trajopt.values.printed import in_axis, in_degrees, in_length, in_point, in_
 from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
 
 Region = Box | Sphere | Cylinder | Plane
-"""Convex shapes that a point can be kept in; `Plane` is the half-space below its plane z = 0."""
+"""Shapes of a region; `Plane` is the half-space below its plane z = 0."""
 
 Member = tuple[Region, Placement]
 """A shape and its placement in the region's reference."""
@@ -28,7 +28,7 @@ Member = tuple[Region, Placement]
 class PositionInRegion(Requirement):
     """A point of a frame is inside at least one of several convex shapes.
 
-    Made by `position_in_region`: `members` are the shapes, each with its placement in `reference`.
+    Made by `position_in_region`: `members` are the shapes with their placements in `reference`.
     """
 
     frame: str
@@ -48,7 +48,7 @@ class PositionInRegion(Requirement):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """All shapes, grown on every side."""
+        """All shapes, enlarged on every side."""
         what = f"region of {self.frame} grown on every side"
         return (Relaxation(what=what, now=0.0, largest=1.0, unit=MILLIMETRES, apply=self._grown),)
 
@@ -56,7 +56,6 @@ class PositionInRegion(Requirement):
         return replace(self, members=tuple(_grown(shape, where, amount) for shape, where in self.members))
 
     def __str__(self) -> str:
-        """Say the shapes and where they are; a thin slab as its plane, a tube without end as its line."""
         inside = " or ".join(_in_words(shape, where) for shape, where in self.members)
         return f"{self.frame} {inside}{seen_from(self.reference)}"
 
@@ -70,21 +69,20 @@ def position_in_region(
     reference: str = WORLD,
     offset: ArrayLike = (0.0, 0.0, 0.0),
 ) -> PositionInRegion:
-    """Require a point of a frame to be inside a box, sphere, cylinder or half-space, or a union of such.
+    """Require a point of a frame to be inside a box, sphere, cylinder or half-space, or a union of them.
 
-    The program keeps the point inside the nearest member, chosen anew at every linearisation, and a
-    tenth of its size, at most 5 mm, from its surface: members that the point has to pass between
-    should overlap by more than that.
+    The optimiser keeps the point inside the nearest member, chosen at every linearisation, with a margin of a
+    tenth of its size, at most 5 mm: members between which the point passes should overlap by more than that.
 
     Args:
         frame: Link, tool frame or attached object.
         region: One shape, or several with their placements.
-        placement: Of the whole region in `reference`; at its origin when None.
-        reference: "world", or the name of what the region is placed in; it may move.
-        offset: The point, in the frame's coordinates, shape (3,) [m].
+        placement: Placement of the whole region in `reference`; identity by default.
+        reference: "world", or the frame in which the region is placed; it may move.
+        offset: Point in the frame's coordinates, shape (3,) [m].
 
     Raises:
-        ProblemError: If there is no shape, or one of another kind.
+        ProblemError: If there is no shape, or a shape of another kind.
         ShapeError: If a number is not usable.
     """
     given = [(region, IDENTITY)] if isinstance(region, Region) else sequence("region", region)
@@ -112,16 +110,16 @@ def point_on_line(
     reference: str = WORLD,
     offset: ArrayLike = (0.0, 0.0, 0.0),
 ) -> PositionInRegion:
-    """Require a point of a frame on a line, or on a segment of it: a thin cylinder.
+    """Require a point of a frame on a line or segment, modelled as a thin cylinder.
 
     Args:
         frame: Link, tool frame or attached object.
-        through: A point of the line, the middle of a segment, in `reference`, shape (3,) [m].
-        direction: Of the line in `reference`, shape (3,), any length but zero.
+        through: Point of the line, or the middle of the segment, in `reference`, shape (3,) [m].
+        direction: Direction of the line in `reference`, shape (3,), any length but zero.
         tolerance: Largest distance from the line [m].
-        length: Of the segment [m]; the whole line (50 m of it) when None.
-        reference: "world", or the name of what the line is in.
-        offset: The point, in the frame's coordinates, shape (3,) [m].
+        length: Length of the segment [m]; 50 m by default.
+        reference: "world", or the frame in which the line is given.
+        offset: Point in the frame's coordinates, shape (3,) [m].
 
     Raises:
         ShapeError: If a number is not usable, or the direction has no length.
@@ -142,15 +140,15 @@ def point_on_plane(
     reference: str = WORLD,
     offset: ArrayLike = (0.0, 0.0, 0.0),
 ) -> PositionInRegion:
-    """Require a point of a frame on a plane: a thin slab, 50 m wide.
+    """Require a point of a frame on a plane, modelled as a thin slab 50 m wide.
 
     Args:
         frame: Link, tool frame or attached object.
-        through: A point of the plane in `reference`, shape (3,) [m].
-        normal: Of the plane in `reference`, shape (3,), any length but zero.
+        through: Point of the plane in `reference`, shape (3,) [m].
+        normal: Normal of the plane in `reference`, shape (3,), any length but zero.
         tolerance: Largest distance from the plane, to either side [m].
-        reference: "world", or the name of what the plane is in.
-        offset: The point, in the frame's coordinates, shape (3,) [m].
+        reference: "world", or the frame in which the plane is given.
+        offset: Point in the frame's coordinates, shape (3,) [m].
 
     Raises:
         ShapeError: If a number is not usable, or the normal has no length.
@@ -162,7 +160,7 @@ def point_on_plane(
 
 
 def _grown(shape: Region, where: Placement, amount: float) -> Member:
-    """Return a shape grown on every side; what is as large as a shape may be stands for what has no end."""
+    """Return a shape enlarged on every side, up to the largest size of a shape."""
 
     def larger(size: float, by: float) -> float:
         return min(size + by, LARGEST_SIZE)
@@ -209,7 +207,7 @@ def _in_words(shape: Region, where: Placement) -> str:
 class PointOnArc(Requirement):
     """A point of a frame is within a distance of an arc.
 
-    Made by `point_on_arc`, whose arguments are its fields.
+    Made by `point_on_arc`; its fields are the arguments.
     """
 
     frame: str
@@ -244,7 +242,6 @@ class PointOnArc(Requirement):
         )
 
     def __str__(self) -> str:
-        """Say circle or arc, where it is, and the tolerance."""
         whole = self.sweep >= 2.0 * np.pi - 1e-9
         shape = "a circle" if whole else f"an arc of {in_degrees(self.sweep)}"
         where = f"{self.centre}{seen_from(self.reference)}"
@@ -272,9 +269,9 @@ def point_on_arc(
             axis and turns towards y.
         radius: Radius of the circle [m].
         tolerance: Largest distance from the arc, less than the radius [m].
-        sweep: Angle of the arc, in (0, 2 pi] [rad]; the whole circle when None.
-        reference: "world", or the name of what the circle is placed in; it may move.
-        offset: The point, in the frame's coordinates, shape (3,) [m].
+        sweep: Angle of the arc, in (0, 2 pi] [rad]; the whole circle by default.
+        reference: "world", or the frame in which the circle is placed; it may move.
+        offset: Point in the frame's coordinates, shape (3,) [m].
         degrees: Whether `sweep` is in degrees.
 
     Raises:

@@ -1,5 +1,5 @@
-"""The criteria that every motion is judged by, and the checks of each kind of requirement.
+"""Criteria for every motion, and the checks of each kind of requirement.
 
-The check of a kind is in the module named after its subject, as its data in `trajopt.problem.requirements`;
-it is imported when the judge meets the kind.
+The check of a kind is in the module with the name of its module in `trajopt.problem.requirements`, imported
+on first use.
 """

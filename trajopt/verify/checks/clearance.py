@@ -1,4 +1,4 @@
-"""Clearance of every pair of bodies over the whole motion: at all times, and while the robot moves."""
+"""Clearance of all pairs of bodies: at all times, and while the robot moves."""
 
 from __future__ import annotations
 
@@ -22,24 +22,23 @@ if TYPE_CHECKING:
 
 _PROBES = 17
 _FOLLOWED = 8
-"""How many pairs in contact are followed to their deepest contact."""
+"""Number of pairs in contact that are followed to their deepest contact."""
 _DEEPER = 5e-6
-"""A contact has to be this much deeper to replace another: depths are not known better [m]."""
+"""Difference of depth at which one contact replaces another: the resolution of depths [m]."""
 
 
 @dataclass(frozen=True)
 class ClearanceFinding:
-    """What the search for a proof of clearance has found.
+    """Result of the search for a proof of clearance.
 
     Attributes:
-        search: The search.
-        checks: One for every clearance that is required of some pair, by kind where the scene states what
-            kinds keep, and one for every allowance of intended contact. Where the search ended early, those
-            found broken or unproven.
-        clearance: Proven lower bound, or the smallest measured if there is none [m].
-        pairs: Pairs that came near each other, nearest first.
-        unproven: First interval without proof, if there is one.
-        worst: The deepest contact that is not accepted, if there is one.
+        search: Findings of the search.
+        checks: One for each required clearance, by kind if the scene sets clearances of kinds, and one for
+            each contact allowance. After an early end, only violated and unproven ones.
+        clearance: Proven lower bound, or the smallest measured distance without a proof [m].
+        pairs: Pairs that come close, nearest first.
+        unproven: First interval without a proof, if any.
+        worst: Deepest contact that is not accepted, if any.
     """
 
     search: Findings
@@ -52,36 +51,36 @@ class ClearanceFinding:
 
 @dataclass(frozen=True, eq=False)
 class ClearanceCriterion(Criterion):
-    """Every pair keeps apart, or touches only where and as deep as that is allowed.
+    """Clearance of every pair, and depth of accepted contacts.
 
     Attributes:
-        motion: The motion among what changes with time.
-        distances: Workspace for the distances of its bodies.
+        motion: Motion among dynamic obstacles.
+        distances: Workspace for distances of its bodies.
     """
 
     motion: Motion
     distances: PairDistances
 
     def holds(self) -> bool:
-        """Decide it: the search ends as soon as it is proven, or something is not."""
+        """Decide the criterion; stop at the first violation."""
         return search_clearance(self.motion, self.distances, measured=False).proven
 
     def measure(self) -> tuple[Check, ...]:
-        """State the tightest pair of each kind and clearance, and each intended contact."""
+        """Return the tightest pair of each kind and clearance, and each intended contact."""
         return self.finding.checks
 
     @cached_property
     def finding(self) -> ClearanceFinding:
-        """Everything that is found when it is measured."""
+        """Complete result of the measurement."""
         return judge_clearance(self.motion, self.distances)
 
 
 def judge_clearance(motion: Motion, distances: PairDistances) -> ClearanceFinding:
-    """Search for a proof that every pair keeps apart, and state it, or where there is none, as checks.
+    """Search for a proof of clearance of all pairs, and return the checks.
 
     Args:
-        motion: The motion.
-        distances: Workspace for the distances of its bodies.
+        motion: Motion.
+        distances: Workspace for distances of its bodies.
     """
     search = search_clearance(motion, distances)
     required, names = search.windows.required, rows(motion.reduced)
@@ -116,7 +115,7 @@ def judge_clearance(motion: Motion, distances: PairDistances) -> ClearanceFindin
 
 
 def followed(motion: Motion, search: Findings, distances: PairDistances, pairs: Ints) -> tuple[Contact, ...]:
-    """Follow contacts of some pairs, (m,), to where they are deepest, the first returned with more care."""
+    """Follow contacts of m pairs, shape (m,), to their deepest point, the first returned more precisely."""
     mine = [contact for contact in search.deepest() if contact.pair in pairs]
     found = [_deepest(motion, search, distances, contact) for contact in mine[:_FOLLOWED]]
     for contact in found:
@@ -137,7 +136,7 @@ def followed(motion: Motion, search: Findings, distances: PairDistances, pairs: 
 
 
 def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact: Contact) -> Contact:
-    """Look around a contact for the deepest one near it, in its own window if it is in one."""
+    """Search around a contact for the deepest one, within its allowance window if it has one."""
     best, excused = contact, search.excused(contact)
     reach = motion.duration / 16
     for _ in range(3):
@@ -154,7 +153,7 @@ def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact
 
 
 def _broken_check(motion: Motion, distances: PairDistances, contact: Contact, required: float) -> Check:
-    """State the pair that is deepest in contact, or nearest though it must keep a clearance."""
+    """Return the check of the deepest contact, or of the nearest pair below its clearance."""
     name, over = distances.pair_name(contact.pair), motion.trajectory.duration
     after = f", {contact.time - over:.3f} s after the end" if contact.time > over else ""
     if contact.distance > 0.0:
@@ -166,7 +165,6 @@ def _broken_check(motion: Motion, distances: PairDistances, contact: Contact, re
 
 
 def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unproven: Unproven) -> Check:
-    """State where there is no proof, with the smallest distance measured."""
     tightest, time = tightest_of(search, pairs)
     required = float(search.windows.required[tightest])
     words = (
@@ -178,7 +176,6 @@ def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unp
 
 
 def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, alone: bool) -> Check:
-    """State the clearance of the tightest of the pairs with the same required clearance."""
     tightest, time = tightest_of(search, pairs)
     required, bound = float(search.windows.required[tightest]), float(search.free.proven[pairs].min())
     if not np.isfinite(bound):
@@ -193,7 +190,7 @@ def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, al
 
 
 def tightest_of(search: Findings, pairs: Ints) -> tuple[int, float | None]:
-    """Return the nearest of some pairs, and when it was measured [s] if it was."""
+    """Return the nearest of some pairs, and the time of its measurement [s], if any."""
     measured = search.free.measured[pairs]
     tightest = int(pairs[measured.argmin()])
     if np.isfinite(search.free.measured[tightest]):
@@ -208,15 +205,15 @@ def _apart(required: float) -> str:
 def clearance_check(
     subject: str, value: float | None, required: float, time: float | None, evidence: Evidence, detail: str
 ) -> Check:
-    """State what is known of how near a pair comes.
+    """Return the check of a pair's clearance; it holds if proven.
 
     Args:
-        subject: The pair.
+        subject: Pair.
         value: Its clearance [m].
-        required: What it has to be at least [m].
-        time: When it is so near [s].
-        evidence: How that is known; it holds if it is proven.
-        detail: In words.
+        required: Required clearance [m].
+        time: Time of the value [s].
+        evidence: Evidence for the value.
+        detail: Description.
     """
     return Check(
         kind=CheckKind.CLEARANCE,
@@ -234,7 +231,7 @@ def clearance_check(
 
 
 def _contact_checks(motion: Motion, search: Findings, *, proven: bool) -> tuple[Check, ...]:
-    """State how deep every allowed contact is, unless the search ended for another reason."""
+    """Return the depth of every allowed contact, unless the search ended for another reason."""
     checks: list[Check] = []
     by_allowance: dict[ContactAllowance, list[int]] = {}
     for pair, allowance in motion.reduced.pairs.allowances:
@@ -269,7 +266,6 @@ def _contact_checks(motion: Motion, search: Findings, *, proven: bool) -> tuple[
 def _pairs(
     motion: Motion, search: Findings, distances: PairDistances, *, proven: bool
 ) -> tuple[PairClearance, ...]:
-    """List the owner pairs that were measured near each other, nearest first."""
     tally: Tally = search.free
     near = np.flatnonzero(tally.measured <= motion.options.far)
     nearest = near[np.argsort(tally.measured[near], kind="stable")]
@@ -293,25 +289,25 @@ def _pairs(
 
 
 NEVER = (inf, -inf)
-"""A time span without any time."""
+"""Empty time span."""
 
 
 @dataclass(frozen=True, eq=False)
 class AtFaultCriterion(Criterion):
-    """How near things come to the links, and to what they carry, while these move; for information only.
+    """Clearance of the links and attached objects while they move; for information only.
 
     Attributes:
-        clearance: The clearance at all times.
+        clearance: Clearance at all times.
     """
 
     clearance: ClearanceCriterion
 
     def holds(self) -> bool:
-        """Nothing depends on it."""
+        """Return True: the verdict does not depend on it."""
         return True
 
     def measure(self) -> Iterator[Check]:
-        """State the clearance at fault."""
+        """Return the clearance at fault."""
         yield _judged(self.clearance.motion, self.clearance.distances, self.clearance.finding)
 
 
@@ -339,7 +335,10 @@ def _broken(distances: PairDistances, worst: Contact, required: float) -> Check:
 
 
 def _without_contact(distances: PairDistances, searches: Sequence[Findings], always: float) -> Check:
-    """State the clearance at fault, of which so much is proven as of that at all times [m]."""
+    """Return the clearance at fault if no contact is at fault.
+
+    It is proven at least as far as the clearance at all times [m].
+    """
     gap = next((search.gap for search in searches if search.gap is not None), None)
     nearest = min(searches, key=_bound)
     bound = max(_bound(nearest), always)
@@ -357,10 +356,10 @@ def _without_contact(distances: PairDistances, searches: Sequence[Findings], alw
 
 
 def moving_spans(motion: Motion, distances: PairDistances) -> list[Floats]:
-    """Return when pairs are looked at, from and to, each of shape (p, 2) [s]; together they cover all times.
+    """Return time spans in which pairs are examined, each of shape (p, 2) [s].
 
-    Of a pair with something that changes that is while the robot's part of it moves, and both are there.
-    All other pairs keep their distance while nothing moves them; they are looked at once, for all times.
+    A pair with a dynamic obstacle is examined while the robot moves its body and both are present. All other
+    pairs keep their distance unless the robot moves them; they are examined once, at all times.
     """
     present = distances.present_since(motion.clock)
     assert present is not None
@@ -378,7 +377,7 @@ def moving_spans(motion: Motion, distances: PairDistances) -> list[Floats]:
 
 
 def _moved(motion: Motion, distances: PairDistances) -> Bools:
-    """Say whether the robot moves one of each pair, in each piece of the trajectory, shape (p, k - 1)."""
+    """Whether the robot moves a body of each pair in each piece of the trajectory, shape (p, k - 1)."""
     trajectory, reduced, kinematics = motion.trajectory, motion.reduced, motion.kinematics
     velocity = Polynomials(trajectory.times, trajectory.coefficients).derivative()
     low, high = velocity.range(trajectory.times[:-1], trajectory.times[1:])
@@ -391,7 +390,7 @@ def _moved(motion: Motion, distances: PairDistances) -> Bools:
 
 
 def _spans(moved: Bools, ends: Floats) -> list[tuple[float, float]]:
-    """Return the spans of time of neighbouring pieces that are marked, given the ends of all pieces."""
+    """Merge neighbouring marked pieces to time spans, given the ends of all pieces."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], moved, [False])).astype(np.int8)))
     return [(float(ends[begin]), float(ends[end])) for begin, end in edges.reshape(-1, 2).tolist()]
 

@@ -1,4 +1,4 @@
-"""Criterion: one part of everything that a motion must do, which can be decided or measured."""
+"""Criterion: one part of the judgement, which can be decided or measured."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -7,15 +7,15 @@ from trajopt.verify.certificate import Check
 
 
 class Criterion(ABC):
-    """One part of everything that a motion must do.
+    """One part of the judgement.
 
-    The judge has one list of criteria: it decides them to accept or refuse a motion, and measures them to
-    write a certificate. Both give the same verdict; deciding may stop early and skip the measuring.
+    The judge decides its list of criteria to accept or reject a motion, and measures them to write a
+    certificate. Both give the same verdict; deciding may stop early and skip measurements.
     """
 
     @abstractmethod
     def measure(self) -> Iterable[Check]:
-        """Judge the criterion and measure how nearly it holds: the rows of a certificate."""
+        """Judge the criterion and return its checks with margins."""
 
     def holds(self) -> bool:
         """Decide whether every required check of `measure` holds."""

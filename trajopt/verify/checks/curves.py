@@ -1,4 +1,4 @@
-"""Check of curves: a frame follows a curve, in its direction and all of it."""
+"""Check that a frame follows a curve, forwards and completely."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
 KINK = 0.05
-"""Smaller jumps of direction are no kinks [-], [rad/m]."""
+"""Smallest jump of direction that counts as a kink [-], [rad/m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bends:
-    """Bounds over intervals of a curve, per metre along it, each of shape (c, 2): of points, of orientations.
+    """Bounds over intervals of a curve, per metre, each of shape (c, 2): for points and orientations.
 
     Attributes:
-        rate: Of the first derivative [-], [rad/m].
-        second: Of the second derivative [1/m], [rad/m^2], where there is one.
+        rate: Bound of the first derivative [-], [rad/m].
+        second: Bound of the second derivative [1/m], [rad/m^2], away from kinks.
         kinks: Sum of the jumps of the first derivative inside.
     """
 
@@ -36,13 +36,13 @@ class Bends:
 
 
 class CurvePlaces:
-    """A curve as the judge reads it: its points, and bounds on how it bends.
+    """Points of a curve and bounds on its curvature.
 
-    Points are vectors of length 3. An orientation C counts as the vector of its three columns, or of one
-    direction C a if the frame may spin about a. When C turns with angular velocity w and acceleration v,
-    the first has a second derivative of length at most sqrt(2) (|v| + |w|^2), the other one |v| + |w|^2.
-    With C = C_0 exp(x), |w| <= |x'| and |v| <= |x''| + |x'|^2 / 2, since the Jacobian of rotations is the
-    mean of rotations by parts of x.
+    Points are vectors of length 3. An orientation C is represented by its three columns, or by one direction
+    C a if the frame may spin about a. When C turns with angular velocity w and acceleration v, the first has
+    a second derivative of length at most sqrt(2) (|v| + |w|^2), the other one |v| + |w|^2. With C = C_0
+    exp(x), |w| <= |x'| and |v| <= |x''| + |x'|^2 / 2, since the Jacobian of rotations is the mean of
+    rotations by parts of x.
     """
 
     def __init__(self, curve: Curve) -> None:
@@ -56,12 +56,12 @@ class CurvePlaces:
 
     @property
     def edges(self) -> Floats:
-        """Where pieces begin and end [m]."""
+        """Arc lengths of the ends of pieces [m]."""
         return self._edges
 
     @property
     def kinked(self) -> Floats:
-        """Where the direction of point or orientation jumps [m]."""
+        """Arc lengths of jumps of direction or angular rate [m]."""
         jumps = np.diff(self._kinks, axis=0).max(axis=1)
         return self._edges[1:-1][jumps > KINK]
 
@@ -70,7 +70,7 @@ class CurvePlaces:
         return np.clip(found, 0, len(self._pieces) - 1).astype(np.int64)
 
     def at(self, s: Floats) -> tuple[Floats, Floats]:
-        """Return rotations (c, 3, 3) and points (c, 3) [m] at lengths (c,) along the curve [m]."""
+        """Return rotations (c, 3, 3) and points (c, 3) [m] at arc lengths (c,) [m]."""
         rotation, point = np.empty((len(s), 3, 3)), np.empty((len(s), 3))
         number = self._number(s)
         for index in sorted(set(map(int, number))):
@@ -86,7 +86,7 @@ class CurvePlaces:
         return rotation, point
 
     def bends(self, begin: Floats, end: Floats) -> Bends:
-        """Bound the derivatives over intervals of the curve, shape (c,) each [m]."""
+        """Bound the derivatives over intervals of arc length, each of shape (c,) [m]."""
         first = self._number(begin)
         last = np.maximum(first, np.searchsorted(self._edges, end, side="left") - 1)
         rate, second = self._rates[first], self._seconds[first]
@@ -98,21 +98,21 @@ class CurvePlaces:
 
 
 def _bernstein(degree: int, u: Floats) -> Floats:
-    """Weights of control points, shape (c, degree + 1)."""
+    """Return Bernstein weights of control points, shape (c, degree + 1)."""
     powers = np.arange(degree + 1)
     binomials = np.array([comb(degree, int(k)) for k in powers], dtype=np.float64)
     return binomials * u[:, None] ** powers * (1.0 - u[:, None]) ** (degree - powers)
 
 
 def _skew(w: Floats) -> Floats:
-    """Cross products with vectors as matrices, (c, 3) -> (c, 3, 3)."""
+    """Return cross-product matrices of vectors, (c, 3) -> (c, 3, 3)."""
     x, y, z = w.T
     zero = np.zeros_like(x)
     return np.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=1).reshape(-1, 3, 3)
 
 
 def _turns(w: Floats) -> Floats:
-    """Rotation matrices of rotation vectors, by Rodrigues' formula, (c, 3) -> (c, 3, 3)."""
+    """Return rotation matrices of rotation vectors by Rodrigues' formula, (c, 3) -> (c, 3, 3)."""
     angle = np.linalg.norm(w, axis=1)[:, None, None]
     cross = _skew(w)
     whole = np.asarray(np.sinc(angle / np.pi), dtype=np.float64)  # sin(a) / a
@@ -123,8 +123,8 @@ def _turns(w: Floats) -> Floats:
 def _rates(piece: Piece) -> tuple[float, float]:
     """Bound the first derivatives of point and orientation along a piece [-], [rad/m].
 
-    The derivative of a Bezier polynomial is one too, with the differences of the control points times the
-    degree, and stays within their hull.
+    The derivative of a Bezier polynomial is a Bezier polynomial whose control points are the differences
+    times the degree; it stays within their hull.
     """
     arm = max(float(np.linalg.norm(piece.cosine)), float(np.linalg.norm(piece.sine)))
     point = _largest(piece.points, 1) + arm * abs(piece.sweep) * np.sqrt(2.0)
@@ -132,7 +132,7 @@ def _rates(piece: Piece) -> tuple[float, float]:
 
 
 def _seconds(piece: Piece) -> tuple[float, float]:
-    """Bound the second derivatives; of the orientation without the part due to turning itself."""
+    """Bound the second derivatives; for the orientation, those of its rotation vector."""
     arm = max(float(np.linalg.norm(piece.cosine)), float(np.linalg.norm(piece.sine)))
     point = _largest(piece.points, 2) + arm * piece.sweep**2 * np.sqrt(2.0)
     turn = _largest(piece.turns, 2) + _largest(piece.turns, 1) ** 2 / 2.0
@@ -140,7 +140,7 @@ def _seconds(piece: Piece) -> tuple[float, float]:
 
 
 def _largest(control: Floats, order: int) -> float:
-    """Largest length of a derivative of a Bezier polynomial over its parameter."""
+    """Return the largest length of a derivative of a Bezier polynomial over its parameter."""
     degree = len(control) - 1
     if degree < order:
         return 0.0
@@ -149,14 +149,13 @@ def _largest(control: Floats, order: int) -> float:
 
 
 def _jump(before: Piece, after: Piece) -> tuple[float, float]:
-    """Jumps of the first derivatives where one piece ends and the next begins."""
     old, new = _slopes(before, 1.0), _slopes(after, 0.0)
     point, turn = (float(np.linalg.norm(new[row] - old[row])) for row in (0, 1))
     return point, turn
 
 
 def _slopes(piece: Piece, u: float) -> tuple[Floats, Floats]:
-    """Derivative of the point, and the angular velocity, at an end of a piece, both (3,), per metre."""
+    """Return derivative of the point and angular velocity at an end of a piece, both (3,), per metre."""
     at_end = np.array((u,))
     angle = piece.sweep * u
     point = piece.sweep * (np.cos(angle) * piece.sine - np.sin(angle) * piece.cosine)
@@ -175,19 +174,19 @@ def _slopes(piece: Piece, u: float) -> tuple[Floats, Floats]:
 
 
 TIMES = 600
-"""Times of the first estimate."""
+"""Number of times of the first estimate."""
 PLACES = 600
-"""Points of the curve among which the first estimate chooses."""
+"""Number of curve points of the first estimate."""
 NEARER = 8
-"""Places tried on each side of a kink beside the even ones, each nearer to it by a factor of"""
+"""Extra points on each side of a kink, each nearer to it than the last."""
 TOWARDS = 0.5
-"""so much."""
+"""Ratio of successive distances of these points from the kink."""
 SAME = 1e-9
-"""Points nearer to each other count as one [m]."""
+"""Distance below which points coincide [m]."""
 ROUNDS = 4
-"""Newton steps from there."""
+"""Newton steps from the first estimate."""
 DIFFERENCE = 1e-5
-"""Step of the difference that gives the curve's direction [m]."""
+"""Step of the finite difference for the curve's direction [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,8 +194,8 @@ class Errors:
     """Differences between a frame and points of a curve, as vectors.
 
     Attributes:
-        required: The curve and the tolerances.
-        places: The curve, as the judge reads it.
+        required: Requirement: curve and tolerances.
+        places: Points of the curve.
         placements: Times (c,) -> rotation (c, 3, 3) and point (c, 3) [m] of the frame.
     """
 
@@ -206,52 +205,55 @@ class Errors:
 
     @property
     def spread(self) -> float:
-        """Length of the change of an orientation's vector for a small turn about the worst axis [1/rad]."""
+        """Change of the orientation vector per small turn about the worst axis [1/rad]."""
         return 1.0 if self.required.spin is not None else float(np.sqrt(2.0))
 
     def chord(self, angle: float) -> float:
-        """Length of the difference of two orientations' vectors that an angle makes."""
+        """Convert angles to lengths of differences of orientation vectors."""
         return 2.0 * self.spread * float(np.sin(min(angle, np.pi) / 2.0))
 
     def angle(self, chord: float) -> float:
-        """Angle that a difference of orientations' vectors stands for [rad]."""
+        """Convert lengths of differences of orientation vectors to angles [rad]."""
         return 2.0 * float(np.arcsin(min(chord / (2.0 * self.spread), 1.0)))
 
     def frame(self, times: Floats) -> Floats:
-        """Points and orientations of the frame as vectors, shape (c, 6 or 12)."""
+        """Return points and orientations of the frame as vectors, shape (c, 6 or 12)."""
         return self._vector(*self.placements(times))
 
     def curve(self, s: Floats) -> Floats:
-        """The same of points of the curve."""
+        """Return points and orientations of the curve as vectors, shape (c, 6 or 12)."""
         return self._vector(*self.places.at(s))
 
     def sizes(self, times: Floats, s: Floats) -> Floats:
-        """Lengths of the differences of points and of orientations' vectors, shape (c, 2)."""
+        """Return lengths of the differences of points and of orientation vectors, shape (c, 2)."""
         return self.lengths(self.frame(times) - self.curve(s))
 
     def lengths(self, apart: Floats) -> Floats:
-        """Lengths of both parts of differences (c, 6 or 12), shape (c, 2); 0 where orientation is free."""
+        """Return lengths of both parts of differences (c, 6 or 12), shape (c, 2).
+
+        The second is 0 if the orientation is free.
+        """
         found = np.stack((np.linalg.norm(apart[:, :3], axis=1), np.linalg.norm(apart[:, 3:], axis=1)), axis=1)
         if np.isinf(self.required.rotation_tolerance):
             found[:, 1] = 0.0
         return found
 
     def at(self, times: Floats, s: Floats) -> Floats:
-        """Distances [m] and angles [rad], shape (c, 2)."""
+        """Return distances [m] and angles [rad], shape (c, 2)."""
         found = self.sizes(times, s)
         found[:, 1] = [self.angle(chord) for chord in found[:, 1].tolist()]
         return found
 
     @property
     def weights(self) -> Floats:
-        """What makes differences comparable: one over the tolerance, shape (6 or 12,)."""
+        """Weights that make differences comparable: one over the tolerance, shape (6 or 12,)."""
         turned = self.required.rotation_tolerance
         by_turn = 0.0 if np.isinf(turned) else 1.0 / self.chord(turned)
         columns = 3 if self.required.spin is not None else 9
         return np.concatenate((np.full(3, 1.0 / self.required.position_tolerance), np.full(columns, by_turn)))
 
     def candidate_fractions(self, until: float) -> Floats:
-        """Increasing arc lengths along the curve [m]: evenly spaced, where pieces meet, closer near kinks."""
+        """Increasing arc lengths [m]: evenly spaced, at the ends of pieces, denser near kinks."""
         edges, step = self.places.edges, until / (PLACES - 1)
         nearer = step * TOWARDS ** np.arange(1, NEARER + 1)
         around = self.places.kinked[:, None] + np.concatenate((-nearer, nearer))
@@ -267,12 +269,11 @@ class Errors:
 
 
 def nearest_progress(errors: Errors, motion: Motion, until: float) -> tuple[Floats, Floats]:
-    """Estimate how far along the curve the frame is, never going back: times and arc lengths, (c,) each.
+    """Estimate the frame's progress along the curve: times and arc lengths, (c,) each.
 
-    Nothing is proven here: any non-decreasing function is a witness, and `follow` bounds its errors.
-
-    The sum of squared errors on a grid is least (dynamic time warping), from the beginning of the curve at
-    time zero to `until` at the end.
+    This is an estimate, not a proof: any non-decreasing function is a witness, and `follow` bounds its
+    errors. It minimises the sum of squared errors on a grid (dynamic time warping), from the beginning of the
+    curve at time zero to `until` at the end.
     """
     times = np.linspace(0.0, motion.duration, TIMES)
     s = errors.candidate_fractions(until)
@@ -298,10 +299,9 @@ def nearest_progress(errors: Errors, motion: Motion, until: float) -> tuple[Floa
 
 
 def refined(errors: Errors, times: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
-    """Move points along the curve to where the frame is nearest, between bounds; all of shape (c,).
+    """Move points along the curve to the nearest points of the frame, between bounds; all of shape (c,).
 
-    Where the curve has a kink between the bounds, both sides of it are tried: beyond a sharp corner the
-    other leg may be near too.
+    Both sides of a kink between the bounds are tried, as either leg may be nearer at a sharp corner.
     """
     edges, frame = errors.places.edges, errors.frame(times)
     last = len(edges) - 1
@@ -316,7 +316,7 @@ def refined(errors: Errors, times: Floats, s: Floats, low: Floats, high: Floats)
 
 
 def _nearest(errors: Errors, frame: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
-    """Newton's method between bounds; a step that brings the frame no nearer is shortened."""
+    """Apply Newton's method between bounds; shorten steps that do not reduce the distance."""
     weights = errors.weights
     found, share = s.copy(), np.ones(len(s))
     off = (frame - errors.curve(found)) * weights
@@ -335,14 +335,14 @@ def _nearest(errors: Errors, frame: Floats, s: Floats, low: Floats, high: Floats
 
 
 PIECES = 4
-"""Into how many parts an interval without proof is cut."""
+"""Number of parts into which an unproven interval is cut."""
 MOST_INTERVALS = 400_000
-"""Intervals examined before the search for a proof is given up."""
+"""Intervals after which the search for a proof ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Span:
-    """Intervals of time and of the curve, each of shape (c,)."""
+    """Intervals of time and of arc length, each of shape (c,)."""
 
     begin: Floats
     end: Floats
@@ -355,12 +355,12 @@ class _Span:
 
 @dataclass(frozen=True, eq=False)
 class CurveFinding:
-    """What is known of the distance from a curve over all times.
+    """Distance from a curve over all times.
 
     Attributes:
         worst: Largest measured error of position [m] and rotation [rad], shape (2,).
-        time: When each was measured, shape (2,) [s].
-        unproven: Of each the first interval without proof, if there is one.
+        time: Times of these measurements, shape (2,) [s].
+        unproven: First interval without a proof for each, if any.
     """
 
     worst: Floats
@@ -417,10 +417,10 @@ def _check(
 
 
 def follow(requirement: FollowsCurve, motion: Motion) -> CurveFinding:
-    """Find a non-decreasing witness s(t) of how far along the curve the frame is, and bound its errors.
+    """Find a non-decreasing witness s(t) of the frame's progress along the curve, and bound its errors.
 
-    The witness is straight between times. With h the length of an interval of time and f the difference of
-    the placements of the frame and of the curve at s(t), |f| is at most its largest value at the two ends,
+    The witness is linear between times. With h the length of a time interval and f the difference of the
+    placements of the frame and of the curve at s(t), |f| is at most its largest value at the two ends,
     plus h^2 / 8 times a bound of its second derivative, plus h / 4 times the jumps of its first derivative
     at kinks of the curve.
     """
@@ -467,7 +467,7 @@ def _errors(requirement: FollowsCurve, motion: Motion) -> Errors:
 
 
 def _bulge(errors: Errors, moving: RelativeMotion, span: _Span) -> Floats:
-    """Bound how far errors rise inside intervals above those at their ends, shape (c, 2)."""
+    """Bound the rise of errors inside intervals above their ends, shape (c, 2)."""
     rates, length = moving.bounds(span.begin, span.end), span.end - span.begin
     bends = errors.places.bends(span.first, span.last)
     speed = ((span.last - span.first) / length)[:, None]
@@ -481,7 +481,7 @@ def _bulge(errors: Errors, moving: RelativeMotion, span: _Span) -> Floats:
 
 
 def _cut(errors: Errors, span: _Span) -> _Span:
-    """Cut intervals into equal times, and find where the frame is then, in order, between the ends."""
+    """Cut intervals into equal times; find the frame's nearest curve points then, in order."""
     part = np.arange(PIECES + 1) / PIECES
     times = span.begin[:, None] + (span.end - span.begin)[:, None] * part
     s = span.first[:, None] + (span.last - span.first)[:, None] * part
@@ -500,7 +500,7 @@ def _(requirement: FollowsCurve, motion: Motion) -> tuple[Quantity, ...]:
     tolerances = np.array((requirement.position_tolerance, errors.chord(requirement.rotation_tolerance)))
 
     def excess(frame: Floats) -> Floats:
-        """How far the tolerances are exceeded at the nearest point of the curve, shape (c,)."""
+        """Excess over the tolerances at the nearest point of the curve, shape (c,)."""
         found = np.full(len(frame), np.inf)
         for place in curve:
             over = errors.lengths(frame - place) - tolerances

@@ -36,16 +36,16 @@ def _(requirement: DistanceBetween, motion: Motion) -> tuple[Quantity, ...]:
 def range_quantities(
     moving: RelativeMotion, origin: Floats, *, subject: str, lower: float, upper: float
 ) -> tuple[Quantity, ...]:
-    """Return the distance of a moving point as one number for each of its bounds that is finite.
+    """Return the distance of a moving point as one quantity per finite bound.
 
-    With p the point as seen from the origin, of speed v and acceleration u, |p| is convex up to u, so
+    With p the point relative to the origin, of speed v and acceleration u, |p| is convex up to u, so
     between two times it exceeds neither end by more than u h^2 / 8; and its second derivative is at most u
     + v^2 / |p|, so it falls below the lower end by no more than that times h^2 / 8.
 
     Args:
-        moving: The point, seen from a reference.
-        origin: The point of the reference that it is measured from, shape (3,) [m].
-        subject: For the certificate.
+        moving: Point relative to a reference frame.
+        origin: Point of the reference frame from which distances are measured, shape (3,) [m].
+        subject: Subject of the checks.
         lower: Smallest distance; 0 for none [m].
         upper: Largest distance; inf for none [m].
     """
@@ -88,13 +88,13 @@ _THIN = 1e-3
 
 @quantities.register
 def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
-    """The gap between a line and each convex part, along one direction.
+    """Return the gap between a line and each convex part, along one direction.
 
     In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c
-    and p of the line, less how far the part reaches along n. It bounds the distance from below for every n;
+    and p of the line, minus the support of the part along n. It bounds the distance from below for every n;
     Coal only proposes n. While the ends move the gap shrinks by no more than they move, and by no more than
-    the bulge below the smaller of its values at two times. Dynamic obstacles count where they are at each
-    time, and the gap is less the error of their prediction.
+    the bulge below the smaller of its values at two times. Dynamic obstacles are placed by time, and the gap
+    is reduced by their prediction error.
     """
     found: list[Quantity] = []
     motion = motion.among
@@ -112,14 +112,14 @@ def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
 
 @check_requirement.register
 def _(requirement: LineOfSight, motion: Motion, when: When) -> tuple[Check, ...]:
-    """Judge every part; report the tightest if all hold, else each that does not."""
+    """Judge every part; report the tightest if all hold, otherwise each that does not."""
     found = checks_of(quantities(requirement, motion), motion.among, when)
     failed = tuple(check for check in found if not check.holds)
     return failed or tuple(sorted(found, key=lambda check: check.slack or 0.0)[:1])
 
 
 def _error(motion: Motion, name: str) -> float:
-    """Return how far an object may be off its track until a motion is over [m]."""
+    """Return the largest prediction error of an object during a motion [m]."""
     carrier = motion.reduced.scene.carrier(name)
     prediction = None if carrier is None else motion.reduced.scene.object(carrier).timing.motion
     return 0.0 if prediction is None else prediction.error_at(motion.clock + motion.duration)
@@ -155,7 +155,7 @@ def _quantity(
 
 
 class _Part:
-    """A convex part of an object that may be off by an error [m], and lines in its frame, (c, 2, 3) [m]."""
+    """A convex part of an object with a prediction error [m], and lines in its frame, (c, 2, 3) [m]."""
 
     def __init__(self, shape: Shape, where: Placement, error: float) -> None:
         self._shape, self._where, self._error = shape, where, error
@@ -170,7 +170,7 @@ class _Part:
         return ends - support(self._shape, directions @ self._where.rotation)
 
     def directions(self, lines: Floats) -> Floats:
-        """Propose directions from the part to the lines along which the gap is large, shape (c, 3)."""
+        """Propose directions from the part to the lines with a large gap, shape (c, 3)."""
         found = np.empty((len(lines), 3))
         if isinstance(self._shape, Plane):
             found[:] = self._where.rotation[:, 2]
@@ -189,7 +189,7 @@ class _Part:
 
 
 def _axes(way: Floats) -> Floats:
-    """Return a rotation whose third column points along a vector, by reflecting z twice."""
+    """Return a rotation with a given third column, by reflecting z twice."""
     length = float(np.linalg.norm(way))
     if length < 1e-12:
         return np.eye(3)
@@ -202,10 +202,10 @@ def _axes(way: Floats) -> Floats:
 
 
 def support(shape: Shape, directions: Floats) -> Floats:
-    """Return how far a shape reaches along directions, from its own origin.
+    """Return the support function of a shape.
 
     Args:
-        shape: The shape; a mesh reaches as far as its convex hull, a plane infinitely far.
+        shape: Shape; a mesh counts as its convex hull, a plane has infinite support.
         directions: Unit vectors in the shape's frame, shape (c, 3).
 
     Returns:

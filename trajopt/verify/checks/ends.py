@@ -1,8 +1,8 @@
-"""The ends of a motion: its start, its end, its deadline, and goals that time moves.
+"""Ends of a motion: start, end, deadline, and moving goals.
 
-A motion that meets a goal that moves ends in motion. It has followed the goal for as long as it is asked to
-stay with it: in all of that time the placement is proven, and at its first and last moment the velocity, but
-along and about axes that the placement leaves free.
+A motion that meets a moving goal ends in motion and has followed the goal for the dwell time: the placement
+is proven for all of this time, the relative velocity at its first and last instant, except along and about
+axes that the placement leaves free.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class _End:
-    """A size at one end of the motion, of each joint, and the most that is accepted."""
+    """A quantity of each joint at one end of the motion, and its accepted bound."""
 
     name: str
     sizes: Floats
@@ -43,23 +43,23 @@ class _End:
 
 @dataclass(frozen=True, eq=False)
 class EndCriterion(Criterion):
-    """The start and, where the trajectory states velocities, those at both ends.
+    """Start state, and velocities at both ends if the trajectory has velocities.
 
     Attributes:
-        motion: The motion.
-        specification: Where it starts, and how fast and with which acceleration; accelerations are not judged
-            where there are none, or zeros, but for the jumps that a limit of jerk forbids.
+        motion: Motion.
+        specification: Start positions, velocities and accelerations. Zero or missing accelerations are not
+            judged, apart from jumps under a jerk limit.
     """
 
     motion: Motion
     specification: Specification
 
     def holds(self) -> bool:
-        """Decide it; without the names and units of a certificate."""
+        """Decide the criterion without the names and units of a certificate."""
         return all(end.sizes.max() <= end.bound for end in self._ends())
 
     def measure(self) -> Iterator[Check]:
-        """State the joint that is farthest off, for each end."""
+        """Return the joint with the largest deviation for each end."""
         for end in self._ends():
             yield _check(self.motion, end)
 
@@ -81,7 +81,7 @@ class EndCriterion(Criterion):
             yield _End("start acceleration", off, options.start_acceleration_error, 0.0, 2)
 
     def _off_start(self) -> Floats:
-        """Return how far each joint of the group is from where it has to start, shape (n,) [rad | m]."""
+        """Return the distance of each joint of the group from its start, shape (n,) [rad | m]."""
         start, motion = self.specification.start_positions, self.motion
         return np.abs(
             motion.trajectory.positions[0] - (motion.reduced.start_positions if start is None else start)
@@ -111,12 +111,12 @@ def _check(motion: Motion, end: _End) -> Check:
 
 @dataclass(frozen=True, eq=False)
 class DeadlineCriterion(Criterion):
-    """The deadline of a motion, if it has one.
+    """Deadline of a motion, if it has one.
 
     Attributes:
-        motion: The motion.
-        finish_by: When it must be at the goal, its own start being at 0 [s]; None for any time.
-        follows: How long it follows a goal that moves when it ends [s]: it is there before.
+        motion: Motion.
+        finish_by: Deadline at the goal, from the motion's start [s]; None for none.
+        follows: Time for which it follows a moving goal at its end [s]; it arrives earlier by this time.
     """
 
     motion: Motion
@@ -124,7 +124,7 @@ class DeadlineCriterion(Criterion):
     follows: float = 0.0
 
     def measure(self) -> Iterator[Check]:
-        """State when the motion is at its goal."""
+        """Return the time of arrival at the goal."""
         if self.finish_by is None:
             return
         there = self.motion.duration - self.follows
@@ -147,18 +147,18 @@ class DeadlineCriterion(Criterion):
 
 @dataclass(frozen=True, eq=False)
 class PredictionCriterion(Criterion):
-    """Whether every prediction that ends covers the motion.
+    """Coverage of the motion by predictions of finite duration.
 
     Attributes:
-        motion: The motion.
-        timings: Of the objects that change with time.
+        motion: Motion.
+        timings: Timings of the dynamic obstacles.
     """
 
     motion: Motion
     timings: Mapping[str, Timing]
 
     def measure(self) -> Iterator[Check]:
-        """State, for each prediction that ends, until when it is known and how long it is needed."""
+        """Return the end of each finite prediction and the time for which it is needed."""
         motion, needed = self.motion, self.motion.duration
         for name, timing in self.timings.items():
             if timing.motion is None or timing.motion.until == inf:
@@ -181,17 +181,17 @@ class PredictionCriterion(Criterion):
 
 
 _MOMENT = 1e-9
-"""Velocities of tracks may jump at their times: they are taken so long inside what is asked about [s]."""
+"""Offset into an interval at which track velocities are evaluated, as they may jump at knots [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeetingCriterion(Criterion):
-    """The goals that time moves: the motion meets them, and stays with them.
+    """Moving goals: the motion meets and follows them.
 
     Attributes:
-        motion: Among what changes with time.
-        followed: The goals that time moves.
-        dwell: How long it has to have followed them when it ends [s].
+        motion: Motion among dynamic obstacles.
+        followed: Moving goals.
+        dwell: Time for which it follows them at its end [s].
     """
 
     motion: Motion
@@ -199,7 +199,7 @@ class MeetingCriterion(Criterion):
     dwell: float
 
     def measure(self) -> Iterator[Check]:
-        """State the placement and the speed relative to each goal."""
+        """Return placement and speed relative to each goal."""
         motion = self.motion
         begin = motion.duration - self.dwell
         if self.followed and begin < 0.0:
@@ -218,7 +218,7 @@ class MeetingCriterion(Criterion):
 
 
 def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
-    """State how fast a frame moves as seen from what it meets, at a time."""
+    """Return the check of a frame's speed relative to its goal at a time."""
     moment = min(max(time - _MOMENT, 0.0) if time >= motion.duration else time + _MOMENT, motion.duration)
     options = motion.options
     moves, turns = relative_speeds(goal, motion, moment)
@@ -243,12 +243,12 @@ def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
 
 @singledispatch
 def relative_speeds(goal: Requirement, motion: Motion, time: float) -> tuple[float, float]:
-    """Return the speeds of a frame and of its rotation relative to a goal that moves [m/s, rad/s].
+    """Return linear and angular speed of a frame relative to a moving goal [m/s, rad/s].
 
     Args:
-        goal: The goal; each kind that can move registers its own speeds.
-        motion: Among dynamic obstacles.
-        time: By the motion's own time [s].
+        goal: Goal; each kind that can move registers its own function.
+        motion: Motion among dynamic obstacles.
+        time: Time of the motion [s].
 
     Raises:
         ProblemError: If goals of this kind cannot move.

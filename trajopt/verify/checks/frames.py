@@ -125,10 +125,10 @@ def rotation_error(rotation: Floats, requirement: FramePlacement) -> Floats:
 
 
 def rotation_vectors(rotation: Floats) -> Floats:
-    """Return axis times angle of rotations, (c, 3, 3) -> (c, 3) [rad].
+    """Return rotation vectors (axis times angle) of rotations, (c, 3, 3) -> (c, 3) [rad].
 
-    The skew part of a rotation is the axis times the sine; beyond a right angle, where that says little of
-    the axis, the rest is its square times one minus the cosine.
+    The skew part of a rotation is the axis times the sine. Beyond a right angle it determines the axis
+    poorly, so the symmetric part is used.
     """
     skew = 0.5 * (rotation - rotation.swapaxes(1, 2))[:, (2, 0, 1), (1, 2, 0)]
     sine, cosine = np.linalg.norm(skew, axis=1), 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0)
@@ -146,8 +146,8 @@ def rotation_vectors(rotation: Floats) -> Floats:
 def euler_angles(rotation: Floats, tolerance: Floats) -> Floats:
     """Return intrinsic x-y-z Euler angles of rotations, (c, 3, 3) -> (c, 3) [rad].
 
-    Where the second angle is a right angle only the sum or difference of the others is determined;
-    it is given to the first, or to the third if the first's tolerance would not hold (MoveIt's rule).
+    If the second angle is a right angle, only the sum or difference of the others is determined; it is
+    assigned to the first, or to the third if the first's tolerance would not hold (MoveIt's rule).
     """
     cosine = np.hypot(rotation[:, 0, 0], rotation[:, 0, 1])
     angles = np.stack(
@@ -177,10 +177,10 @@ def _prove(
     """Prove that three sizes stay below their tolerances, at the end or at all times.
 
     Args:
-        motion: The motion.
-        moving: The frame, seen from the reference.
+        motion: Motion.
+        moving: Frame relative to the reference.
         when: At the end or at all times.
-        tolerance: Of the three sizes, shape (3,).
+        tolerance: Tolerances of the three sizes, shape (3,).
         sizes: Sizes at rotations (c, 3, 3) and points (c, 3), shape (c, 3).
         changes: Bounds on the change from the middle and on the bulge over the chord between the
             ends, each of shape (c, 3), given the sizes in the middle and bounds on rates.
@@ -248,7 +248,7 @@ def _twist(angle: Floats) -> Floats:
 
 
 def _euler_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:
-    """Bound changes of Euler angles; nothing is known once the second may be a right angle."""
+    """Bound changes of Euler angles; infinite once the second may be a right angle."""
     second = middle[:, 1] + bounds.turn
     regular = second < np.pi / 2.0 - 1e-6
     cosine = np.cos(np.where(regular, second, 0.0))
@@ -378,7 +378,7 @@ def _angles(points: Floats, axis: Floats) -> Floats:
 
 
 def _turn(shift: Floats, distance: Floats) -> Floats:
-    """Largest turn of the direction to what moves by a shift, seen from a distance, each (c,) [rad]."""
+    """Largest turn of the direction to a point that moves by a shift, at a distance, each (c,) [rad]."""
     clear = shift < distance
     return np.where(clear, np.arcsin(np.where(clear, shift / np.where(clear, distance, 1.0), 0.0)), np.pi)
 
@@ -403,7 +403,7 @@ def _(goal: FramePlacement, motion: Motion, time: float) -> tuple[float, float]:
 def _carried(
     motion: Motion, joint: int, point: Floats, rotation: Floats, translation: Floats, rates: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the velocity of a point of the world that a joint carries, and the angular velocity, (3,)."""
+    """Return the velocity of a point moved by a joint, and the joint's angular velocity, (3,)."""
     kinematics = motion.kinematics
     velocity, turning = np.zeros(3), np.zeros(3)
     for number in kinematics.chain(joint):
@@ -417,7 +417,7 @@ def _carried(
 
 
 def _rates(motion: Motion, time: float) -> Floats:
-    """Return the velocities of all joints that move, those that time drives too, in the model's order."""
+    """Return the velocities of all joints, including those of dynamic obstacles, in the model's order."""
     rates = motion.moving(1)
     piece = min(int(np.searchsorted(rates.times, time, side="right")) - 1, len(rates.times) - 2)
     since = np.array((time - float(rates.times[piece]),))

@@ -89,7 +89,7 @@ def joint_rows(motion: Motion, joints: tuple[str, ...]) -> tuple[Floats, Floats]
     """Express positions of named joints by the group's: matrix (m, n) and offset (m,).
 
     Raises:
-        JointNotFound: If a name is no movable joint of the robot.
+        JointNotFound: If a name is not a movable joint of the robot.
     """
     reduced = motion.reduced
     index = reduced.scene.robot.index(joints)
@@ -178,7 +178,7 @@ def _(requirement: GravityTorque, motion: Motion, when: When) -> tuple[Check, ..
 
 
 def _shares(motion: Motion, times: Floats) -> Floats:
-    """Torque at rest of each of the group's joints, as a share of its limit, shape (c, n)."""
+    """Return the gravity torque of each of the group's joints as a share of its limit, shape (c, n)."""
     return np.abs(torques_at_rest(motion.kinematics, motion.trajectory(times))) / motion.reduced.limits.effort
 
 
@@ -218,7 +218,7 @@ def _smallest(matrices: Floats) -> Floats:
 
 
 class _Columns:
-    """The Jacobian of a frame, column by column of the chain that moves it."""
+    """The Jacobian of a frame, by columns of the joints that move it."""
 
     def __init__(self, requirement: SingularityDistance, motion: Motion) -> None:
         self._motion, self._length = motion, requirement.length
@@ -238,14 +238,14 @@ class _Columns:
         return np.einsum("ckd,kn->cdn", rows, self._mimic_matrix)
 
     def change(self, middle: Floats, moved: Floats) -> Floats:
-        """Bound the norm of the change while joints leave where they are at `middle` by `moved`.
+        """Bound the norm of the change while joints move from their positions at `middle` by `moved`.
 
         Args:
             middle: Times, shape (c,) [s].
-            moved: By joint of the model, shape (c, joints) [rad | m].
+            moved: Joint travel, shape (c, joints of the model) [rad | m].
 
         Returns:
-            Bound of the Frobenius norm, which bounds that of singular values, shape (c,).
+            Bound of the Frobenius norm, which bounds the change of singular values, shape (c,).
         """
         _, arm = self._axes(middle)
         delta = moved[:, list(self._chain)]
@@ -265,7 +265,7 @@ class _Columns:
         return np.linalg.norm(size @ np.abs(self._mimic_matrix), axis=1)
 
     def _axes(self, times: Floats) -> tuple[Floats, Floats]:
-        """Return axes and arms to the point of the chain's joints, in the world, (c, k, 3) each."""
+        """Return axes and lever arms to the point, for the chain's joints in the world, (c, k, 3) each."""
         poses, chain = self._motion.poses(times), list(self._chain)
         point = poses.rotation[:, self._joint] @ self._point + poses.translation[:, self._joint]
         own = self._motion.kinematics.axes[chain]

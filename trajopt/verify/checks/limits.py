@@ -1,4 +1,4 @@
-"""Limits of joints: position, velocity, acceleration and jerk, judged at all times."""
+"""Joint limits: position, velocity, acceleration and jerk, judged at all times."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,17 +19,16 @@ from trajopt.verify.kernel.motion import Motion
 
 
 def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLimits:
-    """Return limits of all joints that move, in the model's order.
+    """Return limits of all movable joints, in the model's order.
 
-    Those of mimic joints are the robot's as they are stated, not what follows from them for the joints
-    that they follow.
+    Limits of mimic joints are the robot's own, not derived from the limits of their source joints.
 
     Args:
-        reduced: The model.
-        limits: Of the group's joints, or of all that move; the robot's where None or not named.
+        reduced: Reduced model.
+        limits: Limits of the group's joints, or of all movable joints; the robot's by default.
 
     Raises:
-        ProblemError: If they are of other joints.
+        ProblemError: If they belong to other joints.
     """
     moving = reduced.moving_joints
     if limits is not None and limits.joint_names == moving:
@@ -60,7 +59,7 @@ def _stated(reduced: ReducedModel) -> JointLimits:
 
 
 def group_part(reduced: ReducedModel, limits: JointLimits) -> JointLimits:
-    """Return those of the group's joints, of limits of all joints that move."""
+    """Select the limits of the group's joints from the limits of all movable joints."""
     moving = reduced.moving_joints
     if moving == reduced.joint_names:
         return limits
@@ -68,7 +67,7 @@ def group_part(reduced: ReducedModel, limits: JointLimits) -> JointLimits:
 
 
 def joint_words(reduced: ReducedModel, joint: str) -> str:
-    """Return a joint's name, and of a mimic joint which one it follows."""
+    """Return a joint's name, and for a mimic joint its source joint."""
     mimic = reduced.scene.robot.mimics.get(joint)
     return joint if mimic is None else f"{joint}, which follows {mimic.source},"
 
@@ -78,14 +77,14 @@ QUANTITIES = ("joint position", "velocity", "acceleration", "jerk")
 
 @dataclass(frozen=True, eq=False)
 class _Tightest:
-    """For each joint the value that is nearest to its limit, or farthest beyond it.
+    """For each joint the value nearest to its limit, or farthest beyond it.
 
     Attributes:
         values: Shape (n,).
         times: Shape (n,) [s].
-        bounds: The limit it is nearest to, shape (n,).
+        bounds: Nearest limit, shape (n,).
         slack: Shape (n,).
-        accepted: Numerical excess that is accepted, shape (n,).
+        accepted: Accepted numerical excess, shape (n,).
     """
 
     values: Floats
@@ -99,15 +98,15 @@ class _Tightest:
 class LimitCriterion(Criterion):
     """Position, velocity, acceleration and jerk limits of joints.
 
-    Extremes of polynomials are exact to rounding, so the checks hold for every time. A linear
-    trajectory states no acceleration, and so no jerk. Where jerk is limited the acceleration must not jump
-    either, not even from what it is before the motion, or to the rest after it.
+    Extremes of polynomials are exact to rounding, so the checks hold at all times. A linear trajectory has no
+    acceleration or jerk. Under a jerk limit the acceleration must not jump either, including at the start
+    (from the acceleration before it) and at the end (to rest).
 
     Attributes:
-        motion: The motion.
-        limits: Limits of all joints that move, mimic joints too, in the model's order.
-        start_accelerations: Of the group's joints before the motion, shape (n,) [rad/s^2 | m/s^2]; none when
-            None.
+        motion: Motion.
+        limits: Limits of all movable joints, including mimic joints, in the model's order.
+        start_accelerations: Accelerations of the group's joints before the motion, shape (n,)
+            [rad/s^2 | m/s^2]; zero by default.
     """
 
     motion: Motion
@@ -115,7 +114,7 @@ class LimitCriterion(Criterion):
     start_accelerations: Floats | None
 
     def holds(self) -> bool:
-        """Decide it by bounds of the polynomials, or by their extremes if these bounds prove nothing."""
+        """Decide the criterion by bounds of the polynomials, or else by their extremes."""
         motion, before = self.motion, self.start_accelerations
         bands, matrix, position = _bands(self.limits), motion.reduced.mimic_matrix, motion.moving(0)
         judged, excess = bands.judged if motion.differentiable else 2, motion.options.excess
@@ -134,7 +133,7 @@ class LimitCriterion(Criterion):
         )
 
     def measure(self) -> Iterator[Check]:
-        """State the tightest joint of each limit; where one is passed, every joint that passes it."""
+        """Return the tightest joint of each limit, or every joint that violates it."""
         motion, limits = self.motion, self.limits
         for order, (lower, upper) in enumerate(_ranges(motion, limits)):
             jumps = _jumps(motion, limits, self.start_accelerations) if order == 3 else []
@@ -143,16 +142,15 @@ class LimitCriterion(Criterion):
 
 @dataclass(frozen=True, eq=False)
 class _Bands:
-    """Limits one below the other.
+    """Limits of each derivative order.
 
     Attributes:
-        lower: Of position, velocity, acceleration and jerk, shape (4, n).
-        upper: Likewise.
-        sizes_below: What an excess over lower limits is relative to, likewise.
-        sizes_above: The same over upper limits.
-        judged: How many of them are judged, of a motion that has all: jerk only where it is limited.
-        jumps: What an excess over no jump of the acceleration is relative to, shape (n,); of no length where
-            jerk is not limited.
+        lower: Lower limits of position, velocity, acceleration and jerk, shape (4, n).
+        upper: Upper limits, shape (4, n).
+        sizes_below: Scale of the accepted excess over lower limits, shape (4, n).
+        sizes_above: Scale of the accepted excess over upper limits, shape (4, n).
+        judged: Number of judged orders of a smooth motion: jerk only if it is limited.
+        jumps: Scale of accepted jumps of the acceleration, shape (n,); empty without jerk limits.
     """
 
     lower: Floats
@@ -175,15 +173,15 @@ def _bands(limits: JointLimits) -> _Bands:
 
 
 def _jump_scale(limits: JointLimits) -> Floats:
-    """Return the measure of jumps of the acceleration, shape (n,).
+    """Return the scale of jumps of the acceleration, shape (n,).
 
-    A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.
+    A mimic joint may have only a jerk limit; the scale is then the acceleration reached in a second.
     """
     return np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
 
 
 def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Floats]]:
-    """Yield the bounds of the positions, and of each derivative that is judged."""
+    """Yield the bounds of the positions and of each judged derivative."""
     yield limits.lower, limits.upper
     yield -limits.velocity, limits.velocity
     if motion.differentiable:
@@ -193,13 +191,13 @@ def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Float
 
 
 def _accepted(motion: Motion, order: int, bounds: Floats) -> Floats:
-    """Return the numerical excess over bounds that is accepted."""
+    """Return the accepted numerical excess over bounds."""
     sizes = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
     return motion.options.excess * (np.maximum(sizes, 1.0) if order == 0 else sizes)
 
 
 def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | None) -> list[Check]:
-    """State the largest jump of the acceleration of each joint whose jerk is limited, if there is any."""
+    """Return checks of the largest jump of the acceleration of each joint with a jerk limit."""
     off = np.array(motion.acceleration_jumps)
     if start_accelerations is not None:
         off[0] -= start_accelerations
@@ -235,7 +233,7 @@ def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | No
 
 
 def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[Check]:
-    """Judge one derivative: the tightest joint first, then every other that passes its limit."""
+    """Judge one derivative: the tightest joint first, then every other joint that violates its limit."""
     found = _tightest(motion, order, lower, upper)
     scale = np.ones(len(lower)) if order == 0 else np.maximum(upper, 1e-12)
     relative = found.slack / np.where(np.isfinite(scale), scale, 1.0)

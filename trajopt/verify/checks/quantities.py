@@ -1,8 +1,8 @@
-"""From a requirement, which is plain data, to the judge's own check of it.
+"""Checks of requirements.
 
-Most kinds of requirements bound numbers, and register what these are (`quantities`): a number with a bound
-over intervals is proven at all times, and a waypoint is where all numbers are within their bounds. A kind
-with a check of another form registers that (`check_requirement`).
+Most kinds of requirements bound numbers, and register them as `quantities`: a number with a bound over
+intervals is proven at all times, and a waypoint is passed when all its numbers are within their bounds. A
+kind whose check has another form registers it as `check_requirement`.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ from trajopt.verify.kernel.motion import Motion, sampled_times
 
 
 class When(Enum):
-    """When a requirement has to hold."""
+    """Time at which a requirement has to hold."""
 
     END = "goal"
     ALWAYS = "path"
@@ -32,7 +32,7 @@ class Component:
     """One number of a requirement at its tightest moment.
 
     Attributes:
-        name: Which number, as words.
+        name: Name of the number.
         value: Its size [unit].
         tolerance: Its largest accepted size [unit].
     """
@@ -43,7 +43,7 @@ class Component:
 
 
 def tightest(names: tuple[str, ...], values: Floats, tolerances: Floats) -> Component:
-    """Return the number that is nearest to, or farthest beyond, its tolerance."""
+    """Return the number nearest to its tolerance, or farthest beyond it."""
     at = int(np.argmax(values - tolerances))
     return Component(names[at], float(values[at]), float(tolerances[at]))
 
@@ -57,15 +57,15 @@ def requirement_check(
     component: Component,
     proof: Proof,
 ) -> Check:
-    """State a requirement whose numbers must stay below tolerances as a check.
+    """Return the check of a requirement whose numbers must stay below tolerances.
 
     Args:
         when: When it has to hold.
-        kind: What is required, such as "position".
-        subject: The frame.
+        kind: Kind of the number, such as "position".
+        subject: Frame.
         unit: Unit of the number.
-        component: The tightest number at the tightest time.
-        proof: What is known of all times.
+        component: Tightest number at the tightest time.
+        proof: Result over all times.
     """
     here, accepted = in_unit_apart(component.value, component.tolerance, unit)
     many = f"{component.name} is {here}, {accepted} is accepted"
@@ -86,33 +86,35 @@ def requirement_check(
 
 
 def proof_at_end(motion: Motion, excess: float) -> Proof:
-    """State what the excess at the end proves."""
+    """Return the proof that follows from the excess at the end."""
     evidence = Evidence.PROVEN if excess <= motion.options.excess else Evidence.SAMPLED
     return Proof(evidence, motion.duration, None)
 
 
 _MOMENT = 1e-6
-"""Length of the motion that stands for one moment [s]."""
+"""Duration of the motion that represents one moment [s]."""
 
 Bound = Callable[[Floats, Floats, Floats], Floats]
-"""Begin and end of intervals, (c,) each [s], and the states at begin, middle and end, (3, c, ...) -> what
-the excess (the number less its bound, or the other way round for a least one) stays below, (c,)."""
+"""Begin and end of intervals, (c,) each [s], and the states at begin, middle and end, (3, c, ...) -> upper
+bound of
+the excess (the number minus its bound, or the reverse for a lower bound), (c,).
+"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Quantity:
-    """A number along a motion, and the bound that it must not pass.
+    """A number along a motion, with a bound.
 
     Attributes:
-        kind: What is required, such as "region".
-        name: Which number, as words.
-        subject: The frame or joint.
+        kind: Kind of the number, such as "region".
+        name: Name of the number.
+        subject: Frame or joint.
         unit: Unit of number and bound.
-        limit: The bound.
-        least: Whether the number must not fall below the bound; it must not exceed it otherwise.
-        states: Times (c,) -> what the number is computed from, shape (c, ...).
-        number: Such states -> the number, shape (c,).
-        bound: Bounds the excess over intervals; None where nothing is proven and samples must do.
+        limit: Bound.
+        least: Whether the bound is a lower one.
+        states: Times (c,) -> state from which the number is computed, shape (c, ...).
+        number: States -> number, shape (c,).
+        bound: Bounds the excess over intervals; None if the number is only sampled.
     """
 
     kind: str
@@ -126,7 +128,7 @@ class Quantity:
     least: bool = False
 
     def excess(self, states: Floats) -> Floats:
-        """Return by how much the bound is passed, negative when it is not, shape (c,)."""
+        """Return the violation of the bound, negative if it holds, shape (c,)."""
         over = self.number(states) - self.limit
         return -over if self.least else over
 
@@ -184,15 +186,16 @@ def checks_of(quantities: Sequence[Quantity], motion: Motion, when: When) -> tup
 def quantities(requirement: Requirement, motion: Motion) -> tuple[Quantity, ...]:
     """Return the numbers that a requirement bounds, along a motion.
 
-    A kind that registers only a check is judged by that check at each moment, without a proof in between.
+    A kind that registers only a check is judged by that check at each moment, without a proof between
+    moments.
 
     Args:
-        requirement: The requirement; each kind registers its own numbers.
-        motion: The motion.
+        requirement: Requirement; each kind registers its own numbers.
+        motion: Motion.
 
     Raises:
         ProblemError: If the kind registers neither numbers nor a check.
-        NameNotFound: If the requirement names what does not exist.
+        NameNotFound: If the requirement names an unknown frame, joint or object.
     """
     kind = type(requirement)
     _load(kind)
@@ -219,7 +222,7 @@ def quantities(requirement: Requirement, motion: Motion) -> tuple[Quantity, ...]
 
 
 def _load(kind: type[Requirement]) -> None:
-    """Import the check of a kind of requirement: of this library by its subject, or of installed packages."""
+    """Import the check of a kind of requirement, built-in or from an installed package."""
     if not (has(quantities, kind) or has(check_requirement, kind)):
         import_subject(kind, "trajopt.verify.checks")
     if not (has(quantities, kind) or has(check_requirement, kind)):
@@ -234,16 +237,16 @@ def _excess(check: Check) -> float:
 
 @singledispatch
 def check_requirement(requirement: Requirement, motion: Motion, when: When) -> tuple[Check, ...]:
-    """Check a requirement on a motion: its numbers, unless its kind registers a check of another form.
+    """Check a requirement on a motion by its numbers, or by its kind's own check.
 
     Args:
-        requirement: The requirement.
-        motion: The motion.
+        requirement: Requirement.
+        motion: Motion.
         when: Whether it has to hold at the end or at all times.
 
     Raises:
         ProblemError: If the kind registers neither numbers nor a check.
-        NameNotFound: If the requirement names what does not exist.
+        NameNotFound: If the requirement names an unknown frame, joint or object.
     """
     kind = type(requirement)
     _load(kind)

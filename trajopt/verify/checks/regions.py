@@ -72,14 +72,14 @@ def _distance(member: Member) -> Callable[[Floats], Floats]:
 
 
 def _corner(*over: Floats) -> Floats:
-    """Combine distances from faces at right angles, negative inside, to that from the solid."""
+    """Combine distances from perpendicular faces, negative inside, to the distance from the solid."""
     inside = np.minimum(np.max(over, axis=0), 0.0)
     return np.sqrt(sum(np.maximum(one, 0.0) ** 2 for one in over)) + inside
 
 
 @quantities.register
 def _(requirement: PointOnArc, motion: Motion) -> tuple[Quantity, ...]:
-    """The distance of a point from an arc.
+    """Return the distance of a point from an arc.
 
     The distance changes by no more than the point moves. While the point is certainly abreast of the arc,
     the distance is the length of (r - R, z); with speed v and acceleration u the second derivative of that
@@ -115,7 +115,7 @@ def _(requirement: PointOnArc, motion: Motion) -> tuple[Quantity, ...]:
 
 
 def _from_arc(arc: PointOnArc, points: Floats) -> Floats:
-    """Distance of points (c, 3), seen from the circle, from the arc, shape (c,) [m]."""
+    """Return the distance of points (c, 3) in the circle's frame from the arc, shape (c,) [m]."""
     x, y, z = points.T
     ring = np.hypot(np.hypot(x, y) - arc.radius, z)
     ends = [
@@ -127,7 +127,7 @@ def _from_arc(arc: PointOnArc, points: Floats) -> Floats:
 
 
 def _abreast(arc: PointOnArc, points: Floats, shift: Floats) -> Bools:
-    """Say which points (c, 3) stay between the ends of the arc while they move by up to a shift (c,)."""
+    """Whether points (c, 3) stay between the ends of the arc while they move by up to a shift (c,)."""
     radius = np.hypot(points[:, 0], points[:, 1])
     clear = shift < 0.5 * radius
     turn = np.arcsin(np.where(clear, shift / np.maximum(radius, 1e-12), 0.0))

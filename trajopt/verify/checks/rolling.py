@@ -1,10 +1,10 @@
-"""The judge's check of a base on two driven wheels: they roll, and do not slide sideways.
+"""Check that the wheels of a differential-drive base roll without sliding sideways.
 
-The wheels follow only the forward speed and the yaw rate of a planned motion. Turned as planned, without
-correction, they carry the base along a motion of the same yaw whose velocity lacks the part s(t) across the
-heading. So the base drifts from the plan by e(t), the integral of s from the start: a property of the path
-that no timing changes. It is bounded at all times: over an interval of length h by the middle's value times h
-but for h^3 / 24 times a bound of the second derivative of s.
+The wheels follow only the forward speed and the yaw rate of a planned motion. Driven as planned, without
+correction, they move the base with the same yaw, but without the velocity s(t) across the heading. So the
+base drifts from the plan by e(t), the integral of s from the start: a property of the path that no timing
+changes. It is bounded at all times: over an interval of length h by the middle's value times h, with an error
+of at most h^3 / 24 times a bound of the second derivative of s.
 """
 
 from collections.abc import Iterator
@@ -19,22 +19,22 @@ from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.motion import Motion
 
 _FIRST_CUTS = 8
-"""Intervals of each piece of a trajectory at first; doubled until the answer is certain."""
+"""Initial intervals per piece of a trajectory; doubled until the result is decisive."""
 _MOST_INTERVALS = 200_000
 
 _EXACT = 0.01
-"""Error of the value that is reported, as a share of what is accepted."""
+"""Accepted error of the reported value, as a share of the bound."""
 
 
 @dataclass(frozen=True)
 class _Straying:
-    """How far a base drifts at most.
+    """Drift of a base.
 
     Attributes:
-        measured: At the ends of intervals [m].
-        error: How far that may be off [m].
-        beside: By how much more it may be within an interval [m].
-        time: When it was measured [s].
+        measured: Largest drift at ends of intervals [m].
+        error: Error of the measurement [m].
+        beside: Largest further drift within an interval [m].
+        time: Time of the measurement [s].
     """
 
     measured: float
@@ -44,27 +44,27 @@ class _Straying:
 
     @property
     def most(self) -> float:
-        """What it stays below at all times [m]."""
+        """Upper bound of the drift at all times [m]."""
         return self.measured + self.error + self.beside
 
     def decides(self, accepted: float) -> bool:
-        """Whether this decides if a bound is kept, and by how much."""
+        """Whether it decides a bound, with the accepted error."""
         kept = self.most <= accepted
         return self.error <= _EXACT * accepted and (kept or self.measured - self.error > accepted)
 
 
 @dataclass(frozen=True, eq=False)
 class RollingCriterion(Criterion):
-    """How far a base whose wheels have to roll drifts from a motion; other bases have no such check.
+    """Drift of a differential-drive base from its planned motion; other bases pass without a check.
 
     Attributes:
-        motion: The motion.
+        motion: Motion.
     """
 
     motion: Motion
 
     def measure(self) -> Iterator[Check]:
-        """State the drift, with the intervals cut until it is certain."""
+        """Return the drift; intervals are cut until the result is decisive."""
         motion, reduced = self.motion, self.motion.reduced
         base = reduced.scene.robot.base
         if not base.rolls or not set(base.joints) <= set(reduced.joint_names):
@@ -102,7 +102,7 @@ class RollingCriterion(Criterion):
 
 
 def _straying(motion: Motion, places: tuple[int, int, int], cuts: int) -> _Straying:
-    """Integrate the velocity across the heading, on each piece of the trajectory cut evenly."""
+    """Integrate the velocity across the heading, on evenly cut pieces of the trajectory."""
     times = motion.trajectory.times
     share = np.arange(cuts) / cuts
     begin = (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

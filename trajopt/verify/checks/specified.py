@@ -1,4 +1,4 @@
-"""Goals, constraints, waypoints and constraints in user code."""
+"""Checks of goals, constraints, waypoints and user code."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from trajopt.verify.specification import SampledCheck, Specification
 
 
 def sampled_check(check: SampledCheck, motion: Motion) -> Check:
-    """Judge a user's constraint at samples.
+    """Judge a constraint in user code at samples.
 
     Raises:
-        ShapeError: If it does not return numbers of a fitting shape.
+        ShapeError: If it does not return numbers of the right shape.
     """
     times = sampled_times(motion)
     returned = check.evaluate(times, motion.trajectory(times))
@@ -52,12 +52,12 @@ def sampled_check(check: SampledCheck, motion: Motion) -> Check:
 
 @dataclass(frozen=True, eq=False)
 class RequirementCriterion(Criterion):
-    """The goals that stand still, constraints, waypoints and what holds between them.
+    """Static goals, constraints, waypoints and requirements between them.
 
     Attributes:
-        motion: The motion.
-        specification: What is required.
-        followed: The goals that time moves, which are judged among what changes with time.
+        motion: Motion.
+        specification: Requirements.
+        followed: Moving goals, which are judged among dynamic obstacles.
     """
 
     motion: Motion
@@ -65,7 +65,7 @@ class RequirementCriterion(Criterion):
     followed: Sequence[Requirement]
 
     def measure(self) -> Iterator[Check]:
-        """Judge one requirement after the other."""
+        """Return the checks of all requirements."""
         motion, specification = self.motion, self.specification
         still = [goal for goal in specification.goals if not any(goal is each for each in self.followed)]
         for when, requirements in ((When.END, still), (When.ALWAYS, specification.constraints)):
@@ -81,7 +81,7 @@ def _on_the_way(
     waypoints: Mapping[str, Sequence[Requirement]],
     partial: Sequence[During[Requirement] | During[SampledCheck]],
 ) -> list[Check]:
-    """Judge waypoints, and what has to hold between them."""
+    """Judge waypoints, and the requirements between them."""
     proven: list[During[Requirement]] = []
     sampled: list[During[SampledCheck]] = []
     for part in partial:

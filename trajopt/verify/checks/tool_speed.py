@@ -1,4 +1,4 @@
-"""The judge's check of `ToolSpeed`: proven at all times, by bounds on how the velocity changes.
+"""Check of `ToolSpeed`, proven at all times by bounds on derivatives of the velocity.
 
 Over an interval of length h the velocity is within h / 2 of its middle's times a bound of its first
 derivative, and within h^2 / 8 times a bound of its second derivative of the chord between its ends, on
@@ -21,26 +21,26 @@ from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import PointMotion
 
 SAMPLES = 2001
-"""Times at which a steady speed is checked."""
+"""Number of times at which a steady speed is checked."""
 STEADY_SHARE = 0.5
-"""Share of the way that a steady speed must cover, so that it is more than two ramps."""
+"""Share of the path that a steady speed must cover, so that it is more than two ramps."""
 KINDS = (("tool speed", "m/s"), ("tool turning", "rad/s"))
 
 
 @dataclass(frozen=True, eq=False)
 class ToolSpeedCriterion(Criterion):
-    """The speeds of one tool.
+    """Speed limits of one tool.
 
     Attributes:
-        motion: The motion.
-        limited: The tool and its limits.
+        motion: Motion.
+        limited: Tool and limits.
     """
 
     motion: Motion
     limited: ToolSpeed
 
     def measure(self) -> Iterator[Check]:
-        """State the largest speeds, and how steady they are where that is required.
+        """Return the largest speeds, and their steadiness if required.
 
         Raises:
             FrameNotFound: If the frame is unknown.
@@ -55,7 +55,7 @@ class ToolSpeedCriterion(Criterion):
 
 
 def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Check:
-    """Judge that the speed does not fall between its ramps, and that the ramps are the smaller part."""
+    """Check that the speed does not fall between its ramps, and that the ramps are short enough."""
     floor = (1.0 - limited.steady) * limited.linear
     times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
     speeds = np.linalg.norm(moving.speeds(times)[0], axis=1)

@@ -1,4 +1,4 @@
-"""Torques of joints by inverse dynamics, judged at samples."""
+"""Joint torques by inverse dynamics, judged at samples."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,25 +20,25 @@ from trajopt.verify.kernel.motion import Motion, counting, steps_in_pieces
 def payload_torques(
     kinematics: Kinematics, positions: Floats, velocities: Floats, accelerations: Floats
 ) -> Floats:
-    """Return the torques that attached objects with a mass need, by d'Alembert.
+    """Return the joint torques for attached objects with a mass, by d'Alembert's principle.
 
     A centre of mass m that must accelerate by a needs the force m (a - g), and joint k bears l_k . m (a -
-    g), where l_k is the velocity that the joint gives the point at unit speed. From joint to joint
-    outwards, the acceleration of the point as if fixed to the next link grows by 2 w x (l v) + v^2 z x l +
-    a l for a turning joint of axis z, speed v and acceleration a behind a link of angular velocity w; a
-    sliding one has no second term.
+    g), where l_k is the velocity of the point at unit speed of the joint. From joint to joint outwards, the
+    acceleration of the point, taken as fixed to the next link, grows by 2 w x (l v) + v^2 z x l + a l for a
+    revolute joint of axis z, speed v and acceleration a behind a link of angular velocity w; a prismatic
+    joint has no second term.
 
     To turn with angular velocity w and acceleration u the load of moments I needs the moment I u + w x I w
-    (Euler), and a turning joint bears its part along z. From joint to joint u grows by w x (v z) + a z.
+    (Euler), and a revolute joint bears its part along z. From joint to joint u grows by w x (v z) + a z.
 
     Args:
-        kinematics: Of the arm; its model says what is carried.
-        positions: Of the group's joints, shape (s, n) [rad | m].
-        velocities: Of the model's joints, shape (s, joints) [rad/s | m/s].
-        accelerations: Of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
+        kinematics: Kinematics of the arm; its model lists the attached objects.
+        positions: Positions of the group's joints, shape (s, n) [rad | m].
+        velocities: Velocities of the model's joints, shape (s, joints) [rad/s | m/s].
+        accelerations: Accelerations of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
 
     Returns:
-        Of the model's joints, shape (s, joints) [Nm | N].
+        Torques of the model's joints, shape (s, joints) [Nm | N].
     """
     total = np.zeros(velocities.shape)
     carried = payloads(kinematics.reduced)
@@ -92,24 +92,24 @@ def _cross(first: Floats, second: Floats) -> Floats:
 
 
 SAMPLES_PER_SEGMENT = 4
-"""Fewest samples of a segment, both its ends included: accelerations may jump in between."""
+"""Fewest samples of a segment, ends included, as accelerations may jump between segments."""
 
 ROUNDING = 1e-9
-"""Accelerations that differ by this part of the largest differ by rounding."""
+"""Relative difference of accelerations that counts as rounding."""
 
 LEFT = 2e-6
-"""A joint with less than this part of its effort limit left cannot begin to move, or come to rest, there."""
+"""A joint with less than this share of its effort limit left cannot start or stop in that posture."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Overload:
-    """A joint that needs its whole effort limit, or more, to stand still.
+    """A joint whose gravity torque reaches its effort limit.
 
     Attributes:
-        joint: Its name.
-        torque: What it needs, without its sign [Nm | N].
-        limit: Its effort limit [Nm | N].
-        unit: "Nm", or "N" of a joint that slides.
+        joint: Name of the joint.
+        torque: Magnitude of the gravity torque [Nm | N].
+        limit: Effort limit [Nm | N].
+        unit: "Nm", or "N" for a prismatic joint.
     """
 
     joint: str
@@ -119,15 +119,15 @@ class Overload:
 
     @property
     def excess(self) -> float:
-        """How much is missing [Nm | N]; almost nothing where it can just be held, but not moved."""
+        """Missing torque [Nm | N]; nearly zero if the joint can just be held, but not moved."""
         return self.torque - self.limit
 
     @checked
     def words(self, where: str = "") -> str:
-        """Say how much it needs, and what it has.
+        """Describe the torque and the limit.
 
         Args:
-            where: Says where it stands still: "at the goal".
+            where: Posture, such as "at the goal".
         """
         need = f"{self.torque:.4g}"
         if need == f"{self.limit:.4g}":
@@ -140,11 +140,11 @@ class Overload:
 
 
 def overloads(kinematics: Kinematics, positions: Floats, limits: JointLimits) -> tuple[Overload, ...]:
-    """Return the joints that cannot hold still at a configuration, the one that lacks most torque first.
+    """Return the joints that cannot hold a configuration, largest missing torque first.
 
     Args:
-        kinematics: Of the arm and what it carries.
-        positions: Of the group's joints, shape (n,) [rad | m].
+        kinematics: Kinematics of the arm with attached objects.
+        positions: Positions of the group's joints, shape (n,) [rad | m].
         limits: Limits of the group's joints.
     """
     torque, effort = np.abs(torques_at_rest(kinematics, positions[None])[0]), limits.effort
@@ -164,12 +164,12 @@ def overloads(kinematics: Kinematics, positions: Floats, limits: JointLimits) ->
 
 @dataclass(frozen=True, eq=False)
 class TorqueCriterion(Criterion):
-    """The torques of joints that have an effort limit, where the trajectory implies any.
+    """Torques of joints with an effort limit, if the trajectory has accelerations.
 
-    Where the motion begins or ends at rest the arm stands still before or after, and must be held.
+    At an end at rest, the arm must also hold the posture.
 
     Attributes:
-        motion: The motion.
+        motion: Motion.
         limits: Limits of the group's joints.
     """
 
@@ -177,7 +177,7 @@ class TorqueCriterion(Criterion):
     limits: JointLimits
 
     def holds(self) -> bool:
-        """Decide it by the largest share of a limit, which the native core computes without loads."""
+        """Decide the criterion by the largest share of a limit, computed by the native core."""
         motion, limits = self.motion, self.limits
         if not _judged(motion, limits):
             return True
@@ -198,7 +198,7 @@ class TorqueCriterion(Criterion):
         return bool(largest <= 1.0 + motion.options.excess)
 
     def measure(self) -> Iterator[Check]:
-        """State the joint nearest to its limit; where one is passed, every joint that passes it."""
+        """Return the joint nearest to its limit, or every joint that violates its limit."""
         motion, limits = self.motion, self.limits
         if not _judged(motion, limits):
             return
@@ -233,7 +233,7 @@ def _judged(motion: Motion, limits: JointLimits) -> bool:
 
 
 def _shares(motion: Motion, limits: JointLimits) -> tuple[Floats, Floats, Floats]:
-    """Return times, (s,) [s], torques, (s, n) [Nm | N], and which part of its limit each is, (s, n)."""
+    """Return times, (s,) [s], torques, (s, n) [Nm | N], and torques as shares of the limits, (s, n)."""
     (times, states), (rests, at) = _samples(motion), _ends(motion)
     still = np.zeros_like(at)
     states = [np.concatenate(parts) for parts in zip(states, (at, still, still), strict=True)]
@@ -243,18 +243,18 @@ def _shares(motion: Motion, limits: JointLimits) -> tuple[Floats, Floats, Floats
 
 
 def torques_at_rest(kinematics: Kinematics, positions: Floats) -> Floats:
-    """Return the torques that hold the arm still at configurations, shape (s, n) [Nm | N].
+    """Return the torques that hold the arm at configurations, shape (s, n) [Nm | N].
 
     Args:
-        kinematics: Of the arm and what it carries.
-        positions: Of the group's joints, shape (s, n) [rad | m].
+        kinematics: Kinematics of the arm with attached objects.
+        positions: Positions of the group's joints, shape (s, n) [rad | m].
     """
     still = np.zeros_like(positions)
     return _needed(kinematics, positions, still, still)
 
 
 def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
-    """Return the torques of the group's joints, (s, n); those of mimic joints count for what they follow."""
+    """Return the torques of the group's joints, (s, n), including those of their mimic joints."""
     matrix = kinematics.reduced.mimic_matrix
     moving = velocities @ matrix.T, accelerations @ matrix.T
     torques = kinematics.torques(positions, *moving)
@@ -262,7 +262,7 @@ def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accel
 
 
 def _ends(motion: Motion) -> tuple[Floats, Floats]:
-    """Return the times of those ends that are at rest, shape (e,) [s], and the positions there, (e, n)."""
+    """Return the times of the ends at rest, shape (e,) [s], and the positions there, (e, n)."""
     velocities = motion.trajectory.velocities
     assert velocities is not None  # The motion is differentiable.
     rests = np.abs(velocities[[0, -1]]).max(axis=1, initial=0.0) <= motion.options.rest_speed
@@ -270,25 +270,24 @@ def _ends(motion: Motion) -> tuple[Floats, Floats]:
 
 
 def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
-    """Sample the torques that the motion needs.
+    """Sample the joint torques of a motion.
 
     Returns:
-        Times, shape (s,) [s], and torques of the group's joints, shape (s, n) [Nm | N]; those of
-        mimic joints count for the joint they follow.
+        Times, shape (s,) [s], and torques of the group's joints, shape (s, n) [Nm | N], including those of
+        their mimic joints.
     """
     times, states = _samples(motion)
     return times, _needed(motion.kinematics, *states)
 
 
 def _steps(motion: Motion) -> Ints:
-    """Return into how many steps each segment is cut."""
     return np.maximum(steps_in_pieces(motion), SAMPLES_PER_SEGMENT - 1)
 
 
 def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:
     """Sample each segment from its own polynomial: times (s,), and orders 0 to 2, each (s, n).
 
-    Where the acceleration does not jump, the end of a segment is the start of the next as well.
+    Unless the acceleration jumps, the end of a segment is the start of the next.
     """
     knots = motion.trajectory.times
     counts = _steps(motion) + 1

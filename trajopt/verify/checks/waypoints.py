@@ -1,7 +1,7 @@
-"""The judge's check of waypoints: that a motion passes each within its tolerances, in order.
+"""Check that a motion passes its waypoints within their tolerances, in order.
 
-One moment at which all of a waypoint holds is a proof. Moments are searched on a grid and, around minima
-of the excess on it, more finely.
+One moment at which all requirements of a waypoint hold is a proof. Moments are searched on a grid, refined
+around minima of the excess.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,10 +23,10 @@ _PIECES = 16
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """The moment at which a motion passes a waypoint.
+    """Moment at which a motion passes a waypoint.
 
     Attributes:
-        check: The verdict; None where the waypoint holds at any moment.
+        check: Check of the waypoint; None if the waypoint holds at any moment.
         time: The moment, or the nearest one if there is none [s].
     """
 
@@ -44,18 +44,18 @@ def passages(
     waypoints: Mapping[str, Sequence[Requirement]],
     partial: Sequence[During[Requirement]] = (),
 ) -> dict[str, Passage]:
-    """Judge that each waypoint holds at some moment not before that of the one before it.
+    """Check that each waypoint holds at some moment, not before the moment of its predecessor.
 
-    Where something has to hold from a waypoint on, or up to it, it has to hold at that moment too.
+    Requirements on a part of the motion must also hold at the moments of its ends.
 
     Args:
-        motion: The motion.
-        waypoints: What must hold at each, by name, in order.
-        partial: What must hold on parts of the motion.
+        motion: Motion.
+        waypoints: Requirements at each waypoint, by name, in order.
+        partial: Requirements on parts of the motion.
 
     Raises:
         ProblemError: If a requirement has no check.
-        NameNotFound: If a requirement names what does not exist.
+        NameNotFound: If a requirement names an unknown frame, joint or object.
     """
     found: dict[str, Passage] = {}
     earliest = 0.0
@@ -102,9 +102,9 @@ def _passed(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: fl
 
 
 def _deepest(motion: Motion, excess: Callable[[Floats], Floats], entered: float) -> float:
-    """Return the moment at which an accepted stretch is farthest inside, or its beginning if there is none.
+    """Return the moment of largest margin in an accepted stretch, or its beginning if there is none.
 
-    What holds from a waypoint on could hardly be proven from a moment at which it barely holds.
+    A requirement from a waypoint on is hard to prove from a moment at which it barely holds.
     """
     times = sampled_times(motion)
     times = np.concatenate(([entered], times[times > entered]))
@@ -124,7 +124,7 @@ def _deepest(motion: Motion, excess: Callable[[Floats], Floats], entered: float)
 
 
 def _passage(motion: Motion, excess: Callable[[Floats], Floats], earliest: float) -> float:
-    """Return the first moment found from `earliest` on at which the excess is accepted, or the nearest."""
+    """Return the first accepted moment from `earliest` on, or the moment of smallest excess."""
     times = sampled_times(motion)
     times = np.concatenate(([earliest], times[times > earliest]))
     values = excess(times)
@@ -145,7 +145,7 @@ def _passage(motion: Motion, excess: Callable[[Floats], Floats], earliest: float
 def _zoom(
     excess: Callable[[Floats], Floats], begin: float, end: float, accepted: float
 ) -> tuple[float, float]:
-    """Return the excess and the time of the first accepted or the lowest sample, ever more finely."""
+    """Return excess and time of the first accepted or the lowest sample, on finer and finer grids."""
     low, high = begin, end
     best, when = np.inf, begin
     for _ in range(_ZOOMS):
@@ -164,7 +164,7 @@ def _zoom(
 
 Required = TypeVar("Required")
 _SHORTEST = 1e-6
-"""How long a part is examined whose two moments coincide [s]."""
+"""Duration that is examined for a part whose two ends coincide [s]."""
 
 
 def part_checks(
@@ -173,16 +173,16 @@ def part_checks(
     passed: Mapping[str, Passage],
     check: Callable[[Required, Motion], tuple[Check, ...]],
 ) -> tuple[Check, ...]:
-    """Judge what has to hold between two stops, at the moments at which these are passed.
+    """Check a requirement between two stops, from the moments at which they are passed.
 
     Args:
-        part: What, and from which waypoint to which.
-        motion: The whole motion.
-        passed: The waypoints, by name.
-        check: Judges it on a motion.
+        part: Requirement, with its first and last waypoint.
+        motion: Whole motion.
+        passed: Passages by waypoint name.
+        check: Judges the requirement on a motion.
 
     Raises:
-        KeyError: If a waypoint is not among those passed.
+        KeyError: If a waypoint is not in `passed`.
     """
     missed = [name for name in (part.after, part.until) if name is not None and not passed[name].holds]
     if missed:

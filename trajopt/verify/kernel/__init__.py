@@ -1,1 +1,1 @@
-"""What every check of the judge rests on: kinematics, distances, polynomials and bounds of its own."""
+"""Kinematics, distances, polynomials and bounds of the judge."""

@@ -11,13 +11,14 @@ from trajopt.verify.kernel.pair_distances import PairDistances, required_clearan
 
 
 class Windows:
-    """The allowances of intended contact, by pair; of pairs that are not there any depth is accepted.
+    """Allowance windows of intended contact, by pair.
 
-    Where several allowances name one pair the longest window counts, with the smallest depth.
+    Contact of a pair that is not present is accepted at any depth. If several allowances name one pair, the
+    longest window and the smallest depth apply.
 
     Attributes:
-        required: Clearance that pairs must keep outside of them, shape (p,) [m].
-        edges: Times at which a window opens or closes, inside the motion [s].
+        required: Clearance of the pairs outside of their windows, shape (p,) [m].
+        edges: Times inside the motion at which a window opens or closes [s].
     """
 
     def __init__(
@@ -32,11 +33,12 @@ class Windows:
         """Collect the allowances.
 
         Args:
-            pairs: The pairs, with their allowances.
-            required: Clearance that they must keep outside of them, shape (p,) [m].
-            duration: Of the motion [s].
-            present: When both of each pair are there, from and to, shape (p, 2) [s]; always when None.
-            staying: How much of the duration is rest where the motion ends [s].
+            pairs: Pairs with their allowances.
+            required: Clearance outside of the windows, shape (p,) [m].
+            duration: Duration of the motion [s].
+            present: Time span in which both bodies of each pair are present, shape (p, 2) [s]; always by
+                default.
+            staying: Part of the duration at rest after the motion [s].
         """
         count = len(pairs.first)
         self.required = required
@@ -63,11 +65,11 @@ class Windows:
         self._from[early], self._last_depth[early] = expires[early], np.inf
 
     def rows(self, pair: Ints, clock: float) -> Floats:
-        """Return when windows of pairs end and begin, and the depths accepted in them.
+        """Return times and depths of the windows of pairs.
 
         Args:
             pair: Shape (i,).
-            clock: What the clock that the times are by shows when the motion begins [s].
+            clock: Clock time at the start of the motion [s]; the returned times are on this clock.
 
         Returns:
             End of the first window, start of the last, depth in the first and in the last, shape (i, 4).
@@ -76,18 +78,18 @@ class Windows:
         return np.stack([column[pair] for column in columns], axis=1)
 
     def accept(self, time: Floats, pair: Ints) -> Bools:
-        """Say whether contact of pairs is accepted at times, both of shape (i,)."""
+        """Whether contact of pairs is accepted at times, both of shape (i,)."""
         return (time <= self._until[pair]) | (time >= self._from[pair])
 
 
 @dataclass(frozen=True)
 class Contact:
-    """A measured contact that is not accepted, or a pair nearer than is required.
+    """A measured contact that is not accepted, or a pair below its clearance.
 
     Attributes:
-        pair: The pair.
-        time: When [s].
-        distance: Signed distance then [m].
+        pair: Index of the pair.
+        time: Time of the measurement [s].
+        distance: Signed distance [m].
     """
 
     pair: int
@@ -97,12 +99,12 @@ class Contact:
 
 @dataclass(frozen=True)
 class Gap:
-    """An interval over which a pair could not be proven to keep apart.
+    """An interval without a proof of a pair's clearance.
 
     Attributes:
-        pair: The pair.
-        begin: Its start [s].
-        end: Its end [s].
+        pair: Index of the pair.
+        begin: Start of the interval [s].
+        end: End of the interval [s].
     """
 
     pair: int
@@ -111,16 +113,16 @@ class Gap:
 
 
 class Tally:
-    """Smallest distance proven and measured of every pair.
+    """Smallest proven and measured distance of every pair.
 
     Attributes:
         proven: Smallest bound over the intervals proven so far, shape (p,) [m].
         measured: Smallest measured distance, shape (p,) [m]; infinite if never measured.
-        time: When it was measured, shape (p,) [s].
+        time: Time of that measurement, shape (p,) [s].
     """
 
     def __init__(self, proven: Floats, measured: Floats, time: Floats) -> None:
-        """Take what is known about p pairs, each of shape (p,)."""
+        """Store the values of p pairs, each of shape (p,)."""
         self.proven, self.measured, self.time = proven, measured, time
 
     def best(self) -> float:
@@ -130,14 +132,14 @@ class Tally:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What a search for a proof of clearance has found.
+    """Result of a search for a proof of clearance.
 
     Attributes:
-        free: What is known of the pairs at times when they must keep apart.
-        accepted: The same for times when their contact is accepted.
-        contacts: Contacts found that are not accepted, and pairs nearer than is required.
-        gap: First interval without proof, if the search was given up.
-        windows: When contact is accepted.
+        free: Distances at times at which the pairs must keep apart.
+        accepted: Distances at times at which their contact is accepted.
+        contacts: Contacts that are not accepted, and pairs below their clearance.
+        gap: First interval without a proof, if the search gave up.
+        windows: Allowance windows.
     """
 
     free: Tally
@@ -148,7 +150,7 @@ class Findings:
 
     @property
     def proven(self) -> bool:
-        """Whether all pairs are proven to keep apart as far as they must."""
+        """Whether the clearance of all pairs is proven."""
         return not self.contacts and self.gap is None
 
     def deepest(self) -> tuple[Contact, ...]:
@@ -158,11 +160,11 @@ class Findings:
         return tuple(sorted(deepest.values(), key=lambda contact: contact.distance))
 
     def excused(self, contact: Contact) -> bool:
-        """Say whether a contact is at a time at which some depth of it is accepted."""
+        """Whether a contact is inside an allowance window, at any depth."""
         return bool(self.windows.accept(np.array([contact.time]), np.array([contact.pair]))[0])
 
     def correct(self, contact: Contact) -> None:
-        """Take a contact, measured with more care, for the nearest that its pair comes."""
+        """Replace a pair's smallest distance by a more precise measurement."""
         tally = self.accepted if self.excused(contact) else self.free
         tally.measured[contact.pair], tally.time[contact.pair] = contact.distance, contact.time
 
@@ -172,15 +174,15 @@ def search_clearance(
 ) -> Findings:
     """Search for a proof that all pairs keep apart over a motion, by conservative advancement.
 
-    A pair that is at distance d at some time of an interval, and whose bodies travel by at most m from
-    there, is at distance d - m or more in all of it. Where that is not enough the interval is cut.
+    A pair at distance d at some time of an interval, whose bodies travel by at most m from there, is at
+    distance d - m or more in all of it. If this is not enough, the interval is cut.
 
     Args:
-        motion: The motion.
-        distances: Workspace for the distances of its bodies.
-        measured: Whether to measure as well how near everything comes. Without, the search ends as soon as
-            everything required is proven, or something is not; the verdict is the same.
-        present: When pairs are looked at, from and to, shape (p, 2) [s]; while both are there when None.
+        motion: Motion.
+        distances: Workspace for distances of its bodies.
+        measured: Whether to measure margins as well. Otherwise the search ends as soon as the verdict, which
+            is the same, is known.
+        present: Time span in which pairs are examined, shape (p, 2) [s]; while both are present by default.
     """
     position, reduced, options = motion.position, motion.reduced, motion.options
     present = distances.present_since(motion.clock) if present is None else present

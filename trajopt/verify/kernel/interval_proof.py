@@ -1,4 +1,4 @@
-"""Proof that something stays within its bounds at all times, by cutting intervals where needed."""
+"""Proof of bounds at all times by subdivision of intervals."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ _MOST_INTERVALS = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Excess:
-    """By how much something is out of its bounds; negative when within.
+    """Violation of a bound, negative if it holds.
 
     Attributes:
-        measured: Largest of the measured excesses in each interval, shape (c,).
-        time: When it was measured, shape (c,) [s].
-        bound: What the excess stays below in all of each interval, shape (c,).
+        measured: Largest measured excess in each interval, shape (c,).
+        time: Time of that measurement, shape (c,) [s].
+        bound: Upper bound of the excess in each whole interval, shape (c,).
     """
 
     measured: Floats
@@ -30,13 +30,13 @@ class Excess:
 
 @dataclass(frozen=True)
 class Proof:
-    """What was found out about the excess over all time.
+    """Result on the excess over all time.
 
     Attributes:
-        evidence: PROVEN if it is never positive, SAMPLED if it was measured to be positive,
-            UNPROVEN otherwise.
-        time: When the measured excess is largest [s].
-        interval: First interval without proof [s], if there is one.
+        evidence: PROVEN if it is never positive, SAMPLED if a positive excess was measured, UNPROVEN
+            otherwise.
+        time: Time of the largest measured excess [s].
+        interval: First interval without a proof [s], if any.
     """
 
     evidence: Evidence
@@ -45,10 +45,10 @@ class Proof:
 
 
 def prove_over_time(motion: Motion, excess: Callable[[Floats, Floats], Excess]) -> Proof:
-    """Prove that an excess is never positive, or find out when it is.
+    """Prove that an excess is never positive, or find a time at which it is.
 
     Args:
-        motion: The motion.
+        motion: Motion.
         excess: Bounds the excess over intervals, given the start and end of each, shape (c,) [s].
             No interval spans a jump of velocity.
     """
@@ -79,5 +79,5 @@ def prove_over_time(motion: Motion, excess: Callable[[Floats, Floats], Excess]) 
 
 
 def _known(excess: Floats) -> Floats:
-    """Return excesses with the largest in the place of those that are no numbers: nothing is known there."""
+    """Replace NaN by the largest value: nothing is known there."""
     return np.where(np.isnan(excess), np.inf, excess)

@@ -1,4 +1,4 @@
-"""The judge's own forward kinematics of a reduced model, and bounds on how far its bodies travel."""
+"""The judge's own forward kinematics of a reduced model, and bounds on the travel of its bodies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from trajopt.values.arrays import Bools, Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Where the joint frames are, for each of c configurations.
+    """Placements of the joint frames, for each of c configurations.
 
     Attributes:
-        configurations: Pinocchio's, shape (c, nq).
-        rotation: Of each joint frame in the world, shape (c, joints, 3, 3); joint 0 is the world.
-        translation: Origin of each, shape (c, joints, 3) [m].
-        times: When the robot is there, shape (c,) [s]; None where time stands still.
+        configurations: Pinocchio's configurations, shape (c, nq).
+        rotation: Rotations of the joint frames in the world, shape (c, joints, 3, 3); joint 0 is the world.
+        translation: Their origins, shape (c, joints, 3) [m].
+        times: Times of the configurations, shape (c,) [s]; None without time.
     """
 
     configurations: Floats
@@ -30,15 +30,15 @@ class Poses:
 
 @dataclass(frozen=True, eq=False)
 class _Joints:
-    """The joints of a model, the world first; the same for all scenes.
+    """Joints of a model, the world first; shared by all scenes.
 
     Attributes:
         parents: Parent joint of each joint.
-        revolute: Whether a joint turns, shape (joints,).
+        revolute: Whether a joint is revolute, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).
-        first: Place of each joint's first number in pinocchio's configurations, without the world.
-        circular: Whether it has two, cosine and sine.
-        arm: The joints as the core knows them.
+        first: Index of each joint's first number in pinocchio's configurations, without the world.
+        circular: Whether it has two numbers, cosine and sine.
+        arm: Joints in the native core.
     """
 
     parents: tuple[int, ...]
@@ -73,7 +73,7 @@ class _Joints:
 
 
 def _dynamics(reduced: ReducedModel) -> proof.Dynamics:
-    """Return the masses of a robot, and of what it carries as part of itself."""
+    """Return the masses of a robot with its fixed payloads."""
     model = reduced.model
     inertias = list(model.inertias)
     return proof.dynamics(
@@ -87,20 +87,20 @@ def _dynamics(reduced: ReducedModel) -> proof.Dynamics:
 
 
 class Kinematics:
-    """Workspace for kinematics and dynamics of a model, by the native core; one for each thread.
+    """Workspace for kinematics and dynamics of a model, by the native core; one per thread.
 
     Attributes:
-        reduced: The model.
+        reduced: Reduced model.
         parents: Parent joint of each joint.
-        revolute: Whether a joint turns, shape (joints,).
+        revolute: Whether a joint is revolute, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).
-        arm: The joints as the core knows them.
-        dynamics: What they carry.
-        calls: Configurations computed so far.
+        arm: Joints in the native core.
+        dynamics: Masses in the native core.
+        calls: Number of computed configurations.
     """
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Read the joints, once for all scenes."""
+        """Read the joints, shared by all scenes."""
         self.reduced = reduced
         joints = reduced.derived_of_robot(_Joints.of)
         self.parents, self.revolute, self.axes, self.arm = (
@@ -111,7 +111,7 @@ class Kinematics:
         self.calls = 0
 
     def chain(self, joint: int) -> tuple[int, ...]:
-        """Return a joint and those it hangs on, outermost first, without the world."""
+        """Return a joint and its ancestors, outermost first, without the world."""
         found: list[int] = []
         while joint > 0:
             found.append(joint)
@@ -119,7 +119,7 @@ class Kinematics:
         return tuple(found)
 
     def configurations(self, positions: Floats) -> Floats:
-        """Map the group's positions, shape (c, n), to pinocchio's configurations, (c, nq)."""
+        """Convert the group's positions, shape (c, n), to pinocchio's configurations, (c, nq)."""
         joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
         if not any(self._circular):
             return joints
@@ -133,19 +133,19 @@ class Kinematics:
         return result
 
     def poses(self, positions: Floats) -> Poses:
-        """Compute where all joint frames are, for the group's positions of shape (c, n)."""
+        """Compute the placements of all joint frames at the group's positions, shape (c, n)."""
         joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
         rotation, translation = self.arm.place(np.ascontiguousarray(joints))
         self.calls += len(positions)
         return Poses(self.configurations(positions), rotation, translation)
 
     def torques(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
-        """Compute the torques that motions of the model's joints need.
+        """Compute joint torques by inverse dynamics.
 
         Args:
-            positions: Of the group's joints, shape (s, n) [rad | m].
-            velocities: Of the model's joints, shape (s, joints) [rad/s | m/s].
-            accelerations: Of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
+            positions: Positions of the group's joints, shape (s, n) [rad | m].
+            velocities: Velocities of the model's joints, shape (s, joints) [rad/s | m/s].
+            accelerations: Accelerations of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
 
         Returns:
             Shape (s, joints) [Nm | N].
@@ -156,16 +156,16 @@ class Kinematics:
 
 
 def relative_chain(kinematics: Kinematics, joint: int, reference: int) -> tuple[tuple[int, ...], int]:
-    """Return the joints by which one joint frame moves as seen from another, outermost first.
+    """Return the joints that move one joint frame relative to another, outermost first.
 
     Args:
-        kinematics: Of the robot.
-        joint: The frame's joint.
-        reference: Joint of the frame that it is seen from.
+        kinematics: Kinematics of the robot.
+        joint: Joint of the frame.
+        reference: Joint of the reference frame.
 
     Returns:
-        The joints, and how many of them are on the first frame's own chain; the others, on the
-        reference's chain, follow from its innermost to its outermost.
+        The joints, and the number of joints on the frame's own chain; the joints on the reference's chain
+        follow, innermost first.
     """
     own, other = kinematics.chain(joint), kinematics.chain(reference)
     shared = set(own) & set(other)
@@ -175,14 +175,15 @@ def relative_chain(kinematics: Kinematics, joint: int, reference: int) -> tuple[
 
 
 class Travel:
-    """Bounds on the travel of spheres, each moved by joints of its own, while joints move by bounded amounts.
+    """Bounds on the travel of spheres, each with its own joints, while joints move by bounded amounts.
 
     Let joint j move by at most delta_j. Move the outermost joint of a body's chain first and its
-    innermost last. While joint j moves, every joint further in is still where it was, and every
-    point of the body has moved by at most the travel m of the joints further out; so its
-    distance from the axis of j is at most rho_j + m, and it travels at most delta_j (rho_j + m) more
-    (delta_j for a sliding joint). Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking
-    for single and multiple robots in motion, IEEE T-RO 2005.
+    innermost last. While joint j moves, every inner joint is still at its original place, and every
+    point of the body has moved by at most the travel m of the outer joints; so its distance from the axis of
+    j is
+    at most rho_j + m, and it travels at most delta_j (rho_j + m) more (delta_j for a prismatic joint).
+    Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking for single and multiple robots in
+    motion, IEEE T-RO 2005.
 
     Attributes:
         joints: Joints that move each sphere, outermost first, padded with 0, shape (w, length).
@@ -197,13 +198,13 @@ class Travel:
         radius: Floats,
         chains: Sequence[tuple[int, ...]],
     ) -> None:
-        """Lay out the chains.
+        """Arrange the chains.
 
         Args:
-            kinematics: Of the robot.
+            kinematics: Kinematics of the robot.
             carrier: Joint that carries each of w spheres.
-            centre: Of each in the carrier's frame, shape (w, 3) [m].
-            radius: Of each, shape (w,) [m].
+            centre: Centre of each in the carrier's frame, shape (w, 3) [m].
+            radius: Radius of each, shape (w,) [m].
             chains: Joints that move each, outermost first.
         """
         self._kinematics = kinematics
@@ -220,12 +221,12 @@ class Travel:
         return turned + poses.translation[:, self._carrier]
 
     def reach(self, poses: Poses, centres: Floats, step: int) -> Floats:
-        """Largest distance of each sphere's points from the axis of its joint number `step`.
+        """Return the largest distance of each sphere's points from the axis of its joint number `step`.
 
         Args:
-            poses: Of the robot.
-            centres: What `centres` returns, shape (c, w, 3) [m].
-            step: Place in the chains, 0 for the outermost joints.
+            poses: Placements of the joint frames.
+            centres: Result of `centres`, shape (c, w, 3) [m].
+            step: Index in the chains, 0 for the outermost joints.
 
         Returns:
             Shape (c, w) [m].
@@ -241,9 +242,9 @@ class Travel:
         """Bound the travel of every point of each sphere.
 
         Args:
-            poses: Where the joints are when they have not moved, for c configurations.
-            centres: What `centres` returns, shape (c, w, 3) [m].
-            moved: By how much each joint moves at most, shape (c, joints) [rad | m].
+            poses: Placements of the joint frames before the move, for c configurations.
+            centres: Result of `centres`, shape (c, w, 3) [m].
+            moved: Largest move of each joint, shape (c, joints) [rad | m].
 
         Returns:
             Travel by the outermost k joints of each chain, shape (c, w, length + 1) [m].

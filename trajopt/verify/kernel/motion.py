@@ -1,4 +1,4 @@
-"""Motions as every check sees them: polynomials of the joints, alone or among dynamic obstacles."""
+"""Motions for checks: polynomials of the joints, alone or among dynamic obstacles."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,12 +14,12 @@ from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.options import VerifyOptions
 
 TIGHTNESS = 1e-9
-"""Extremes are found to within this, relative to the larger of their size and one."""
+"""Accuracy of extremes, relative to the larger of their size and one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Extremes:
-    """Largest or smallest values of n functions, and when they are taken.
+    """Largest or smallest values of n functions, with their times.
 
     Attributes:
         values: Shape (n,).
@@ -32,14 +32,14 @@ class Extremes:
 
 @dataclass(frozen=True, eq=False)
 class Polynomials:
-    """n functions of time, polynomial between breakpoints, with bounds that hold at every time.
+    """n piecewise polynomial functions of time, with bounds that hold at every time.
 
     In Bernstein form a polynomial lies between its smallest and its largest control value. Source:
     Farouki, The Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
 
     Attributes:
         times: Breakpoints, increasing, shape (k,) [s].
-        coefficients: Of the time since the start of each piece, highest power first, shape
+        coefficients: Coefficients in the time since the start of each piece, highest power first, shape
             (degree + 1, k - 1, n).
     """
 
@@ -81,22 +81,22 @@ class Polynomials:
         return Extremes(high, time_of_high), Extremes(-low, time_of_low)
 
     def at(self, piece: Ints, since: Floats) -> Floats:
-        """Return the values in pieces at times since these begin, both of shape (s,), shape (s, n)."""
+        """Evaluate pieces at times since their starts, both of shape (s,), shape (s, n)."""
         return proof.sampled(np.ascontiguousarray(self.coefficients), piece, since)
 
 
 class Motion:
-    """A trajectory of a reduced model, as every check sees it.
+    """A trajectory of a reduced model, for checks.
 
     Attributes:
-        reduced: The model.
-        trajectory: The trajectory.
+        reduced: Reduced model.
+        trajectory: Trajectory.
         kinematics: Forward kinematics of the model.
-        options: Numbers to judge with.
-        position: Of the group's joints.
-        staying: How long it rests where it ends, before it counts as over [s].
-        rests_after: Whether it is followed by rest; else by a motion that goes on from it.
-        clock: What the scene's clock shows when it begins [s].
+        options: Options of the judge.
+        position: Positions of the group's joints.
+        staying: Duration of the rest after the trajectory that still counts as motion [s].
+        rests_after: Whether rest follows; otherwise another motion follows.
+        clock: Scene clock at its start [s].
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class Motion:
         """Differentiate the polynomials.
 
         Raises:
-            ProblemError: If the trajectory is not one of the group's joints.
+            ProblemError: If the trajectory has other joints than the group.
         """
         if trajectory.joint_names != reduced.joint_names:
             raise ProblemError(
@@ -140,7 +140,7 @@ class Motion:
 
     @cached_property
     def group(self) -> tuple[Polynomials, Polynomials, Polynomials, Polynomials]:
-        """Position of the group's joints and its derivatives, by order 0 to 3."""
+        """Positions of the group's joints and their derivatives, by order 0 to 3."""
         velocity = self.position.derivative()
         acceleration = velocity.derivative()
         return (self.position, velocity, acceleration, acceleration.derivative())
@@ -152,7 +152,7 @@ class Motion:
         return spread
 
     def between(self, begin: float, end: float) -> "Motion":
-        """Return the part from one time to another [s], its own time starting at 0."""
+        """Return the part between two times [s], with its own time starting at 0."""
         part = self.trajectory.between(begin, end)
         motion = Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
         if self._among is not None:
@@ -166,11 +166,11 @@ class Motion:
 
     @among.setter
     def among(self, timed: "Motion") -> None:
-        """Keep it; the motion itself is not kept, so that it is freed with its last user."""
+        """Store it; only weakly refer to the motion itself, so that it is freed with its last user."""
         self._among = None if timed is self else timed
 
     def moving(self, order: int) -> Polynomials:
-        """Return positions or a derivative of all joints that move, mimic joints too, in model order."""
+        """Return positions or a derivative of all movable joints, including mimic joints, in model order."""
         matrix, offset = self.reduced.mimic_matrix, self.reduced.mimic_offset
         if len(matrix) == len(self.reduced.joint_names):
             return self.group[order] if order else self.position
@@ -178,9 +178,9 @@ class Motion:
 
     @cached_property
     def acceleration_jumps(self) -> Floats:
-        """By how much the group's accelerations jump at each of the trajectory's times, from rest on.
+        """Jumps of the group's accelerations at each of the trajectory's times, from rest on.
 
-        Of shape (k, n) [rad/s^2 | m/s^2].
+        Shape (k, n) [rad/s^2 | m/s^2].
         """
         coefficients, lengths = self.group[2].coefficients, np.diff(self.trajectory.times)
         reached = np.zeros(coefficients.shape[1:])
@@ -192,31 +192,31 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """Length of the trajectory [s]."""
+        """Duration of the trajectory [s]."""
         return self.trajectory.duration
 
     @property
     def differentiable(self) -> bool:
-        """Whether the velocity has no jumps."""
+        """Whether the velocity is continuous."""
         return self.trajectory.interpolation is not Interpolation.LINEAR
 
     def positions(self, times: Floats) -> Floats:
-        """Return the positions of all joints that it moves at times (c,), shape (c, n) [rad | m]."""
+        """Return positions of the trajectory's joints at times (c,), shape (c, n) [rad | m]."""
         return self.trajectory(times)
 
     def poses(self, times: Floats) -> Poses:
-        """Compute where all joint frames are at times of shape (c,)."""
+        """Compute placements of all joint frames at times of shape (c,)."""
         if len(times) == 1 and times[0] == self.duration:
             return self._poses_at_end
         return self.kinematics.poses(self.positions(times))
 
     @cached_property
     def _poses_at_end(self) -> Poses:
-        """Where all joint frames are at the end, which every goal asks."""
+        """Placements of all joint frames at the end, which every goal needs."""
         return self.kinematics.poses(self.positions(np.array((self.duration,))))
 
     def deviation(self, begin: Floats, end: Floats) -> Floats:
-        """Bound how far joints get from where they are in the middle of intervals.
+        """Bound the distance of joints from their positions in the middle of intervals.
 
         Args:
             begin: Start of each interval, shape (c,) [s].
@@ -230,7 +230,7 @@ class Motion:
         return np.maximum(high - middle, middle - low) @ self._spread.T
 
     def rates(self, begin: Floats, end: Floats, order: int) -> Floats:
-        """Bound the size of a derivative of the joints' positions over intervals.
+        """Bound the magnitude of a derivative of the joints' positions over intervals.
 
         Args:
             begin: Start of each interval, shape (c,) [s].
@@ -248,7 +248,7 @@ class TimedMotion(Motion):
     """A motion of a timed model.
 
     Attributes:
-        timed: The model.
+        timed: Timed model.
     """
 
     def __init__(
@@ -261,15 +261,15 @@ class TimedMotion(Motion):
         staying: float = 0.0,
         clock: float = 0.0,
     ) -> None:
-        """Join the polynomials of the robot's joints and of those that time drives.
+        """Join the polynomials of the robot's joints and of the dynamic obstacles' joints.
 
         Args:
-            timed: The model.
-            trajectory: Of the group's joints.
-            kinematics: Of the timed model.
-            options: Numbers to judge with.
-            staying: How long the robot rests where the trajectory ends [s].
-            clock: What the scene's clock shows when it begins [s].
+            timed: Timed model.
+            trajectory: Trajectory of the group's joints.
+            kinematics: Kinematics of the timed model.
+            options: Options of the judge.
+            staying: Duration of the rest after the trajectory [s].
+            clock: Scene clock at the start [s].
         """
         self.timed = timed
         robot = _stayed(trajectory, staying)
@@ -279,16 +279,16 @@ class TimedMotion(Motion):
 
     @property
     def duration(self) -> float:
-        """Length of the trajectory, and of the rest after it [s]."""
+        """Duration of the trajectory and of the rest after it [s]."""
         return self.trajectory.duration + self.staying
 
     @property
     def differentiable(self) -> bool:
-        """Whether the velocity has no jumps: that of a track may jump at its times."""
+        """Whether the velocity is continuous; track velocities may jump at knots."""
         return False
 
     def between(self, begin: float, end: float) -> "TimedMotion":
-        """Return the part from one time to another [s], its own time starting at 0."""
+        """Return the part between two times [s], with its own time starting at 0."""
         return TimedMotion(
             self.timed,
             self.trajectory.between(begin, end),
@@ -298,16 +298,16 @@ class TimedMotion(Motion):
         )
 
     def positions(self, times: Floats) -> Floats:
-        """Return the positions of the robot's joints, and of those that time drives, at times (c,)."""
+        """Return positions of the robot's and of the dynamic obstacles' joints at times (c,)."""
         return self.timed.positions(self.trajectory(times), times + self.clock)
 
     def poses(self, times: Floats) -> Poses:
-        """Compute where all joint frames are at times of shape (c,)."""
+        """Compute placements of all joint frames at times of shape (c,)."""
         return replace(self.kinematics.poses(self.positions(times)), times=times + self.clock)
 
 
 def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:
-    """Return a trajectory, with a rest where it ends."""
+    """Append a rest to a trajectory."""
     times, coefficients = trajectory.times, trajectory.coefficients
     if staying <= 0.0:
         return Polynomials(times, coefficients)
@@ -320,7 +320,7 @@ def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:
 
 
 def beside(one: Polynomials, other: Polynomials) -> Polynomials:
-    """Return functions of both, over the times of the first.
+    """Join two sets of functions over the times of the first.
 
     The second rest before their first time and after their last.
     """
@@ -333,27 +333,27 @@ def beside(one: Polynomials, other: Polynomials) -> Polynomials:
 
 
 MOST_PIECES = 8
-"""Most pieces that an interval is cut into; the fewest are two."""
+"""Most pieces of a cut interval; the fewest are two."""
 
 
 def pieces_needed(needed: Floats, reserve: Floats) -> Ints:
-    """Return into how many pieces to cut intervals so that a bound probably falls below a reserve.
+    """Return the number of pieces for which a bound probably falls below a reserve.
 
     Args:
-        needed: What the bound is in the whole interval, shape (c,); it falls with the length.
-        reserve: What it may be, shape (c,).
+        needed: Bound in the whole interval, shape (c,); it falls with the length.
+        reserve: Accepted bound, shape (c,).
     """
     wanted = np.ceil(1.25 * needed / np.maximum(reserve, 1e-12))
     return np.clip(wanted, 2, MOST_PIECES).astype(np.int64)
 
 
 def cut(begin: Floats, end: Floats, pieces: Ints) -> tuple[Floats, Floats]:
-    """Cut intervals into equal pieces that leave no gap.
+    """Cut intervals into equal pieces without gaps.
 
     Args:
         begin: Start of each interval, shape (c,) [s].
         end: End of each, shape (c,) [s].
-        pieces: Into how many pieces, 0 to leave one out, shape (c,).
+        pieces: Number of pieces, 0 to omit an interval, shape (c,).
 
     Returns:
         Start and end of the pieces, in order.
@@ -367,22 +367,22 @@ def cut(begin: Floats, end: Floats, pieces: Ints) -> tuple[Floats, Floats]:
 
 
 def counting(pieces: Ints) -> Ints:
-    """Count from 0 within each of some groups of given sizes: (2, 3) -> (0, 1, 0, 1, 2)."""
+    """Count from 0 within each group of given sizes: (2, 3) -> (0, 1, 0, 1, 2)."""
     total = int(pieces.sum())
     return np.arange(total, dtype=np.int64) - np.repeat(np.cumsum(pieces) - pieces, pieces)
 
 
 LEAST_OF_SLOW = 8
-"""Fewest steps in which a slow piece is sampled: a quintic polynomial has six coefficients."""
+"""Fewest samples of a slow piece: a quintic polynomial has six coefficients."""
 MOST_MOMENTS = 1_000_000
-"""A motion that would need more is not judged; this many take about 0.5 GB and a few seconds."""
+"""Most samples of a motion, about 0.5 GB and a few seconds; longer motions are rejected."""
 
 
 def steps_in_pieces(motion: Motion) -> Ints:
-    """Return into how many steps each piece of a trajectory is cut, shape (k - 1,).
+    """Return the number of steps in each piece of a trajectory, shape (k - 1,).
 
     Raises:
-        ProblemError: If they are too many.
+        ProblemError: If there are too many.
     """
     times, options = motion.trajectory.times, motion.options
     lengths = np.diff(times)
@@ -399,13 +399,13 @@ def steps_in_pieces(motion: Motion) -> Ints:
 
 
 def sampled_times(motion: Motion) -> Floats:
-    """Return times at which a motion is sampled if nothing is proven, its own points among them [s].
+    """Return sample times for checks without a proof, including the motion's own points [s].
 
-    There is one every `sample_step`, or every `sample_travel` of joint motion if that is less often: a
-    motion takes no more samples at a hundred-thousandth of its speed than at a hundredth.
+    The step is `sample_step`, or `sample_travel` of joint motion if that is longer: a motion at a
+    hundred-thousandth of its speed has no more samples than at a hundredth.
 
     Raises:
-        ProblemError: If they are too many.
+        ProblemError: If there are too many.
     """
     times, steps = motion.trajectory.times, steps_in_pieces(motion)
     lengths = np.diff(times)

@@ -1,4 +1,4 @@
-"""Numbers that the judge works with."""
+"""Options of the judge."""
 
 from dataclasses import dataclass
 
@@ -10,29 +10,27 @@ from trajopt.values.errors.arguments import checked
 @checked
 @dataclass(frozen=True, kw_only=True)
 class VerifyOptions:
-    """Numbers that the judge works with.
+    """Options of the judge.
 
     Attributes:
-        resolution: The proven clearance comes this near to the measured one, or to three quarters of it
-            where that is nearer [m].
-        far: Clearance beyond which nothing is measured more closely [m].
-        smallest_interval: An interval this short that is still not proven ends the search [s].
-        first_intervals: Into so many intervals a motion is cut at first where it is only decided whether it
-            is clear; those that prove nothing are halved.
-        most_distances: Distances measured before the search for a proof is given up.
-        distance_error: Taken off every measured distance: how much too large an exact mesh's may be [m].
-        excess: Numerical excess over a limit or tolerance that is accepted: relative to limits of
-            velocity and acceleration, absolute for positions and requirements [rad | m].
-        start_error: Largest difference from the start state [rad | m].
-        rest_speed: Largest speed of a joint that counts as standing still [rad/s | m/s].
-        start_acceleration_error: Largest difference from an acceleration that the start has
-            [rad/s^2 | m/s^2].
-        meeting_speed: Largest velocity relative to a frame that is met [m/s]: the default tolerance of a
-            position in a tenth of a second.
-        meeting_rate: Largest rate at which a frame may turn as seen from one that is met [rad/s]: likewise.
-        sample_step: Longest time between samples where nothing can be proven, such as torques [s].
-        sample_travel: Where no joint can move as far in that time, samples are this far apart instead, and
-            at least eight in a piece of the trajectory [rad | m].
+        resolution: Largest difference between measured and proven clearance, or a quarter of the measured
+            clearance if that is larger [m].
+        far: Clearance beyond which distances are not refined [m].
+        smallest_interval: Length of an unproven interval at which the search ends [s].
+        first_intervals: Number of initial intervals if only the verdict is needed; unproven ones are halved.
+        most_distances: Number of measured distances at which the search for a proof ends.
+        distance_error: Reserve subtracted from measured distances for errors of exact meshes [m].
+        excess: Accepted numerical excess: relative to velocity and acceleration limits, absolute for
+            positions and requirements [rad | m].
+        start_error: Accepted difference from the start state [rad | m].
+        rest_speed: Joint speed that counts as rest [rad/s | m/s].
+        start_acceleration_error: Accepted difference from a start acceleration [rad/s^2 | m/s^2].
+        meeting_speed: Accepted velocity relative to a moving goal [m/s]: the default position tolerance in a
+            tenth of a second.
+        meeting_rate: Accepted angular velocity relative to a moving goal [rad/s]: likewise.
+        sample_step: Longest time between samples of quantities without a proof, such as torques [s].
+        sample_travel: Joint travel between samples of slow motions, with at least eight samples per piece of
+            the trajectory [rad | m].
     """
 
     resolution: float = 1e-3

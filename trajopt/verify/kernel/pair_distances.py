@@ -1,4 +1,4 @@
-"""The clearance that each pair of bodies must keep, and their signed distances."""
+"""Required clearance and signed distance of pairs of bodies."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ ROWS = {
     PairKind.CARRIED: "clearance of what is carried",
     PairKind.ROBOT: "clearance of the robot from itself",
 }
-"""Names of the checks, where the scene states what kinds of pairs keep."""
+"""Names of the clearance checks if the scene sets clearances of kinds of pairs."""
 
 
 def required_clearances(reduced: ReducedModel) -> Floats:
-    """Return the clearance that each pair must keep, shape (p,) [m], read-only.
+    """Return the required clearance of each pair, shape (p,) [m], read-only.
 
-    A single pair keeps what is stated of it. Others keep what is stated of their kinds, or else of
-    everything; and between a link, with what it carries, and the world no less than the link's padding.
+    A clearance of the pair itself comes first, then of its kinds, then the general one; between the world and
+    a link or its attached objects it is at least the link's padding.
     """
     return reduced.derived(_required)
 
 
 def rows(reduced: ReducedModel) -> Sequence[tuple[str, Ints]]:
-    """Return names of the checks of clearance, and the pairs that each is about.
+    """Return names of the clearance checks with their pairs.
 
-    There is one for every clearance that is required; where the scene states what kinds of pairs keep, one
-    for every kind and clearance.
+    There is one check per required clearance; if the scene sets clearances of kinds of pairs, one per kind
+    and clearance.
     """
     required, scene = required_clearances(reduced), reduced.scene
     if not scene.clearances.kinds:
@@ -70,7 +70,7 @@ def _required(reduced: ReducedModel) -> Floats:
 
 
 def _of(scene: Scene, world: Set[str], one: str, other: str) -> float:
-    """Return the clearance that is required of two links or objects [m]."""
+    """Return the required clearance of two links or objects [m]."""
     stated = scene.clearances
     single = stated.pairs.get(frozenset((one, other)))
     if single is not None:
@@ -92,17 +92,17 @@ def _carrier(scene: Scene, name: str) -> str:
 
 
 def _meant(scene: Scene, world: Set[str], one: str, other: str) -> tuple[PairKind, ...]:
-    """Return the kinds whose clearance two links or objects keep, the one that they are of first."""
+    """Return the kinds that determine the clearance of two links or objects, most specific first."""
     among = (PairKind.WORLD,) if world & {one, other} else ()
     held = [name for name in (one, other) if name in scene.objects and name not in world]
     return among + ((PairKind.CARRIED,) if held else ()) or (PairKind.ROBOT,)
 
 
 def _of_the_world(scene: Scene) -> frozenset[str]:
-    """Return the links and objects that stand in the world.
+    """Return the links and objects that are fixed in the world.
 
-    An object does unless a joint of the robot, of the group or not, moves it; a link if it carries no joint
-    and nothing that has a shape is between it and the root, which has none.
+    An object is, unless a joint of the robot moves it; a link, if it is the ancestor of no joint and no link
+    with a shape lies between it and the root, which itself has none.
     """
     parents, moving = _tree(scene)
     above = {link: _above(parents, link) for link in scene.robot.links}
@@ -121,7 +121,7 @@ def _of_the_world(scene: Scene) -> frozenset[str]:
 
 
 def _tree(scene: Scene) -> tuple[dict[str, str], set[str]]:
-    """Return the link that each link hangs on, and the links that hang there by a joint that moves."""
+    """Return the parent link of each link, and the child links of movable joints."""
     frames, parents, moving = scene.robot.model.frames, dict[str, str](), set[str]()
     for frame in frames:
         if frame.type != pin.FrameType.BODY or frame.parentFrame == 0:
@@ -135,7 +135,7 @@ def _tree(scene: Scene) -> tuple[dict[str, str], set[str]]:
 
 
 def _above(parents: Mapping[str, str], link: str) -> list[str]:
-    """Return the links between a link and the root, with the root."""
+    """Return the ancestors of a link, including the root."""
     found: list[str] = []
     while link in parents:
         link = parents[link]
@@ -144,7 +144,7 @@ def _above(parents: Mapping[str, str], link: str) -> list[str]:
 
 
 def _kinds(reduced: ReducedModel) -> Ints:
-    """Return the number of each pair's kind, shape (p,)."""
+    """Return the index of each pair's kind, shape (p,)."""
     order, scene, pairs = tuple(PairKind), reduced.scene, _owners(reduced)
     world = _of_the_world(scene)
     first = {pair: order.index(_meant(scene, world, *sorted(pair))[0]) for pair in set(pairs)}
@@ -156,37 +156,39 @@ def _owners(reduced: ReducedModel) -> list[frozenset[str]]:
 
 
 NONE: Mapping[str, Timing] = MappingProxyType({})
-"""Nothing changes with time."""
+"""No dynamic obstacles."""
 DOUBTFUL = 1e-5
-"""Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
+"""Difference between Coal's distance and the gap along its normal at which all directions are searched
+[m].
+"""
 
 
 class PairDistances:
-    """Workspace for signed distances of pairs of bodies; one for each thread.
+    """Workspace for signed distances of pairs of bodies; one per thread.
 
-    A distance is positive between bodies apart and minus the depth in penetration. Each is a lower
-    bound of the true one, from the judge's own support functions; that of half-spaces is exact. An
-    exact mesh has no depth, so its convex hull stands for it in contact and around what it encloses.
+    A distance is positive between separate bodies and minus the depth in penetration. Each is a lower bound
+    of the true one, from the judge's own support functions; distances of half-spaces are exact. An exact mesh
+    has no depth, so its convex hull replaces it in contact and around enclosed bodies.
 
     Attributes:
-        reduced: The model.
+        reduced: Reduced model.
         first: Index of the first body of each pair, shape (p,).
         second: Index of the second, shape (p,).
-        planar: Whether a half-space is in each pair, shape (p,).
-        core: The bodies and pairs as the native core knows them.
-        error: Taken off every distance [m].
-        present: When both of each pair are there, from and to, shape (p, 2) [s]; None where nothing changes.
-        changing: Whether one of each pair moves by itself, appears or expires, shape (p,).
+        planar: Whether a pair includes a half-space, shape (p,).
+        core: Bodies and pairs in the native core.
+        error: Reserve subtracted from every distance [m].
+        present: Time span in which both bodies of each pair are present, shape (p, 2) [s]; None in a static
+            scene.
+        changing: Whether a pair includes a dynamic obstacle, shape (p,).
     """
 
     def __init__(self, kinematics: Kinematics, *, error: float, timings: Mapping[str, Timing] = NONE) -> None:
         """Pass the bodies and pairs of a model to the core.
 
         Args:
-            kinematics: Of the model.
-            error: Taken off every distance [m].
-            timings: Of the objects that change with time, by name; how far they may be off their tracks is
-                taken off their distances too.
+            kinematics: Kinematics of the model.
+            error: Reserve subtracted from every distance [m].
+            timings: Timings of the dynamic obstacles, by name; their prediction errors are also subtracted.
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
@@ -219,7 +221,7 @@ class PairDistances:
         )
 
     def _changing(self, timings: Mapping[str, Timing]) -> Floats:
-        """Note when pairs are there, and return how the error of each grows, shape (p, 3)."""
+        """Set the presence of pairs, and return the error growth of each, shape (p, 3)."""
         errors: Floats = np.zeros((len(self.first), 3))
         if not timings:
             return errors
@@ -247,7 +249,7 @@ class PairDistances:
 
     @cached_property
     def owner_pairs(self) -> Ints:
-        """Number of the two links or objects of each pair, the same for the same two, shape (p,)."""
+        """Index of the unordered pair of links or objects of each pair, shape (p,)."""
         numbers: dict[str, int] = {}
         owner = np.array(
             [numbers.setdefault(body.owner, len(numbers)) for body in self.reduced.bodies], dtype=np.int64
@@ -256,14 +258,14 @@ class PairDistances:
 
     @cached_property
     def strict(self) -> Bools:
-        """Whether both of a pair are always there and their contact is never accepted, shape (p,)."""
+        """Whether a pair is always present and its contact never accepted, shape (p,)."""
         return self.always_apart(self.present)
 
     def always_apart(self, present: Floats | None) -> Bools:
-        """Say of which pairs contact is never accepted, shape (p,).
+        """Whether contact of each pair is never accepted, shape (p,).
 
         Args:
-            present: When pairs are looked at, from and to, shape (p, 2) [s]; always when None.
+            present: Time span in which pairs are examined, shape (p, 2) [s]; always by default.
         """
         strict = np.ones(len(self.first), dtype=np.bool_)
         strict[[pair for pair, _ in self.reduced.pairs.allowances]] = False
@@ -272,18 +274,18 @@ class PairDistances:
         return strict & (present[:, 0] == -np.inf) & (present[:, 1] == np.inf)
 
     def present_since(self, clock: float) -> Floats | None:
-        """Return `present` by a clock that shows 0 when the scene's shows so much [s]."""
+        """Return `present` on a clock that starts at a time of the scene clock [s]."""
         return self.present if self.present is None or clock == 0.0 else self.present - clock
 
     def uncertainty(self, pair: Ints, distance: Floats, error: float) -> Floats:
-        """Return by how much true distances may exceed measured ones.
+        """Return the largest excess of true distances over measured ones.
 
-        Where an exact mesh is in contact, its hull was measured, which says nothing about the mesh.
+        It is infinite for an exact mesh in contact, as only its hull was measured.
 
         Args:
-            pair: Which pairs, shape (i,).
-            distance: As measured, shape (i,) [m].
-            error: Taken off every distance [m].
+            pair: Indices of pairs, shape (i,).
+            distance: Measured distances, shape (i,) [m].
+            error: Reserve subtracted from every distance [m].
 
         Returns:
             Shape (i,) [m].
@@ -293,22 +295,22 @@ class PairDistances:
 
     @cached_property
     def _meshed(self) -> Bools:
-        """Whether an exact mesh is in each pair, shape (p,)."""
+        """Whether a pair includes an exact mesh, shape (p,)."""
         meshes = np.array([isinstance(body.shape, Mesh) for body in self.reduced.bodies], dtype=np.bool_)
         return meshes[self.first] | meshes[self.second]
 
     @property
     def calls(self) -> int:
-        """Distances measured so far."""
+        """Number of measured distances."""
         return self.core.calls
 
     def measure(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
-        """Measure signed distances, less the error they may have.
+        """Measure signed distances, minus their reserve.
 
         Args:
-            poses: Of the robot at c configurations.
-            cell: Which configuration, shape (i,).
-            pair: Which pair, shape (i,).
+            poses: Placements of the joint frames at c configurations.
+            cell: Configuration of each measurement, shape (i,).
+            pair: Pair of each measurement, shape (i,).
 
         Returns:
             Shape (i,) [m].
@@ -316,20 +318,20 @@ class PairDistances:
         return self.core.measure(*_placed(poses), cell, pair)
 
     def measure_hulls(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
-        """Measure pairs without half-spaces as `measure` does, with hulls in the place of meshes."""
+        """Measure pairs without half-spaces, with hulls in place of meshes; see `measure`."""
         return self.core.measure_hulls(*_placed(poses), cell, pair)
 
     def search_depths(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
-        """Measure pairs by a search of all directions: slow, and right where Coal's depth is not.
+        """Measure pairs by a search of all directions: slow, but correct where Coal's depth is not.
 
         Args:
-            poses: Of the robot at c configurations.
-            cell: Which configuration, shape (i,).
-            pair: Which pair, shape (i,).
+            poses: Placements of the joint frames at c configurations.
+            cell: Configuration of each measurement, shape (i,).
+            pair: Pair of each measurement, shape (i,).
 
         Returns:
-            Lower bounds of the distances, those between the hulls of exact meshes, shape (i,) [m];
-            minus infinity for half-spaces.
+            Lower bounds of the distances, for exact meshes between their hulls, shape (i,) [m]; minus
+            infinity for half-spaces.
         """
         return self.core.search_depths(*_placed(poses), cell, pair)
 
@@ -343,6 +345,6 @@ class PairDistances:
 
 
 def _placed(poses: Poses) -> tuple[Floats, Floats, Floats]:
-    """Return when and where the joint frames are, as the core takes them."""
+    """Return times and joint placements in the form of the core."""
     times = np.zeros(len(poses.rotation)) if poses.times is None else poses.times
     return np.ascontiguousarray(times), poses.rotation, poses.translation

@@ -1,4 +1,4 @@
-"""Frames and points that the robot moves, with bounds on how they change."""
+"""Frames and points moved by the robot, with bounds on their motion."""
 
 from dataclasses import dataclass
 
@@ -32,21 +32,21 @@ class RateBounds:
 
 
 class RelativeMotion:
-    """A frame and a point of it, seen from a reference frame.
+    """A frame and a point of it, relative to a reference frame.
 
     Bounds on rates follow the chain of joints from the frame inwards. With r the largest distance of
     the point from the axis of a joint that turns at rate w and accelerates by a, the point's speed v and
-    acceleration u as seen from behind the joint are at most v + w r and u + 2 w v + w^2 r + a r.
+    acceleration u relative to the joint's parent are at most v + w r and u + 2 w v + w^2 r + a r.
     """
 
     def __init__(self, motion: Motion, frame: str, *, reference: str, offset: Floats) -> None:
         """Find the joints between the two.
 
         Args:
-            motion: The motion.
+            motion: Motion.
             frame: Link, tool frame or object.
             reference: "world", or a link, tool frame or object.
-            offset: The point, in the frame's coordinates, shape (3,) [m].
+            offset: Point in the frame's coordinates, shape (3,) [m].
 
         Raises:
             FrameNotFound: If a frame is unknown.
@@ -66,7 +66,7 @@ class RelativeMotion:
         )
 
     def placements(self, times: Floats) -> tuple[Floats, Floats]:
-        """Return rotation of the frame (c, 3, 3) and place of the point (c, 3) [m] at times (c,)."""
+        """Return rotation of the frame (c, 3, 3) and position of the point (c, 3) [m] at times (c,)."""
         poses = self._motion.poses(times)
         frame_rotation = poses.rotation[:, self._joint] @ self._frame.rotation
         point = poses.rotation[:, self._joint] @ self._frame.translation
@@ -103,11 +103,11 @@ class RelativeMotion:
 
 @dataclass(frozen=True, eq=False)
 class VelocityChanges:
-    """Bounds over intervals, each of shape (c, 2): of the point [m], of the frame's turning [rad].
+    """Bounds over intervals, each of shape (c, 2): for the point [m] and the frame's rotation [rad].
 
     Attributes:
-        first: Of the first derivative of the velocity [m/s^2], [rad/s^2].
-        second: Of its second derivative [m/s^3], [rad/s^3].
+        first: Bound of the first derivative of the velocity [m/s^2], [rad/s^2].
+        second: Bound of its second derivative [m/s^3], [rad/s^3].
     """
 
     first: Floats
@@ -115,10 +115,10 @@ class VelocityChanges:
 
 
 class PointMotion:
-    """A point of a frame seen from the world: its velocity, with bounds on higher derivatives.
+    """A point of a frame in the world: its velocity, with bounds on higher derivatives.
 
-    Bounds follow the chain of joints from the frame inwards. Let x be the point as seen from behind a joint
-    that turns by the angle t about a fixed axis, S the cross product with the axis, R the turn. Then
+    Bounds follow the chain of joints from the frame inwards. Let x be the point relative to the parent of a
+    joint that turns by the angle t about a fixed axis, S the cross product with the axis, R the turn. Then
 
         (R x)'''  = R (x''' + 3 t' S x'' + 3 (t'' S + t'^2 S^2) x' + (t''' S + 3 t' t'' S^2 + t'^3 S^3) x),
 
@@ -131,9 +131,9 @@ class PointMotion:
         """Find the joints that carry the frame.
 
         Args:
-            motion: The motion.
+            motion: Motion.
             frame: Link, tool frame or object.
-            offset: The point, in the frame's coordinates, shape (3,) [m].
+            offset: Point in the frame's coordinates, shape (3,) [m].
 
         Raises:
             FrameNotFound: If the frame is unknown.
@@ -166,7 +166,7 @@ class PointMotion:
         return velocity.sum(axis=1), (turns * turning).sum(axis=1)
 
     def changes(self, begin: Floats, end: Floats) -> VelocityChanges:
-        """Bound how the velocities change, given the start and end of intervals, shape (c,) [s]."""
+        """Bound the derivatives of the velocities, given the start and end of intervals, shape (c,) [s]."""
         motion = self._motion
         poses = motion.poses((begin + end) / 2)
         rates, increases, jerks = (motion.rates(begin, end, order) for order in (1, 2, 3))

@@ -1,4 +1,4 @@
-"""Shapes as the native core and as Coal know them."""
+"""Conversion of shapes for the native core and for Coal."""
 
 from functools import singledispatch
 from typing import Any, TypeAlias
@@ -28,12 +28,12 @@ from trajopt.values.shapes.shapes import (
 )
 
 _THICKENING = 1e-5
-"""A flat mesh is thickened by this much for its hull [m]."""
+"""Thickness added to a flat mesh for its hull [m]."""
 
 
 @cached_per_value
 def form_of(shape: Shape) -> proof.Form:
-    """Return a shape for the native core; computed once for each shape and kept as long as it."""
+    """Return a shape for the native core, cached for the lifetime of the shape."""
     return _make(shape)
 
 
@@ -99,7 +99,7 @@ def _(shape: Mesh) -> proof.Form:
 
 
 def hull_of(mesh: Mesh) -> Convex:
-    """Return the convex hull of a mesh; a flat one is thickened a little, as a hull needs volume."""
+    """Return the convex hull of a mesh; a flat one is thickened slightly, as a hull needs volume."""
     try:
         return convex(mesh.vertices)
     except ShapeError:
@@ -111,10 +111,10 @@ Indices: TypeAlias = NDArray[np.integer[Any]]
 
 
 def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
-    """Return a shape as Coal knows it; each of Coal's shapes has its origin where ours has.
+    """Return a shape for Coal, with the same origin.
 
     Raises:
-        ProblemError: If it is a cloud, which Coal does not know.
+        ProblemError: If it is a cloud, which Coal does not support.
     """
     geometry: coal.CollisionGeometry
     match shape:

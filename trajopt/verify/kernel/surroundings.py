@@ -1,4 +1,4 @@
-"""Surroundings: everything that a robot has to keep apart from, itself included, at rest and in motion."""
+"""Surroundings: distances of all bodies, static and dynamic."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 class Surroundings:
-    """Workspace; one for each thread.
+    """Workspace for distances in a static scene and among dynamic obstacles; one per thread.
 
     Attributes:
-        still: Distances of all bodies but of those that change with time.
+        still: Distances of all bodies except dynamic obstacles.
         distances: Distances of all bodies.
     """
 
@@ -28,8 +28,8 @@ class Surroundings:
         """Pass the bodies to the judge's core.
 
         Args:
-            kinematics: Of the reduced model.
-            options: Numbers to judge with.
+            kinematics: Kinematics of the reduced model.
+            options: Options of the judge.
         """
         self.still = self.distances = PairDistances(kinematics, error=options.distance_error)
         self._timed: TimedModel | None = kinematics.reduced.timed
@@ -41,12 +41,12 @@ class Surroundings:
             )
 
     def among(self, motion: Motion, staying: float = 0.0, clock: float = 0.0) -> Motion:
-        """Return a motion together with what changes with time.
+        """Return a motion among the dynamic obstacles.
 
         Args:
-            motion: The motion.
-            staying: How long the robot stays where it ends [s]; where nothing changes, that changes nothing.
-            clock: What the scene's clock shows when the motion begins [s].
+            motion: Motion.
+            staying: Duration of the rest at its end [s]; irrelevant in a static scene.
+            clock: Scene clock at the start of the motion [s].
         """
         if self._timed is None:
             return motion
@@ -61,7 +61,7 @@ class Surroundings:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """What a proof takes for granted of objects and of how they change with time, in sentences."""
+        """Assumptions of a proof on objects and their motion, in sentences."""
         objects = self._kinematics.reduced.scene.objects
         stated = [phrase for item in objects.values() for phrase in item.given]
         stated += [f"{name} {_as_said(timing)}" for name, timing in self.timings.items()]
@@ -69,12 +69,12 @@ class Surroundings:
 
     @property
     def timings(self) -> Mapping[str, Timing]:
-        """When each object that changes with time is there, and how it moves."""
+        """Presence and motion of each dynamic obstacle."""
         return {} if self._timed is None else self._timed.timings
 
 
 def _as_said(timing: Timing) -> str:
-    """Say what was said of an object."""
+    """Describe the stated timing of an object."""
     said: list[str] = []
     if timing.motion is not None:
         sizes = (1e3 * number for number in timing.motion.error)
