@@ -210,7 +210,7 @@ def test_a_little_inside_of_a_large_thing_asks_nothing() -> None:
     [
         ([0.0] * 5, "goal must be a requirement or several, the name of a state"),
         (np.zeros(5), "positions of the group's joints or of all joints"),
-        ((0.4, 0.0, 0.3), "a place alone; placement((x, y, z)) is unturned"),
+        ((0.4, 0.0, 0.3), "a position alone; placement((x, y, z)) has the identity orientation"),
     ],
 )
 def test_a_goal_of_numbers_alone_says_how_numbers_are_given(goal: Any, said: str) -> None:

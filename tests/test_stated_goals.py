@@ -224,7 +224,7 @@ def test_joint_positions_are_taken_in_degrees_where_all_turn(odd: to.Scene) -> N
     assert [side["elbow"] for side in sides] == pytest.approx(np.deg2rad((30.0, 2.0, 3.0)))
     assert to.joint_positions({"elbow": 30.0}, degrees=True).below == {"elbow": 1e-4}
     slides = to.joint_positions({"elbow": 30.0, "reach": 0.1}, degrees=True)
-    with pytest.raises(ProblemError, match=r"position of reach is in degrees, and the joint slides"):
+    with pytest.raises(ProblemError, match=r"position of reach is in degrees, but the joint is prismatic"):
         problem(odd, start={}, goal=slides)
     reduced = problem(odd, start={}, goal={"elbow": 0.1}).reduced
     with pytest.raises(ProblemError, match=r"position of reach is in degrees"):

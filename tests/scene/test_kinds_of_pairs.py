@@ -137,7 +137,7 @@ def test_the_judge_proves_the_kinds_apart(scene: to.Scene) -> None:
 
     from_world, carried, itself = names = (
         "clearance from the world",
-        "clearance of what is carried",
+        "clearance of attached objects",
         "clearance of the robot from itself",
     )
     assert judged(asked) == dict.fromkeys(names, True)

@@ -66,7 +66,7 @@ def test_a_prediction_has_to_last_as_long_as_the_robot_stays(arm: to.Robot) -> N
     for dwell, holds in ((0.4, True), (0.6, False)):
         (check,) = (c for c in judged(scene, dwell).checks if c.kind is CheckKind.PREDICTION)
         assert check.holds is holds
-    assert check.detail == "where box is, is known until 2 s, 2.100 s are needed"
+    assert check.detail == "the prediction of box ends at 2 s, but is needed until 2.100 s"
 
 
 def test_contact_that_is_meant_at_the_end_is_meant_while_the_robot_stays(arm: to.Robot) -> None:

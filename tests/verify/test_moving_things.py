@@ -158,7 +158,7 @@ def test_nothing_is_proven_past_what_is_known(arm: to.Robot) -> None:
         certificate = verify(reduced, swing(reduced, np.random.default_rng(0)), goals=())
         (check,) = (check for check in certificate.checks if check.kind is CheckKind.PREDICTION)
         assert check.holds is holds
-        assert check.detail == f"where box is, is known until {until:g} s, 1.500 s are needed"
+        assert check.detail == f"the prediction of box ends at {until:g} s, but is needed until 1.500 s"
         assert f"proven given that box is on its track until {until:g} s" in certificate.notes
 
 

@@ -191,7 +191,7 @@ class Problem(Value):
             ProblemError: If the goal is a set; each of its `alternatives` has its own goals.
         """
         if isinstance(self.goal, GoalSet):
-            raise ProblemError(f"the goal is {self.goal}: take one of the problem's alternatives")
+            raise ProblemError(f"the goal is {self.goal}, a set: use one of the problem's alternatives")
         return self._goals
 
     @cached_property

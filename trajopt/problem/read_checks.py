@@ -58,7 +58,7 @@ def _faces(value: Convex | Mesh) -> None:
     if not 1 <= len(faces) <= MOST_FACES:
         raise ShapeError("faces", f"must be 1 to {MOST_FACES}, are {len(faces)}")
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise ShapeError("faces", "are between vertices that are not there")
+        raise ShapeError("faces", "refer to vertices that do not exist")
 
 
 def _cloud(value: Points | Voxels) -> None:
@@ -87,7 +87,7 @@ def _path(value: Path) -> None:
 
 def _joints(value: JointPositions) -> None:
     if not value.positions.keys() == value.below.keys() == value.above.keys():
-        raise ModelError("tolerances are of other joints than the positions")
+        raise ModelError("tolerances and positions name different joints")
 
 
 def _robot(value: Robot) -> None:
@@ -96,10 +96,10 @@ def _robot(value: Robot) -> None:
         raise ModelError("joints, limits and model of the robot do not have the same names")
     homeless = {body.frame for body in value.bodies} - set(value.links)
     if homeless:
-        raise ModelError(f"bodies of the robot are on links that it does not have: {sorted(homeless)}")
+        raise ModelError(f"bodies of the robot refer to unknown links: {sorted(homeless)}")
     unknown = {name for group in value.groups.values() for name in group.joints} - set(names)
     if unknown:
-        raise ModelError(f"the groups of the robot name joints that it does not have: {sorted(unknown)}")
+        raise ModelError(f"the groups of the robot name unknown joints: {sorted(unknown)}")
 
 
 def _scene(value: Scene) -> None:

@@ -90,7 +90,7 @@ class Cost:
             raise ProblemError(f"cost {shown(self.residual.name)}: weight {weight:g} is negative")
         if weight > MOST_WEIGHT:
             raise ProblemError(
-                f"cost {shown(self.residual.name)}: weight {weight:g} leaves no digits for anything else; "
+                f"cost {shown(self.residual.name)}: weight {weight:g} hides all other terms in rounding; "
                 f"{MOST_WEIGHT:g} is the most"
             )
 

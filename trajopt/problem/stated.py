@@ -161,7 +161,7 @@ def _hint(item: object) -> str:
         count = len(floats("goal", cast("ArrayLike", item), (None,)))
     except ShapeError:
         return ""
-    return " (a place alone; placement((x, y, z)) is unturned)" if count == 3 else ""
+    return " (a position alone; placement((x, y, z)) has the identity orientation)" if count == 3 else ""
 
 
 def _in_radians(
@@ -241,9 +241,11 @@ def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
         check_names(scene, item)
         return
     if not isinstance(item, FramePlacement):
-        raise ProblemError(f"{moving}: of what moves only frame_placement(...) can be a goal, not {item}")
+        raise ProblemError(
+            f"{moving}: a goal on a dynamic obstacle must be a frame_placement(...), not {item}"
+        )
     if in_motion:
-        raise ProblemError(f"{moving}: a goal that moves is met from a start at rest only")
+        raise ProblemError(f"{moving}: a moving goal requires a start at rest")
 
 
 def check_names(scene: Scene, item: Requirement) -> None:
@@ -256,14 +258,14 @@ def check_names(scene: Scene, item: Requirement) -> None:
     """
     scene.robot.index(item.joints)
     if moving := _moving(scene, item):
-        raise ProblemError(f"{moving}: requirements other than goals take frames that time does not move")
+        raise ProblemError(f"{moving}: only goals may refer to frames of dynamic obstacles")
     if isinstance(item, LineOfSight):
         item.obstacles(scene)
     if isinstance(item, JointPositions) and item.in_degrees:
         for joint in item.joints:
             if joint_unit(scene.robot.model, joint) == "m":
                 raise ProblemError(
-                    f"position of {joint} is in degrees, and the joint slides: give it in metres, "
+                    f"position of {joint} is in degrees, but the joint is prismatic: give it in metres, "
                     "in joint_positions(...) of its own"
                 )
 

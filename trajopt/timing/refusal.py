@@ -46,7 +46,7 @@ def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
         if seconds[slowest] > LONGEST * ROOM:
             joint = limits.joint_names[slowest]
             return RetimeFailure(
-                f"the {name} limit of {joint} is {limit[slowest]:g}: with it the path would take more than "
+                f"the {name} limit of {joint} is {limit[slowest]:g}: the path would take more than "
                 f"{seconds[slowest]:.2g} s, and {LONGEST * ROOM:.2g} s are the most",
                 joint,
                 0.0,
@@ -97,7 +97,7 @@ def _too_weak(found: Found, limits: JointLimits) -> RetimeFailure:
 def _exceeded(found: Found, limits: JointLimits) -> RetimeFailure:
     """Name the limit that a trajectory exceeds at any speed."""
     if found.kind is Kind.TOOL_SPEED:
-        reason = "the speed limit of a tool is exceeded there however slow the motion is"
+        reason = "the speed limit of a tool is exceeded there at any speed"
         return RetimeFailure(reason, None, found.place)
     place = _torque_joint(found.column, limits) if found.kind is Kind.TORQUE else found.column
     joint = limits.joint_names[place]
@@ -110,5 +110,5 @@ def _exceeded(found: Found, limits: JointLimits) -> RetimeFailure:
     mimic = "" if limit is None else limits.because(joint, limit)
     name = "effort" if limit is None else limit.value
     return RetimeFailure(
-        f"the {name} limit of {joint}{mimic} is exceeded there however slow the motion is", joint, found.place
+        f"the {name} limit of {joint}{mimic} is exceeded there at any speed", joint, found.place
     )

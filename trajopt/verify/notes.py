@@ -56,7 +56,7 @@ def _jerk_notes(limits: JointLimits) -> list[str]:
     if not free:
         return []
     named = _listed(free, count=len(free))
-    return [f"jerk is not limited, for none is stated: {named}; Robot.with_jerk_limits chooses limits"]
+    return [f"jerk is not limited, as no limit is stated: {named}; Robot.with_jerk_limits chooses limits"]
 
 
 def _joint_notes(reduced: ReducedModel) -> list[str]:
@@ -78,7 +78,7 @@ def _pair_notes(reduced: ReducedModel) -> list[str]:
         for allowance in dict.fromkeys(allowance for _, allowance in reduced.pairs.allowances)
     ]
     if not any(body.joint for body in reduced.bodies):
-        found.append("no link that moves has a collision shape: the motion is kept clear of nothing")
+        found.append("no moving link has a collision shape: no clearance is checked")
     immobile = reduced.pairs.immobile
     if immobile:
         first = nsmallest(_MOST_NAMES, map(sorted, immobile))

@@ -49,7 +49,7 @@ def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Pr
         ProblemError: If the problem has a set of goals.
     """
     if isinstance(problem.goal, GoalSet):
-        raise ProblemError("the goal is a set: take one of the problem's alternatives")
+        raise ProblemError("the goal is a set: use one of the problem's alternatives")
 
     def swapped(items: Sequence[Requirement]) -> tuple[Requirement, ...]:
         return tuple(new if item is old else item for item in items)

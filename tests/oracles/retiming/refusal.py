@@ -51,7 +51,7 @@ def exceeded(
     mimic = "" if limit is None else limits.because(joint, limit)
     return RetimeFailure(
         f"the {'effort' if limit is None else limit.value} limit of {joint}{mimic} "
-        "is exceeded there however slow the motion is",
+        "is exceeded there at any speed",
         joint,
         float(on.s[found.piece] / on.s[-1]),
     )

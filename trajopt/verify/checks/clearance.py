@@ -343,7 +343,7 @@ def _without_contact(distances: PairDistances, searches: Sequence[Findings], alw
     nearest = min(searches, key=_bound)
     bound = max(_bound(nearest), always)
     if gap is None and bound == inf:
-        return _check("", None, 0.0, None, Evidence.PROVEN, "nothing comes near what moves of the robot")
+        return _check("", None, 0.0, None, Evidence.PROVEN, "nothing comes near a moving link")
     pair, time = tightest_of(nearest, np.arange(len(distances.first)))
     required = float(nearest.windows.required[pair])
     if gap is not None:

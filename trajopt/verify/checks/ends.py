@@ -176,7 +176,7 @@ class PredictionCriterion(Criterion):
                 slack=slack,
                 evidence=Evidence.PROVEN if slack >= 0.0 else Evidence.UNPROVEN,
                 holds=slack >= 0.0,
-                detail=f"where {name} is, is known until {until:g} s, {needed:.3f} s are needed",
+                detail=f"the prediction of {name} ends at {until:g} s, but is needed until {needed:.3f} s",
             )
 
 
@@ -228,7 +228,7 @@ def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
     ):
         yield Check(
             kind=CheckKind.ENDS,
-            name="goal: at rest as seen from it",
+            name="goal: at rest relative to it",
             subject=goal.frames[0],
             value=size,
             bound=bound,
@@ -237,7 +237,7 @@ def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
             slack=bound - size,
             evidence=Evidence.PROVEN,
             holds=size <= bound,
-            detail=f"{goal.frames[0]} {words} {in_unit(size, unit)} as seen from {goal.frames[1]}",
+            detail=f"{goal.frames[0]} {words} {in_unit(size, unit)} relative to {goal.frames[1]}",
         )
 
 
@@ -269,5 +269,5 @@ def _too_short(motion: Motion, goal: Requirement, dwell: float) -> Check:
         slack=motion.duration - dwell,
         evidence=Evidence.PROVEN,
         holds=False,
-        detail=f"the motion is over in {motion.duration:.3f} s, it was to follow its goal for {dwell:g} s",
+        detail=f"the motion takes {motion.duration:.3f} s, but must follow its goal for {dwell:g} s",
     )

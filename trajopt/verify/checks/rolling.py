@@ -81,11 +81,11 @@ class RollingCriterion(Criterion):
         if found.measured - found.error > accepted:
             evidence = Evidence.SAMPLED
         detail = (
-            f"wheels that turn as planned carry {base.name} {in_length(found.measured)} beside the planned "
+            f"wheels driven as planned carry {base.name} {in_length(found.measured)} away from the planned "
             f"motion, {in_length(accepted)} is accepted"
         )
         if not proven:
-            detail += "; more knots bring the motion nearer to one that rolls"
+            detail += "; more knots reduce the slip"
         yield Check(
             kind=CheckKind.ROLLING,
             name="rolling",

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 ROWS = {
     PairKind.WORLD: "clearance from the world",
-    PairKind.CARRIED: "clearance of what is carried",
+    PairKind.CARRIED: "clearance of attached objects",
     PairKind.ROBOT: "clearance of the robot from itself",
 }
 """Names of the clearance checks if the scene sets clearances of kinds of pairs."""
@@ -201,7 +201,7 @@ class PairDistances:
         both = planes[self.first] & planes[self.second]
         if both.any():
             pair = int(both.argmax())
-            raise ModelError(f"half-spaces {self.pair_name(pair)} meet always; allow their contact")
+            raise ModelError(f"half-spaces {self.pair_name(pair)} always intersect; allow their contact")
         bodies = reduced.bodies
         self.present: Floats | None = None
         self.changing: Bools = np.zeros(len(self.first), dtype=np.bool_)

@@ -133,7 +133,7 @@ def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
         case Convex():
             geometry = coal.Convex(_points(shape.vertices), _triangles(shape.faces))
         case Points() | Voxels():
-            raise ProblemError("a cloud is no shape of Coal's")
+            raise ProblemError("Coal does not support clouds")
         case Mesh():
             geometry = coal.BVHModelOBBRSS()
             geometry.beginModel(len(shape.faces), len(shape.vertices))
