@@ -8,8 +8,7 @@ DEFAULT_KNOTS = 24
 
 ROLLING_KNOTS = 48
 """Knots for bases with driven wheels. Their drift falls with the square of a step; with 24 knots it is 10 to
-30 mm
-over ten metres.
+30 mm over ten metres.
 """
 
 LEG_KNOTS = 8

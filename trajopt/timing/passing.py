@@ -12,8 +12,7 @@ NEAR_ENOUGH = 1e-7
 """Joint distance within which a knot is passed, below the resolution of controllers [rad | m]."""
 ROUNDS = 8
 """Most rounds of moving corners. Each round leaves about a third of the error: the spline passes a corner
-within
-a third of its shorter leg and cuts off the same share of the corner's displacement.
+within a third of its shorter leg and cuts off the same share of the corner's displacement.
 """
 DEGREE = 3
 """Degree of the smooth path."""

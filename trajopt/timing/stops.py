@@ -20,8 +20,7 @@ which resolve it [s].
 """
 SHARES = (0.97, 0.8, 0.6, 0.4)
 """Shares of the limits that braking is tried with. The first leaves room for extremes between steps; the
-others
-leave time to release the brake under tight jerk limits.
+others leave time to release the brake under tight jerk limits.
 """
 KEPT_STEPS = (5, 3, 2, 1)
 """Steps per point of the stop motion, as few points are judged faster; decreased if the limits are exceeded

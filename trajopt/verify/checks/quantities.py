@@ -96,8 +96,7 @@ _MOMENT = 1e-6
 
 Bound = Callable[[Floats, Floats, Floats], Floats]
 """Begin and end of intervals, (c,) each [s], and the states at begin, middle and end, (3, c, ...) -> upper
-bound of
-the excess (the number minus its bound, or the reverse for a lower bound), (c,).
+bound of the excess (the number minus its bound, or the reverse for a lower bound), (c,).
 """
 
 

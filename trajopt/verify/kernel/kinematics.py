@@ -177,13 +177,12 @@ def relative_chain(kinematics: Kinematics, joint: int, reference: int) -> tuple[
 class Travel:
     """Bounds on the travel of spheres, each with its own joints, while joints move by bounded amounts.
 
-    Let joint j move by at most delta_j. Move the outermost joint of a body's chain first and its
-    innermost last. While joint j moves, every inner joint is still at its original place, and every
-    point of the body has moved by at most the travel m of the outer joints; so its distance from the axis of
-    j is
-    at most rho_j + m, and it travels at most delta_j (rho_j + m) more (delta_j for a prismatic joint).
-    Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking for single and multiple robots in
-    motion, IEEE T-RO 2005.
+    Let joint j move by at most delta_j. Move the outermost joint of a body's chain first and its innermost
+    last. While joint j moves, every inner joint is still at its original place, and every point of the body
+    has moved by at most the travel m of the outer joints; so its distance from the axis of j is at most rho_j
+    + m, and it travels at most delta_j (rho_j + m) more (delta_j for a prismatic joint). Source: Schwarzer,
+    Saha, Latombe, Adaptive dynamic collision checking for single and multiple robots in motion, IEEE T-RO
+    2005.
 
     Attributes:
         joints: Joints that move each sphere, outermost first, padded with 0, shape (w, length).
