@@ -95,7 +95,7 @@ def plan(
     if one_of("every_goal", every_goal, bool):
         result = _every_goal(search, given)
     else:
-        result = _by_deadline(_run(search), problem, search, decided=method is not None or improve)
+        result = _by_deadline(_planner(problem)(search), problem, search, decided=method is not None or improve)
     if experience is not None and recalled is not None:
         experience.learn(problem, result, recalled, len(stated))
     return replace(result, arguments=arguments)
@@ -121,7 +121,7 @@ def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTra
 def _every_goal(search: PlanSearch, given: np.random.Generator | None) -> Result:
     """Plan to every goal of a set, each with a generator of its own."""
     each = EveryGoal(search.problem, search.choice, given, search.tracker, search.on_incumbent)
-    return each.planned(lambda one: _run(replace(one, given=search.given)))
+    return each.planned(lambda one: _planner(one.problem)(replace(one, given=search.given)))
 
 
 def _by_deadline(result: Result, problem: Problem, search: PlanSearch, *, decided: bool) -> Result:
@@ -130,13 +130,13 @@ def _by_deadline(result: Result, problem: Problem, search: PlanSearch, *, decide
     if not missed or result.stopped is not None or decided or problem.starts_moving:
         return result
     choice = choose(problem, None, improve=True)
-    shorter = _run(search.again(problem, choice=choice, on_incumbent=search.on_incumbent))
+    shorter = _planner(problem)(search.again(problem, choice=choice, on_incumbent=search.on_incumbent))
     return shorter if shorter.verified else result
 
 
-def _run(search: PlanSearch) -> Result:
-    """Run a search to its end: with dynamic obstacles by the rows for these too."""
-    return planned_among_obstacles(search) if search.problem.scene.changing else search.run()
+def _planner(problem: Problem) -> Callable[[PlanSearch], Result]:
+    """Return the function that runs a search; with dynamic obstacles it has rows of its own."""
+    return planned_among_obstacles if problem.scene.changing else PlanSearch.run
 
 
 def bounded(budget: Budget, seconds: float | None) -> Budget:

@@ -129,11 +129,19 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
     try:
         where = as_placement(name, item)
     except ModelError as error:
-        if np.shape(cast("ArrayLike", item)) == (4, 4):
+        if _is_matrix(item):
             raise
         forms = f"a requirement or several, {FORMS}, or a placement"
         raise ProblemError(f"{name} must be {forms}, is {shown(item)}{_hint(item)}") from error
     return frame_placement(tool_of(scene, group), where)
+
+
+def _is_matrix(item: object) -> bool:
+    """Return whether an argument has the shape of a homogeneous matrix."""
+    try:
+        return np.shape(cast("ArrayLike", item)) == (4, 4)
+    except ValueError:  # rows of different lengths
+        return False
 
 
 def _of_numbers(

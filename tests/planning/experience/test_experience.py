@@ -103,7 +103,7 @@ def fail_first(monkeypatch: pytest.MonkeyPatch) -> None:
             return candidate.workspace.result(Status.STUCK, "on purpose")
         return attempt(candidate)
 
-    monkeypatch.setattr(import_module("trajopt.planning.plan"), "attempt", failing)
+    monkeypatch.setattr(import_module("trajopt.planning.search"), "attempt", failing)
 
 
 def test_what_never_wins_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
