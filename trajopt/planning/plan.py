@@ -95,7 +95,9 @@ def plan(
     if one_of("every_goal", every_goal, bool):
         result = _every_goal(search, given)
     else:
-        result = _by_deadline(_planner(problem)(search), problem, search, decided=method is not None or improve)
+        result = _by_deadline(
+            _planner(problem)(search), problem, search, decided=method is not None or improve
+        )
     if experience is not None and recalled is not None:
         experience.learn(problem, result, recalled, len(stated))
     return replace(result, arguments=arguments)
