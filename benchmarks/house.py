@@ -27,7 +27,7 @@ NOT_CODE = {
 }
 CHECKED = "checked.<locals>.call"
 """What stands before a function to check its arguments, and is no step of its own."""
-CORE = ("native_descent.py", "descend")
+CORE = ("sqp.py", "descend")
 """File and name of the function that calls the native core for the steps of the SQP."""
 
 

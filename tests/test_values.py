@@ -31,8 +31,8 @@ from trajopt.optimise.kinematics import inverse_kinematics, self_motion
 from trajopt.optimise.methods import method_named
 from trajopt.optimise.terms import Cost, soft_clearance
 from trajopt.optimise.terms.clearance import MarginRule
-from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.symbolic import SymbolicKinematics
+from trajopt.optimise.terms.user_functions import Expression
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve, line

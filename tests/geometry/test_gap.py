@@ -3,7 +3,7 @@
 import pytest
 
 import trajopt as to
-from trajopt.geometry.gap import gap, inside_carriers
+from trajopt.geometry.geometry import gap, inside_carriers
 
 BETWEEN = to.placement()
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 import trajopt as to
-from trajopt.optimise.solvers.native_descent import NativeDescent
+from trajopt.optimise.solvers.sqp import NativeDescent
 
 MOST_FRAMES = 9
 """Python frames from `plan` to the one that calls a native core, both counted, and that of the decorator

@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM
-from trajopt.planning.preparation import long_turns
+from trajopt.planning.search import long_turns
 
 
 @pytest.fixture

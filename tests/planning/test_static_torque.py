@@ -15,7 +15,7 @@ from trajopt.planning.infeasibility.reasons import ObstructionKind
 from trajopt.problem.motion import Motion
 from trajopt.values.arrays import Floats
 from trajopt.why import Certainty
-from trajopt.why.candidates import candidates
+from trajopt.why.explain import candidates
 
 JOINTS = tuple(f"panda_joint{number}" for number in range(1, 8))
 ABOVE = (0.0, -0.9, 0.0, -0.3, 0.0, 1.8, 0.0)

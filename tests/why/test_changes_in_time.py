@@ -6,7 +6,7 @@ import pytest
 
 import trajopt as to
 from trajopt.planning.status import Certainty
-from trajopt.why.candidates import changes_in_time
+from trajopt.why.explain import changes_in_time
 from trajopt.why.explanation import Explanation
 
 PLANE = 0.1

@@ -30,8 +30,7 @@ from trajopt.cli.options import (
 )
 from trajopt.cli.progress import progress_line
 from trajopt.planning.plan import plan as plan_problem
-from trajopt.planning.records import table
-from trajopt.planning.result import Result, improvement
+from trajopt.planning.result import Result, improvement, table
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import joint_unit
 from trajopt.server.warehouse import Warehouse

@@ -22,7 +22,7 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption, watched
-from trajopt.driving.recording_file import write_recording
+from trajopt.driving.recording import write_recording
 from trajopt.driving.rehearsal import RunReport
 from trajopt.driving.rehearsal import run as drive
 from trajopt.driving.simulated import TOLERANCE

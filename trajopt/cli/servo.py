@@ -21,10 +21,9 @@ from trajopt.cli.options import (
     SrdfOption,
 )
 from trajopt.cli.watched import HostOption, PortOption, say_where, watched
-from trajopt.driving.gamepad import Gamepad
 from trajopt.driving.servo import Servo
 from trajopt.driving.servo_command import REDUCED_SPEED, ServoOptions
-from trajopt.driving.servo_input import Player, Recorder, ServoInput, guide, read_stream
+from trajopt.driving.servo_input import Gamepad, Player, Recorder, ServoInput, guide, read_stream
 from trajopt.driving.simulated import SimulatedExecutor
 from trajopt.files.moveit import read_motions, read_scene
 from trajopt.problem.problem import Problem

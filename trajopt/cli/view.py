@@ -23,7 +23,7 @@ from trajopt.cli.planned import (
     problem_of,
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption
-from trajopt.driving.recording_file import RecordingFile
+from trajopt.driving.recording import RecordingFile
 from trajopt.files.moveit import read_scene
 from trajopt.files.moveit.trajectory_files import FORMATS
 from trajopt.scene.scene import Scene

@@ -14,15 +14,14 @@ from trajopt.driving.events import EventKind as EventKind
 from trajopt.driving.executor import Executor as Executor
 from trajopt.driving.executor import IdealExecutor as IdealExecutor
 from trajopt.driving.executor import RobotState as RobotState
-from trajopt.driving.gamepad import Gamepad as Gamepad
 from trajopt.driving.options import SupervisorOptions as SupervisorOptions
 from trajopt.driving.recording import Logbook as Logbook
 from trajopt.driving.recording import RecordedMoment as RecordedMoment
 from trajopt.driving.recording import RecordedMotion as RecordedMotion
 from trajopt.driving.recording import Recording as Recording
 from trajopt.driving.recording import Sighting as Sighting
-from trajopt.driving.recording_file import read_recording as read_recording
-from trajopt.driving.recording_file import write_recording as write_recording
+from trajopt.driving.recording import read_recording as read_recording
+from trajopt.driving.recording import write_recording as write_recording
 from trajopt.driving.servo import Servo as Servo
 from trajopt.driving.servo_command import Axis as Axis
 from trajopt.driving.servo_command import Command as Command
@@ -30,6 +29,7 @@ from trajopt.driving.servo_command import JointVelocities as JointVelocities
 from trajopt.driving.servo_command import Pose as Pose
 from trajopt.driving.servo_command import ServoOptions as ServoOptions
 from trajopt.driving.servo_command import Twist as Twist
+from trajopt.driving.servo_input import Gamepad as Gamepad
 from trajopt.driving.servo_input import Order as Order
 from trajopt.driving.servo_input import Player as Player
 from trajopt.driving.servo_input import Recorder as Recorder

@@ -21,11 +21,12 @@ of a matrix, instead of `orientation`. A servo stops when its last command is ol
 lasting command needs `until`.
 """
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -34,9 +35,12 @@ from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
 from trajopt.values.arrays import Value, number, several
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.documents.json_files import write_json
-from trajopt.values.errors import FileFormatError, ModelError, ProblemError, shown
+from trajopt.values.errors import FileFormatError, MissingExtra, ModelError, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, placement
+
+if TYPE_CHECKING:
+    from pygame._sdl2.controller import Controller
 
 ROUNDING = 1e-9
 """Times closer than this are equal [s]."""
@@ -367,3 +371,108 @@ def _document(order: Order) -> dict[str, object]:
         case JointVelocities() as joints:
             document["joints"] = {name: float(value) for name, value in joints.velocities.items()}
     return document
+
+
+FULL = 32767.0
+"""Value of SDL for a stick at its end."""
+NOTCH = 0.1
+"""Change of the speed factor by the cross."""
+SLOWEST = 0.1
+"""Least speed factor of the cross."""
+RELEASED = "the button was let go"
+
+
+class Gamepad:
+    """A gamepad found by pygame.
+
+    pygame and its SDL have one state per process: it is initialised with the first gamepad, without a window
+    unless the program has one, and remains after `close`.
+    """
+
+    @checked
+    def __init__(self, number: int = 0, *, frame: str = WORLD) -> None:
+        """Open it.
+
+        Args:
+            number: Index of the gamepad.
+            frame: Frame of the axes: "world", or the tool.
+
+        Raises:
+            MissingExtra: If pygame-ce is not installed.
+            ProblemError: If it does not exist.
+        """
+        # Without a window there is no focus, without which SDL ignores pads.
+        os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")
+        os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+        try:
+            import pygame
+            from pygame._sdl2 import controller
+        except ImportError as error:
+            raise MissingExtra("pygame-ce", "gamepad") from error
+        if not pygame.display.get_init():
+            os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+            pygame.display.init()
+        controller.init()
+        pads = [index for index in range(controller.get_count()) if controller.is_controller(index)]
+        if not 0 <= number < len(pads):
+            have = f"SDL finds {len(pads)}, counted from 0" if pads else "SDL finds none"
+            raise ProblemError(f"gamepad number {number} does not exist: {have}")
+        self._pygame = pygame
+        self._pad: Controller = controller.Controller(pads[number])
+        self._frame, self._speed, self._cross = frame, 1.0, 0
+        self._done = False
+
+    @property
+    def name(self) -> str:
+        """Name of the gamepad."""
+        return self._pad.name
+
+    @checked
+    def read(self, since: float) -> Order | None:
+        """Return the order of the sticks."""
+        pygame = self._pygame
+        pygame.event.pump()
+        if not self._pad.attached():
+            self._done = True
+            return Order(released="the gamepad is disconnected")
+        speed = self._faster()
+        if not self._held(pygame.CONTROLLER_BUTTON_LEFTSHOULDER):
+            return Order(speed=speed, released=RELEASED)
+        left, ahead = (
+            -self._axis(each) for each in (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY)
+        )
+        about, up = (
+            -self._axis(each) for each in (pygame.CONTROLLER_AXIS_RIGHTX, pygame.CONTROLLER_AXIS_RIGHTY)
+        )
+        if self._held(pygame.CONTROLLER_BUTTON_RIGHTSHOULDER):
+            # Right turns clockwise as seen from behind, as a hand turns a knob: about x.
+            linear, angular = (0.0, 0.0, up), (-left, ahead, about)
+        else:
+            linear, angular = (ahead, left, up), (0.0, 0.0, about)
+        return Order(command=Twist(np.array(linear), np.array(angular), self._frame), speed=speed)
+
+    @property
+    def done(self) -> bool:
+        """Whether it is disconnected."""
+        return self._done
+
+    def close(self) -> None:
+        """Close the gamepad."""
+        self._pad.quit()
+
+    def _faster(self) -> float | None:
+        """Return the speed factor if the cross has just changed it."""
+        pygame = self._pygame
+        cross = self._held(pygame.CONTROLLER_BUTTON_DPAD_UP) - self._held(pygame.CONTROLLER_BUTTON_DPAD_DOWN)
+        pressed, self._cross = cross if cross != self._cross else 0, cross
+        if not pressed:
+            return None
+        self._speed = round(min(max(self._speed + NOTCH * pressed, SLOWEST), 1.0), 3)
+        return self._speed
+
+    def _held(self, button: int) -> bool:
+        return self._pad.get_button(button)
+
+    def _axis(self, axis: int) -> float:
+        """Return the position of a stick, from -1 to 1."""
+        return max(self._pad.get_axis(axis) / FULL, -1.0)

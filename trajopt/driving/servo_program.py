@@ -19,7 +19,7 @@ import numpy as np
 from trajopt.geometry import JointPlacements, evaluator
 from trajopt.geometry.geometry import BoundingBoxes
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
-from trajopt.optimise.solvers.banded import BandedSteps
+from trajopt.optimise.solvers.subproblem import BandedSteps
 from trajopt.robot.limits import EXCESS, JointLimits
 from trajopt.scene.deviation import pair_levers
 from trajopt.scene.reduced import ReducedModel

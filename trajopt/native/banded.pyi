@@ -1,4 +1,4 @@
-"""The structured QP of a step; see `trajopt.optimise.solvers.banded`."""
+"""The structured QP of a step; see `trajopt.optimise.solvers.subproblem`."""
 
 from trajopt.values.arrays import Bools, Floats, Ints
 

@@ -11,9 +11,9 @@ from trajopt.planning.many import PlansProblem as PlansProblem
 from trajopt.planning.many import plan_many as plan_many
 from trajopt.planning.moving.path_time import PathTime as PathTime
 from trajopt.planning.moving.path_time import forbidden_times as forbidden_times
-from trajopt.planning.records import Attempt as Attempt
 from trajopt.planning.replan import on_the_way as on_the_way
 from trajopt.planning.replan import replan as replan
+from trajopt.planning.result import Attempt as Attempt
 from trajopt.planning.result import Plan as Plan
 from trajopt.planning.result import Result as Result
 from trajopt.planning.status import Certainty as Certainty

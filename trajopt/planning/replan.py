@@ -12,8 +12,7 @@ from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
 from trajopt.planning.moving.rendezvous import goals_that_move
 from trajopt.planning.plan import NO_BOUNDS, bounded, plan
-from trajopt.planning.records import Attempt
-from trajopt.planning.result import Result
+from trajopt.planning.result import Attempt, Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.seeds import SeedKind, with_knots
 from trajopt.planning.status import Status

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 
 from trajopt.geometry import MakesEvaluator, evaluator
-from trajopt.geometry.gap import inside_carriers
+from trajopt.geometry.geometry import inside_carriers
 from trajopt.problem.knots import stated_knots
 from trajopt.problem.requirements import During, GoalSet, Requirement
 from trajopt.problem.residual import Constraint, Cost, check_path_constraint

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.planning.infeasibility.reasons import Obstruction
-from trajopt.planning.records import Attempt
+from trajopt.planning.result import Attempt
 from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import joint_unit

@@ -12,7 +12,7 @@ from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers import Sqp
 from trajopt.optimise.terms import Clearance, Constraint, constrain, constraint
 from trajopt.optimise.terms.gravity_torque import HoldingTorque
-from trajopt.optimise.transcription.holding import LISTED
+from trajopt.optimise.transcription.knots import LISTED
 from trajopt.planning.infeasibility.reasons import Obstruction, ObstructionKind
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem

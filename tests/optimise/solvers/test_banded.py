@@ -12,9 +12,9 @@ import trajopt as to
 from tests.optimise.solvers.in_python import SqpInPython
 from tests.robots_for_tests import odd_arm
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
-from trajopt.optimise.solvers.banded import BandedStep, BandedSteps
-from trajopt.optimise.solvers.choice import ByStructure
 from trajopt.optimise.solvers.flat import FlatSteps, Subproblem, subproblem
+from trajopt.optimise.solvers.sqp import ByStructure
+from trajopt.optimise.solvers.subproblem import BandedStep, BandedSteps
 from trajopt.optimise.transcription import transcribe
 from trajopt.planning.seeds import straight_line
 from trajopt.values.arrays import Bools, Floats, Loss, Rows

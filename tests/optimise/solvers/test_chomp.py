@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tests.optimise.solvers.plane import REACH, PlaneNlp, straight
 from trajopt.optimise.solvers import Chomp, Iteration, SolverStatus, Stomp
 from trajopt.optimise.solvers.chomp import cost_gradient, obstacle_functional, obstacle_potential
-from trajopt.optimise.solvers.incumbent import improves
+from trajopt.optimise.solvers.solver import improves
 from trajopt.values.arrays import Floats
 
 

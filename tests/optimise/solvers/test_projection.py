@@ -6,8 +6,7 @@ from scipy.optimize import LinearConstraint, minimize
 
 from tests.optimise.solvers.plane import KNOTS, PlaneNlp, straight
 from trajopt.optimise.nlp import Linearisation
-from trajopt.optimise.solvers.projection import LinearRows, into_bounds
-from trajopt.optimise.solvers.smooth_metric import smooth_metric
+from trajopt.optimise.solvers.covariant import LinearRows, into_bounds, smooth_metric
 from trajopt.values.arrays import Floats
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trajopt.optimise.solvers.smooth_metric import smooth_metric
+from trajopt.optimise.solvers.covariant import smooth_metric
 from trajopt.values.arrays import Bools, Floats
 
 

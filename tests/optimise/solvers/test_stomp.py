@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.optimise.solvers.plane import PlaneNlp, straight
 from trajopt.optimise.solvers import Iteration, SolverStatus, Stomp
-from trajopt.optimise.solvers.incumbent import improves
+from trajopt.optimise.solvers.solver import improves
 from trajopt.optimise.solvers.stomp import knot_costs, rollout_weights
 
 

@@ -15,8 +15,8 @@ from tests.optimise.terms.worlds import KNOTS, World, random_knots, world
 from tests.problem.requirements.kind import kinds
 from tests.problem.requirements.test_gaze import camera
 from trajopt.optimise import terms
-from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.rolling import Rolling
+from trajopt.optimise.terms.user_functions import Expression
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import Residual
 from trajopt.values.arrays import Floats, Rows

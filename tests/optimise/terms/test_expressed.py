@@ -12,10 +12,9 @@ from tests.optimise.terms.test_derivatives import FACTORIES, every_term
 from tests.optimise.terms.worlds import World, world
 from tests.problem.requirements.kind import kinds
 from trajopt.optimise import terms
-from trajopt.optimise.terms.axis_alignment import AxisAngle
-from trajopt.optimise.terms.distance_between import PointDistance
+from trajopt.optimise.terms.alignment import AxisAngle
 from trajopt.optimise.terms.frame_placement import FramePlacementError
-from trajopt.optimise.terms.position_in_region import RegionCoordinates
+from trajopt.optimise.terms.positions import PointDistance, RegionCoordinates
 from trajopt.optimise.terms.rolling import Rolling
 from trajopt.optimise.terms.symbolic import Symbolic, SymbolicKinematics
 from trajopt.problem.motion import Motion

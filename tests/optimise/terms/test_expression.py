@@ -10,9 +10,9 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
 from trajopt.optimise.terms import constraint
-from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.frames import relative_frame
 from trajopt.optimise.terms.symbolic import SymbolicKinematics
+from trajopt.optimise.terms.user_functions import Expression
 from trajopt.problem.motion import Motion
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model

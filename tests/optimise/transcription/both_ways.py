@@ -3,8 +3,9 @@
 import numpy as np
 
 import trajopt as to
-from trajopt.optimise.solvers import Sqp, native_descent
+from trajopt.optimise.solvers import Sqp
 from trajopt.optimise.solvers.descent import DescentLimits
+from trajopt.optimise.solvers.sqp import NativeDescent, native_descent
 from trajopt.optimise.transcription import KnotsNlp, fixed_goal, transcribe
 from trajopt.planning.seeds import straight_line
 from trajopt.values.arrays import Floats, Ints, Rows
@@ -22,9 +23,9 @@ def program(problem: to.Problem) -> tuple[Floats, KnotsNlp]:
     return seed, transcribe(problem, seed)
 
 
-def descent_of(nlp: KnotsNlp, sampling: Ints) -> native_descent.NativeDescent | None:
+def descent_of(nlp: KnotsNlp, sampling: Ints) -> NativeDescent | None:
     region = Sqp().trust_region
-    return native_descent.native_descent("auto", nlp, sampling, DescentLimits(5, 0.0, 0.0), None, region, 5.0)
+    return native_descent("auto", nlp, sampling, DescentLimits(5, 0.0, 0.0), None, region, 5.0)
 
 
 def same(mine: dict[str, object], theirs: dict[str, object]) -> None:

@@ -16,7 +16,7 @@ from trajopt.geometry import WorkCounts
 from trajopt.optimise import terms
 from trajopt.optimise.methods import Knots
 from trajopt.optimise.methods.bspline import Bspline
-from trajopt.optimise.solvers import Iteration, SolveResult, Sqp, native_descent
+from trajopt.optimise.solvers import Iteration, SolveResult, Sqp, sqp
 from trajopt.optimise.solvers.descent import DescentLimits
 from trajopt.optimise.transcription.compilable import taper_of
 from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins
@@ -201,9 +201,7 @@ def test_what_the_core_does_not_know_is_left_to_python(tmp_path: Path) -> None:
     own = OwnBounds(terms.Jerk(), np.array((-0.2,)), np.array((0.2,)))
     assert program(everything(tmp_path, constraints=[own]))[1].compiled(sampling) is None
     assert (
-        native_descent.native_descent(
-            "osqp", nlp, sampling, DescentLimits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0
-        )
+        sqp.native_descent("osqp", nlp, sampling, DescentLimits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0)
         is None
     )
     nlp.query = PlainQuery(problem.reduced)
@@ -257,7 +255,7 @@ def test_a_patient_watch_is_told_of_all_steps_in_turn(
     seed, nlp = program(wall(odd_arm(tmp_path)))
     used: list[int] = []
     for seconds in (0.0, 1e6):
-        monkeypatch.setattr(native_descent, "SILENCE", seconds)
+        monkeypatch.setattr(sqp, "SILENCE", seconds)
         watch, ended = PatientList(), PatientList(last=1)
         assert list(Sqp().solve(nlp, seed, progress=watch).log) == watch and len(watch) > 3
         before = nlp.counts.forward_kinematics

@@ -15,12 +15,11 @@ from trajopt.optimise.methods.space_time import SpaceTime
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.solvers import Sqp
 from trajopt.optimise.solvers.descent import DescentLimits
-from trajopt.optimise.solvers.native_descent import native_descent
 from trajopt.optimise.solvers.parts import PythonPart
+from trajopt.optimise.solvers.sqp import native_descent
 from trajopt.optimise.transcription.bspline import BsplineNlp
 from trajopt.optimise.transcription.knots import SWEEP
-from trajopt.optimise.transcription.obstacle_margins import ObstacleMargins
-from trajopt.optimise.transcription.space_time import SpaceTimeNlp
+from trajopt.optimise.transcription.space_time import ObstacleMargins, SpaceTimeNlp
 from trajopt.optimise.transcription.spline_terms import ClearanceInTime
 from trajopt.planning.seeds import straight_line
 from trajopt.problem.motion import Motion

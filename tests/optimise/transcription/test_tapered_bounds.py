@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from trajopt.geometry import Query
 from trajopt.optimise.terms import Constraint
-from trajopt.optimise.transcription.tapered_bounds import MOST_KEPT, TaperedConstraint, tapered
+from trajopt.optimise.transcription.margins import MOST_KEPT, TaperedConstraint, tapered
 from trajopt.problem.residual import WHOLE
 from trajopt.values.arrays import Rows
 

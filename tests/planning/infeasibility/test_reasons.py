@@ -17,7 +17,7 @@ from trajopt.planning.infeasibility.reasons import ObstructionKind, blocks_on_th
 from trajopt.planning.result import Status
 from trajopt.values.arrays import Floats
 from trajopt.why import Certainty, Explanation
-from trajopt.why.candidates import candidates
+from trajopt.why.explain import candidates
 
 START = {"pan": -0.3, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {**START, "pan": 0.3}

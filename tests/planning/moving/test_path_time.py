@@ -7,8 +7,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.test_moving_things import alone
 from trajopt.geometry import DynamicObstacles, evaluator
-from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
-from trajopt.planning.moving.path_time import forbidden_times
+from trajopt.planning.moving.path_time import FREE, blocked_cells, forbidden_times
 from trajopt.planning.moving.sampled_checks import SampledChecks
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.scene.reducing import reduce_model

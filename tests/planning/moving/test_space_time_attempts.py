@@ -13,7 +13,7 @@ from trajopt.optimise.solvers.descent import Descent
 from trajopt.optimise.terms import rest_posture
 from trajopt.optimise.transcription.space_time import SpaceTimeFamily, SpaceTimeNlp
 from trajopt.planning.budget import WORK
-from trajopt.planning.moving.waiting import LONGEST
+from trajopt.planning.moving.dynamic_timing import LONGEST
 from trajopt.verify import Certificate, Judge, Specification
 
 __all__ = ["table"]  # a fixture

@@ -7,15 +7,18 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.planning.moving.order_search import HELD, OrderSearch, TimingStep, ever_over
-from trajopt.planning.moving.speed_changes import (
+from trajopt.planning.moving.order_search import (
     FULL,
+    HELD,
     RATES,
     SPANS,
     TICKS,
     Limited,
+    OrderSearch,
     SpeedChange,
+    TimingStep,
     change,
+    ever_over,
     possible_changes,
 )
 from trajopt.planning.moving.timed_path import followed, stretched

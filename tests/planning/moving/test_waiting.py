@@ -9,8 +9,8 @@ import pytest
 import trajopt as to
 from tests.planning.moving.test_path_time import arm, crowded, swinging
 from trajopt.geometry import DynamicObstacles, evaluator
+from trajopt.planning.moving.dynamic_timing import HALVINGS, MOST, STEP, Waiting
 from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
-from trajopt.planning.moving.waiting import HALVINGS, MOST, STEP, Waiting
 from trajopt.scene.reduced import TimedModel
 from trajopt.scene.reducing import reduce_model
 

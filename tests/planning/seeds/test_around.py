@@ -8,7 +8,7 @@ from tests.planning.walls import blocked_by, route_of, wall
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query, WorkCounts
 from trajopt.planning.seeds import DetourLines, NoSeed, SeedKind
-from trajopt.planning.seeds.around import SIDES, SIZES, bent
+from trajopt.planning.seeds.lines import SIDES, SIZES, bent
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trajopt.optimise.kinematics.goal_candidates import nearest_turn
-from trajopt.planning.seeds.straight import straight_line
+from trajopt.planning.seeds.lines import straight_line
 from trajopt.robot.limits import JointLimits
 
 

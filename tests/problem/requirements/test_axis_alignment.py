@@ -22,7 +22,7 @@ from tests.problem.requirements.sound import (
 )
 from tests.verify.arms import joint, link, mixed_arm, quintic, reduced, robot, wavy
 from trajopt.geometry import Query
-from trajopt.optimise.terms.axis_alignment import AxisAngle
+from trajopt.optimise.terms.alignment import AxisAngle
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import (
     AxisAlignment,

@@ -22,7 +22,7 @@ from tests.problem.requirements.sound import (
     violation,
 )
 from tests.verify.arms import mixed_arm, quintic, reduced, wavy
-from trajopt.optimise.terms.distance_between import PointDistance
+from trajopt.optimise.terms.positions import PointDistance
 from trajopt.problem.requirements import (
     DistanceBetween,
     distance_between,

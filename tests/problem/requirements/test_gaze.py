@@ -24,7 +24,7 @@ from tests.problem.requirements.sound import (
 from tests.verify.arms import mixed_arm, reduced, wavy
 from trajopt.geometry import Query
 from trajopt.optimise.terms import constrain
-from trajopt.optimise.terms.gaze import ViewAngle, ViewDistance
+from trajopt.optimise.terms.alignment import ViewAngle, ViewDistance
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import (
     Gaze,

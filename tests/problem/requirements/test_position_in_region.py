@@ -27,7 +27,7 @@ from tests.problem.requirements.sound import (
 )
 from tests.verify.arms import mixed_arm, quintic, reduced, wavy
 from trajopt.optimise.terms import constrain
-from trajopt.optimise.terms.position_in_region import RegionCoordinates
+from trajopt.optimise.terms.positions import RegionCoordinates
 from trajopt.problem.requirements import (
     PositionInRegion,
     Requirement,

@@ -10,7 +10,7 @@ import pytest
 
 import trajopt as to
 from trajopt.files.bundle import Holds, read_bundle, save
-from trajopt.optimise.terms.residual_from_function import FunctionResidual
+from trajopt.optimise.terms.user_functions import FunctionResidual
 from trajopt.planning import Result
 from trajopt.problem.residual import Constraint
 from trajopt.server.warehouse import Constraints, Entry, Kind, State, Warehouse

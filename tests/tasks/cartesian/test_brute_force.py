@@ -11,7 +11,7 @@ from trajopt.geometry import Query
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.tasks.cartesian import Curve, FollowsCurve, follow, follows_curve, line
-from trajopt.tasks.cartesian.on_curve import OnCurve
+from trajopt.tasks.cartesian.tracking import OnCurve
 from trajopt.values.arrays import Floats
 
 TCP = "panda_hand_tcp"

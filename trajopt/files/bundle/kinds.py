@@ -9,8 +9,7 @@ _ASKED = {"trajopt.tasks.grasping.grasp": "Straight Grasp Place", "trajopt.tasks
 _ANSWERED = {
     "trajopt.planning.budget": "Stop",
     "trajopt.planning.status": "Status Certainty",
-    "trajopt.planning.records": "Attempt",
-    "trajopt.planning.result": "Result",
+    "trajopt.planning.result": "Attempt Result",
     "trajopt.planning.seeds.source": "SeedKind",
     "trajopt.planning.infeasibility.reasons": "Obstruction ObstructionKind",
     "trajopt.optimise.solvers.solver": "SolverStatus",

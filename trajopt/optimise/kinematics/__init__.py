@@ -9,12 +9,12 @@ from trajopt.optimise.kinematics.forward import Placements as Placements
 from trajopt.optimise.kinematics.forward import forward_kinematics as forward_kinematics
 from trajopt.optimise.kinematics.forward import frame_jacobian as frame_jacobian
 from trajopt.optimise.kinematics.forward import manipulability as manipulability
+from trajopt.optimise.kinematics.goal_candidates import INVERSE_METHODS as INVERSE_METHODS
+from trajopt.optimise.kinematics.goal_candidates import InverseMethod as InverseMethod
+from trajopt.optimise.kinematics.goal_candidates import LevenbergMarquardt as LevenbergMarquardt
 from trajopt.optimise.kinematics.goal_candidates import goal_configurations as goal_configurations
 from trajopt.optimise.kinematics.inverse import InverseSolutions as InverseSolutions
 from trajopt.optimise.kinematics.inverse import inverse_kinematics as inverse_kinematics
-from trajopt.optimise.kinematics.methods import INVERSE_METHODS as INVERSE_METHODS
-from trajopt.optimise.kinematics.methods import InverseMethod as InverseMethod
-from trajopt.optimise.kinematics.methods import LevenbergMarquardt as LevenbergMarquardt
 from trajopt.optimise.kinematics.sampling import RandomConfigurations as RandomConfigurations
 from trajopt.optimise.kinematics.sampling import random_configurations as random_configurations
 from trajopt.optimise.kinematics.self_motion import SelfMotion as SelfMotion

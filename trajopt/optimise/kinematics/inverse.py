@@ -8,8 +8,13 @@ from numpy.typing import ArrayLike
 
 from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.arguments import count_of, requirements_of
-from trajopt.optimise.kinematics.goal_candidates import LEVENBERG_MARQUARDT, STARTS, goal_candidates
-from trajopt.optimise.kinematics.methods import InverseMethod, inverse_method
+from trajopt.optimise.kinematics.goal_candidates import (
+    LEVENBERG_MARQUARDT,
+    STARTS,
+    InverseMethod,
+    goal_candidates,
+    inverse_method,
+)
 from trajopt.optimise.kinematics.validity import Validity, validity
 from trajopt.problem.requirements import Requirement
 from trajopt.scene.reduced import ReducedModel

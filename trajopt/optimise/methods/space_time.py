@@ -17,8 +17,7 @@ from trajopt.optimise.transcription.basis import even_basis
 from trajopt.optimise.transcription.bspline import KnotPlaces
 from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.optimise.transcription.knots import shortest_duration
-from trajopt.optimise.transcription.obstacle_margins import ObstacleMargins
-from trajopt.optimise.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp
+from trajopt.optimise.transcription.space_time import DEGREE, ObstacleMargins, SpaceTimeFamily, SpaceTimeNlp
 from trajopt.problem.problem import Problem
 from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
 from trajopt.values.arrays import Floats, Printed

@@ -17,10 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.optimise.nlp import ConstraintRows, Linearisation, Nlp
-from trajopt.optimise.solvers.incumbent import Incumbent, improved
-from trajopt.optimise.solvers.projection import LinearRows, always_listed, into_bounds
-from trajopt.optimise.solvers.smooth_metric import SmoothMetric, smooth_metric
-from trajopt.optimise.solvers.solver import Progress, SolveResult
+from trajopt.optimise.solvers.covariant import (
+    LinearRows,
+    SmoothMetric,
+    always_listed,
+    into_bounds,
+    smooth_metric,
+)
+from trajopt.optimise.solvers.solver import Incumbent, Progress, SolveResult, improved
 from trajopt.values.arrays import Floats, Loss, above_zero, at_least
 from trajopt.values.errors.arguments import check_arguments, checked
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from trajopt.optimise.nlp import Linearisation, Nlp
 from trajopt.optimise.solvers.solver import Progress, SolveResult, SolverStatus, SqpStep
-from trajopt.optimise.solvers.step import QpStep, StepProgram, StepSolver
+from trajopt.optimise.solvers.subproblem import QpStep, StepProgram, StepSolver
 from trajopt.values.arrays import Floats, Ints
 
 

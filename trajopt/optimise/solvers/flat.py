@@ -7,7 +7,7 @@ from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.solvers.qp import Qp, QpBackend, QpSolution, QpStatus, qp_backend
-from trajopt.optimise.solvers.step import REGULARISATION, QpStep, softened_rows
+from trajopt.optimise.solvers.subproblem import REGULARISATION, QpStep, softened_rows
 from trajopt.values.arrays import Bools, Floats, Ints, Loss, Rows
 from trajopt.values.errors import BackendFailed
 

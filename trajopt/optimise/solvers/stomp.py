@@ -11,10 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.optimise.nlp import Linearisation, Nlp
-from trajopt.optimise.solvers.incumbent import Incumbent, finite, improved, improves
-from trajopt.optimise.solvers.projection import LinearRows, into_bounds
-from trajopt.optimise.solvers.smooth_metric import SmoothMetric, smooth_metric
-from trajopt.optimise.solvers.solver import Progress, SolveResult
+from trajopt.optimise.solvers.covariant import LinearRows, SmoothMetric, into_bounds, smooth_metric
+from trajopt.optimise.solvers.solver import Incumbent, Progress, SolveResult, finite, improved, improves
 from trajopt.values.arrays import Floats, above_zero, at_least
 from trajopt.values.errors.arguments import check_arguments, checked
 

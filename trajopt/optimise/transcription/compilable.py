@@ -5,12 +5,15 @@ commonest terms of frames as formulas. Other terms of the library are evaluated 
 a term of another package, whose rows are not known before, the whole program is evaluated in Python.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from trajopt.geometry import Query
+from trajopt.native import descent
 from trajopt.optimise.nlp import ConstraintRows, CostRows
 from trajopt.optimise.solvers.parts import (
     Block,
@@ -25,25 +28,33 @@ from trajopt.optimise.solvers.parts import (
     Taper,
     TorquePart,
 )
+from trajopt.optimise.terms.alignment import AxisAngle, ViewAngle, ViewDistance
 from trajopt.optimise.terms.clearance import Clearance, SoftClearance
-from trajopt.optimise.terms.expression import Expression
 from trajopt.optimise.terms.follows_curve import CurveError
+from trajopt.optimise.terms.frame_placement import FramePlacementError
 from trajopt.optimise.terms.gravity_torque import GravityShare, HoldingTorque
 from trajopt.optimise.terms.joint_positions import JointPosition, JointSum, RestPosture
 from trajopt.optimise.terms.line_of_sight import SightClearance
 from trajopt.optimise.terms.point_on_arc import ArcCoordinates
-from trajopt.optimise.terms.residual_from_function import FunctionResidual
+from trajopt.optimise.terms.positions import PointDistance, RegionCoordinates
 from trajopt.optimise.terms.rolling import Rolling
 from trajopt.optimise.terms.singularity_distance import LostManipulability, SmallestSingularValue
-from trajopt.optimise.transcription.frame_terms import FRAME_TERMS, frame_in_core
-from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable
+from trajopt.optimise.terms.user_functions import Expression, FunctionResidual
+from trajopt.optimise.transcription.margins import (
+    ShrunkMargins,
+    TaperedConstraint,
+    TaperedMargins,
+    shrinkable,
+)
 from trajopt.optimise.transcription.motion_nlp import MotionNlp
 from trajopt.optimise.transcription.spline_terms import ClearanceInTime, SplineRate, SplineTorque
-from trajopt.optimise.transcription.tapered_bounds import TaperedConstraint
 from trajopt.problem.motion import Motion, MotionInTime
+from trajopt.problem.requirements import Region, RotationCoordinates
 from trajopt.problem.residual import WHOLE, Constraint, Cost, units_of
 from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
+from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Rows
+from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
 
 OF_KNOTS = {Velocity, Acceleration, Jerk, SplineRate}
 """Terms of the knots themselves, which are independent of the samples."""
@@ -235,3 +246,108 @@ def taper_of(margins: TaperedMargins, share: float) -> Taper:
         knots=margins.taper,
         share=share,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class FrameInCore:
+    """A term of a frame, as the core needs it.
+
+    Attributes:
+        view: The frame, its point, and the reference that it is seen from.
+        term: The formula.
+    """
+
+    view: descent.View
+    term: descent.FrameTerm
+
+
+def frame_in_core(residual: object) -> FrameInCore | None:
+    """Return a term of a frame in the core's form; None if it is not such a term, or has no formula there."""
+    build = _BUILD.get(type(residual))
+    return None if build is None else build(residual)
+
+
+def _axis_angle(residual: AxisAngle) -> FrameInCore:
+    need = residual.required
+    view = _view(residual.reduced, need.frame, need.reference, np.zeros(3))
+    return FrameInCore(view, descent.axis_angle(need.axis, need.direction, _across(need.direction)))
+
+
+def _placement(residual: FramePlacementError) -> FrameInCore:
+    need = residual.required
+    view = _view(residual.reduced, need.frame, need.reference, need.offset)
+    euler = need.coordinates is not RotationCoordinates.ROTATION_VECTOR
+    rotation = np.ascontiguousarray(need.placement.rotation)
+    return FrameInCore(view, descent.frame_placement(rotation, need.placement.translation, euler))
+
+
+def _distance(residual: PointDistance) -> FrameInCore:
+    need = residual.required
+    view = _view(residual.reduced, need.first, need.second, need.first_offset)
+    return FrameInCore(view, descent.point_distance(need.second_offset))
+
+
+def _view_angle(residual: ViewAngle) -> FrameInCore:
+    need = residual.required
+    view = _view(residual.reduced, need.reference, need.frame, need.target)
+    return FrameInCore(view, descent.view_angle(need.origin, need.axis, _across(need.axis)))
+
+
+def _view_distance(residual: ViewDistance) -> FrameInCore:
+    need = residual.required
+    view = _view(residual.reduced, need.reference, need.frame, need.target)
+    return FrameInCore(view, descent.view_distance(need.origin))
+
+
+def _region(residual: RegionCoordinates) -> FrameInCore:
+    need = residual.required
+    members = [
+        (*_shape(shape), np.ascontiguousarray(where.rotation), where.translation)
+        for shape, where in need.members
+    ]
+    view = _view(residual.reduced, need.frame, need.reference, need.offset)
+    return FrameInCore(view, descent.region(members))
+
+
+_BUILD: Mapping[type, Callable[[Any], FrameInCore]] = {
+    AxisAngle: _axis_angle,
+    FramePlacementError: _placement,
+    PointDistance: _distance,
+    ViewAngle: _view_angle,
+    ViewDistance: _view_distance,
+    RegionCoordinates: _region,
+}
+
+FRAME_TERMS = frozenset(_BUILD)
+"""Terms that have a formula in the core."""
+
+
+def _shape(shape: Region) -> tuple[descent.Shape, Floats]:
+    """Return a shape and its sizes."""
+    match shape:
+        case Box():
+            return descent.Shape.BOX, np.array((shape.x, shape.y, shape.z)) / 2.0
+        case Sphere():
+            return descent.Shape.SPHERE, np.full(3, shape.radius)
+        case Cylinder():
+            return descent.Shape.CYLINDER, np.array((shape.radius, shape.radius, shape.length / 2.0))
+        case Plane():
+            return descent.Shape.HALF_SPACE, np.zeros(3)
+
+
+def _view(reduced: ReducedModel, frame: str, reference: str, offset: Floats) -> descent.View:
+    joint, held = reduced.attachment(frame)
+    base, base_held = reduced.attachment(reference)
+    return descent.View(
+        joint=joint,
+        rotation=np.ascontiguousarray(held.rotation),
+        point=held * offset,
+        base=base,
+        base_rotation=np.ascontiguousarray(base_held.rotation),
+        base_origin=base_held.translation,
+    )
+
+
+def _across(axis: Floats) -> Floats:
+    """Return the unit vector across an axis that the terms use when no direction is given."""
+    return np.ascontiguousarray(np.linalg.svd(axis[None, :])[2][1])

@@ -9,18 +9,25 @@ import numpy as np
 from trajopt.geometry import Evaluator, WorkCounts, covered_query, evaluator
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.terms import Clearance, Constraint, Window, constrain, constraint
+from trajopt.optimise.terms.gravity_torque import HoldingTorque
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
 from trajopt.optimise.terms.rolling import rolling
 from trajopt.optimise.transcription.compilable import CompilableMotionNlp
-from trajopt.optimise.transcription.holding import holding_rows
-from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable, tapered_margins
-from trajopt.optimise.transcription.tapered_bounds import tapered
+from trajopt.optimise.transcription.margins import (
+    ShrunkMargins,
+    TaperedMargins,
+    shrinkable,
+    tapered,
+    tapered_margins,
+)
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import PathConstraint, Problem
 from trajopt.problem.requirements import During, Requirement, together
+from trajopt.problem.requirements.joints import SHARE, GravityTorque
 from trajopt.problem.residual import END, WHOLE
 from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import JointLimits
+from trajopt.scene.gravity_bound import largest_gravity_torques
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError
@@ -304,3 +311,41 @@ def _check_waypoints(problem: Problem, places: Sequence[int]) -> None:
             f"{wanted} waypoints need as many knots, increasing, between 1 and {problem.knots - 2}; "
             f"given are {list(places)}"
         )
+
+
+USABLE = 0.9
+"""Part of the rest above the share that a path may use if necessary. The remainder, a hundredth of the limit,
+is for the distance between samples and for corners that retiming rounds: they displace the payload by a few
+millimetres, with levers of decimetres.
+"""
+LISTED = 0.3
+"""A joint gets a row from this far below its share on: a step may change its load by about that."""
+
+
+def holding_rows(problem: Problem, query: Evaluator, stops: Floats) -> tuple[Constraint, ...]:
+    """Return the rows that keep the joints able to hold the load still; none if they always are.
+
+    A joint may use its share, or its load at a fixed stop if that is larger. If the problem itself limits
+    the share of gravity, that is enough.
+
+    Args:
+        problem: The problem.
+        query: Of its reduced model.
+        stops: Configurations that the motion passes in any case, shape (k, n) [rad | m].
+    """
+    effort = problem.limits.effort
+    heavy = largest_gravity_torques(problem.reduced) > SHARE * effort
+    if not heavy.any() or any(isinstance(item, GravityTorque) for item in problem.requirements):
+        return ()
+    given = np.abs(query.dynamics.gravity(stops).torque / effort).max(axis=0)
+    share = np.minimum(np.maximum(given, SHARE), 1.0)
+    bound = np.where(heavy, share, np.inf)
+    return (
+        constraint(
+            HoldingTorque(effort, bound - LISTED),
+            lower=-bound,
+            upper=bound,
+            tolerance=max(USABLE * (1.0 - float(share[heavy].max())), 1e-9),
+            reach=LISTED,
+        ),
+    )

@@ -2,12 +2,12 @@
 
 from trajopt.planning.infeasibility.cover import ClosedCut as ClosedCut
 from trajopt.planning.infeasibility.cover import NeverApart as NeverApart
+from trajopt.planning.infeasibility.cover import box_breaks as box_breaks
+from trajopt.planning.infeasibility.cover import box_collides as box_collides
+from trajopt.planning.infeasibility.cover import box_overloads as box_overloads
 from trajopt.planning.infeasibility.cover import closed_cut as closed_cut
 from trajopt.planning.infeasibility.cover import never_apart as never_apart
 from trajopt.planning.infeasibility.exclusion import exclusion as exclusion
-from trajopt.planning.infeasibility.goal_box import box_breaks as box_breaks
-from trajopt.planning.infeasibility.goal_box import box_collides as box_collides
-from trajopt.planning.infeasibility.goal_box import box_overloads as box_overloads
 from trajopt.planning.infeasibility.joint_bounds import too_fast as too_fast
 from trajopt.planning.infeasibility.joint_bounds import too_late as too_late
 from trajopt.planning.infeasibility.reach import out_of_reach as out_of_reach

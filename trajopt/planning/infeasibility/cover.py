@@ -1,22 +1,4 @@
-"""A proof that every configuration of a box is in collision: smaller boxes cover it, and each is closed.
-
-At the middle of a box some pair of convex bodies is in penetration by a depth p; no point of either moves
-farther than delta while the joints stay in the box; and bodies whose Minkowski difference holds a ball of
-radius p around the origin still meet after their points have moved by less than p, and are nearer than a
-required clearance c after less than p + c. So delta < p + c closes a box, where p is minus the distance of
-bodies apart; else it is halved, and a free middle opens the whole. An undecided box proves
-nothing. Related: Schwarzer, Saha, Latombe, IEEE T-RO 2005 (the same bound, for clearance).
-
-Two proofs cover boxes. `closed_cut`: there is no path from the start to the goal. A joint that starts on one
-side of a value and must end on the other has to pass it. If every configuration with the joint at that value
-is in collision, for all positions of the other joints, nothing passes. A pair that must keep a clearance
-collides, in this sense, if it is nearer than the clearance.
-
-`never_apart`: two bodies come nearer than their clearance in every configuration of the group. Only the
-joints between the two move them against each other, so boxes of the positions of these joints are covered.
-With one or two joints between, as with a forearm and a hand, some hundred boxes are enough; with more the
-question is left undecided, unless some configuration has the clearance.
-"""
+"""Proofs that every configuration of a box collides, or violates a requirement."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,10 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.geometry import WorkCounts, evaluator
+from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.terms.joint_positions import without_followers
+from trajopt.planning.infeasibility.exclusion import between, distance, largest_turn
 from trajopt.planning.infeasibility.reach import Chain
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements import JointPositions
+from trajopt.problem.requirements import (
+    AxisAlignment,
+    CoupledJoints,
+    FramePlacement,
+    JointPositions,
+    PositionInRegion,
+    Requirement,
+)
+from trajopt.robot.limits import EXCESS
+from trajopt.scene.gravity_bound import largest_gravity_slopes
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.shapes.mesh import Mesh
@@ -288,22 +281,22 @@ def never_apart(
     """
     owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
     left, found = PAIR_BOXES, list[NeverApart]()
-    for (first, second), distance in distances.items():
+    for (first, second), required in distances.items():
         mine = np.array([pair == frozenset((first, second)) for pair in owners], dtype=np.bool_)
         box = _between(reduced, mine)
         if box is None:
             continue
-        cover = ConfigurationCover(reduced, left, np.where(mine, distance, -np.inf), counts)
+        cover = ConfigurationCover(reduced, left, np.where(mine, required, -np.inf), counts)
         closed = cover.close(*box)
         left = cover.left
         if closed is None:
             continue
-        less = closed.farthest + CLOSER * (distance - closed.farthest)
+        less = closed.farthest + CLOSER * (required - closed.farthest)
         tighter = ConfigurationCover(reduced, left, np.where(mine, less, -np.inf), counts)
-        most = distance if tighter.close(*box) is None else less
+        most = required if tighter.close(*box) is None else less
         left = tighter.left
         farthest = closed.farthest
-        found.append(NeverApart(first=first, second=second, distance=distance, most=most, farthest=farthest))
+        found.append(NeverApart(first=first, second=second, distance=required, most=most, farthest=farthest))
     return tuple(found)
 
 
@@ -322,3 +315,111 @@ def _between(reduced: ReducedModel, pairs: Bools) -> tuple[Floats, Floats] | Non
     if not between.any() or (endless(reduced) & between).any():
         return None
     return middle, np.where(between, half, 0.0)
+
+
+MOST_BOXES = 2000
+"""Boxes that are examined before it is left undecided whether all of a goal collides."""
+PROVEN_EXCESS = 1e-6
+"""A smaller excess proves nothing [m | rad]."""
+
+
+def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
+    """Return whether every configuration of a box is proven to be in collision.
+
+    Args:
+        reduced: The robot and its surroundings.
+        lower: Shape (n,) [rad | m]; finite.
+        upper: Shape (n,) [rad | m]; finite.
+    """
+    return (
+        ConfigurationCover(reduced, MOST_BOXES).close(0.5 * (lower + upper), 0.5 * (upper - lower))
+        is not None
+    )
+
+
+def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
+    """Return whether every configuration of a box is proven to violate a requirement.
+
+    Args:
+        required: The requirement.
+        reduced: The robot and its surroundings.
+        lower: Shape (n,) [rad | m]; finite.
+        upper: Shape (n,) [rad | m]; finite.
+    """
+    middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    match required:
+        case JointPositions():
+            return _joints_break(required, reduced, middle, half)
+        case CoupledJoints():
+            place, reach = _each(reduced, tuple(required.weights), middle, half)
+            factors = np.array(list(required.weights.values()))
+            off = abs(float(factors @ place) - required.value) - required.tolerance
+            return off - float(np.abs(factors) @ reach) > EXCESS
+        case AxisAlignment() | FramePlacement() | PositionInRegion():
+            return _frame_breaks(required, reduced, middle, half)
+        case _:
+            return False
+
+
+def _each(
+    reduced: ReducedModel, joints: tuple[str, ...], middle: Floats, half: Floats
+) -> tuple[Floats, Floats]:
+    """Return the middle positions of named joints of the robot, and their largest distance from there."""
+    moved = tuple(reduced.model.names[1:])
+    place = reduced.all_positions(middle)[reduced.scene.robot.index(joints)]
+    carried = np.abs(reduced.mimic_matrix)
+    rows = [carried[moved.index(name)] if name in moved else 0.0 * half for name in joints]
+    return place, np.array(rows) @ half
+
+
+def _joints_break(required: JointPositions, reduced: ReducedModel, middle: Floats, half: Floats) -> bool:
+    names = tuple(required.positions)
+    place, reach = _each(reduced, names, middle, half)
+    off = place - np.array(list(required.positions.values()))
+    above = np.array([required.above[name] for name in names])
+    below = np.array([required.below[name] for name in names])
+    return bool((np.maximum(off - above, -off - below) - reach > EXCESS).any())
+
+
+def _frame_breaks(
+    required: AxisAlignment | FramePlacement | PositionInRegion,
+    reduced: ReducedModel,
+    middle: Floats,
+    half: Floats,
+) -> bool:
+    place = reduced.all_positions(middle)
+    frame = reduced.scene.placement_of(required.frame, place)
+    base = reduced.scene.placement_of(required.reference, place)
+    chain = Chain(reduced)
+    carrier, within = reduced.attachment(required.frame)
+    reference, _ = reduced.attachment(required.reference)
+    turning = float((chain.turns(carrier) + chain.turns(reference)) @ half)
+    if isinstance(required, AxisAlignment):
+        tilt = between(frame.rotation @ required.axis, base.rotation @ required.direction)
+        return tilt - required.tolerance - turning > PROVEN_EXCESS
+    point = base.inverse() * (frame * required.offset)
+    # Seen from a reference that moves, a point moves in more ways than are bounded here.
+    moving = float(chain.point_levers(carrier, within * required.offset) @ half) if reference == 0 else np.inf
+    if isinstance(required, PositionInRegion):
+        off = min(distance(shape, where.inverse() * point) for shape, where in required.members)
+        return off - moving > PROVEN_EXCESS
+    off = np.abs(point - required.placement.translation) - required.position_tolerance
+    if float(off.max()) - moving > PROVEN_EXCESS:
+        return True
+    turned = required.placement.rotation.T @ base.rotation.T @ frame.rotation
+    angle = float(np.arccos(np.clip((np.trace(turned) - 1.0) / 2.0, -1.0, 1.0)))
+    return angle - largest_turn(required) - turning > PROVEN_EXCESS
+
+
+def box_overloads(problem: Problem, lower: Floats, upper: Floats) -> bool:
+    """Return whether a joint is proven too weak to hold still at every configuration of a box.
+
+    Args:
+        problem: The problem; has the load and the limits.
+        lower: Shape (n,) [rad | m].
+        upper: Shape (n,) [rad | m].
+    """
+    middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    torque = DynamicsQuery.loaded(problem.reduced).gravity(middle[None]).torque[0]
+    excess = np.abs(torque) - problem.limits.effort
+    return bool((excess > largest_gravity_slopes(problem.reduced) @ half).any())

@@ -15,7 +15,7 @@ import numpy as np
 
 from trajopt.geometry import WorkCounts
 from trajopt.optimise.terms.joint_positions import joint_box
-from trajopt.planning.infeasibility.goal_box import box_breaks
+from trajopt.planning.infeasibility.cover import box_breaks
 from trajopt.planning.infeasibility.joint_bounds import by_then
 from trajopt.planning.infeasibility.occupied import ClosingPair, Occupancy, Span
 from trajopt.problem.problem import Problem

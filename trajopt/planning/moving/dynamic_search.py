@@ -8,10 +8,9 @@ from math import inf
 from trajopt.optimise.methods import Choice
 from trajopt.optimise.methods.space_time import PRECISION, SpaceTime
 from trajopt.planning.budget import Stop, Stopped
-from trajopt.planning.moving.best_motion import BestMotion
 from trajopt.planning.moving.blocking_obstacles import explained, proof_of_failure
 from trajopt.planning.moving.rendezvous import Rendezvous, goals_that_move
-from trajopt.planning.moving.space_time_attempts import BECAUSE, ENOUGH, SpaceTimeAttempts
+from trajopt.planning.moving.space_time_attempts import BECAUSE, ENOUGH, BestMotion, SpaceTimeAttempts
 from trajopt.planning.moving.static_scenes import along_tracks, at_ends, without_changes
 from trajopt.planning.result import Result
 from trajopt.planning.schedule import DYNAMIC, DynamicRow, MotionSource

@@ -2,17 +2,150 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import inf
+from itertools import islice
+from math import ceil, inf
 
 import numpy as np
 
 from trajopt.geometry import DynamicObstacles, Evaluator, WorkCounts
-from trajopt.planning.moving.sampled_checks import SampledChecks
-from trajopt.planning.moving.timed_path import PathTiming, TimedOnPath
-from trajopt.planning.moving.timing_words import waits
-from trajopt.planning.moving.waiting import LONGEST, STEP, Waiting
+from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
+from trajopt.planning.moving.timed_path import PathTiming, TimedOnPath, waits
 from trajopt.problem.problem import Problem
+from trajopt.timing.standing import begun_later
+from trajopt.values.arrays import Bools, Floats
 from trajopt.values.trajectory import Trajectory
+
+STEP = 0.05
+"""Beginnings are tried in steps of this [s]; then halved between the last that was blocked and the next."""
+HALVINGS = 4
+"""A motion then begins within 3 ms of the earliest time that is clear."""
+MOST = 3
+"""Number of start times of one motion to judge: an object between samples may be in the way of the first."""
+TOGETHER = 32
+"""Beginnings that are looked at together."""
+FEW = 4
+"""Looks of a motion at which something is too near that are looked at first for later beginnings: mostly
+something is there still."""
+LONGEST = 60.0
+"""Longest wait [s]: a later need is for another call."""
+
+
+@dataclass(eq=False)
+class Waiting:
+    """Finds when a motion can begin; one for each thread.
+
+    Attributes:
+        checks: Checks configurations for dynamic obstacles.
+        dwell: How long the robot stays where a motion ends [s].
+    """
+
+    checks: SampledChecks
+    dwell: float = 0.0
+
+    def beginnings(self, trajectory: Trajectory, *, latest: float = inf) -> Iterator[Trajectory]:
+        """Yield a motion begun as early as seems clear, at rest until then, and a few times a little later.
+
+        Args:
+            trajectory: Of the group's joints.
+            latest: It is begun no later than so [s].
+        """
+        self.checks.start_at(trajectory(np.zeros(1)))
+        met = self._met(trajectory, 0.0)
+        if not len(met):
+            yield trajectory
+        if trajectory(0.0, 1).any():
+            return
+        blocked, yielded = 0.0, 0
+        waits = self._later(latest)
+        while len(stretch := np.fromiter(islice(waits, TOGETHER), np.float64)):
+            stands = self._standing(trajectory(np.zeros(1)), blocked, stretch)
+            open_ones = ~self._still_met(trajectory, met, stretch[:stands])
+            for place in range(stands):
+                wait = float(stretch[place])
+                if open_ones[place]:
+                    met = self._met(trajectory, wait)
+                    if len(met):
+                        open_ones[place:] &= ~self._still_met(trajectory, met, stretch[place:stands])
+                    else:
+                        sooner = wait if yielded else self._sooner(trajectory, blocked, wait)
+                        yield begun_later(trajectory, sooner)
+                        yielded += 1
+                        if yielded == MOST:
+                            return
+                blocked = wait
+            if stands < len(stretch):
+                return
+
+    def stands_clear(self, start: Floats, until: float) -> bool:
+        """Return whether the robot at rest at the start, (1, n), is clear of obstacles until a time [s]."""
+        self.checks.start_at(start)
+        return self._standing(start, 0.0, np.array((until,))) == 1
+
+    def _later(self, latest: float) -> Iterator[float]:
+        """Yield start times, until nothing changes."""
+        last = min(self.checks.settled, LONGEST, self.checks.obstacles.timed.until, latest)
+        yield from (STEP * number for number in range(1, ceil(last / STEP)))
+        if 0.0 < last < LONGEST:
+            yield last
+
+    def _sooner(self, trajectory: Trajectory, blocked: float, clear: float) -> float:
+        """Return a start time between one that is blocked and one that is clear."""
+        for _ in range(HALVINGS):
+            middle = (blocked + clear) / 2.0
+            if self._clear(trajectory, middle):
+                clear = middle
+            else:
+                blocked = middle
+        return clear
+
+    def _clear(self, trajectory: Trajectory, wait: float) -> bool:
+        """Return whether a motion that is begun after a wait [s] keeps clear of dynamic obstacles."""
+        return not len(self._met(trajectory, wait))
+
+    def _met(self, trajectory: Trajectory, wait: float) -> Floats:
+        """Return times along a motion at which an object is too near if it is begun after a wait, few [s].
+
+        Besides evenly spaced times the moments at which objects appear and expire are sampled.
+        """
+        even = self._even(trajectory)
+        moments = self.checks.obstacles.moments
+        times: Floats = np.concatenate((even, np.clip(moments - wait, 0.0, even[-1])))
+        near = np.flatnonzero(self.checks.near(trajectory(times), times + wait))
+        spread = np.linspace(0, len(near) - 1, min(len(near), FEW)).astype(np.int64)
+        return times[near[spread]]
+
+    def _even(self, trajectory: Trajectory) -> Floats:
+        """Return times along a motion, and the stay after it, at which it is looked at [s]."""
+        duration = trajectory.duration + self.dwell
+        return np.linspace(0.0, duration, max(2, ceil(duration / INTERVAL) + 1))
+
+    def _still_met(self, trajectory: Trajectory, met: Floats, waits: Floats) -> Bools:
+        """Return for waits whether an object is too near at one of some times along a motion, shape (w,)."""
+        # Those looks only that `_met` takes too: moments at which things appear depend on the wait.
+        met = met[np.isin(met, self._even(trajectory))]
+        if not len(met) or not len(waits):
+            return np.zeros(len(waits), dtype=np.bool_)
+        positions = np.tile(trajectory(met), (len(waits), 1))
+        near = self.checks.near(positions, (waits[:, None] + met).ravel())
+        return np.any(near.reshape(len(waits), len(met)), axis=1)
+
+    def _standing(self, start: Floats, since: float, waits: Floats) -> int:
+        """Return the number of successive waits with the robot clear at rest at the start, (1, n).
+
+        Args:
+            start: The start.
+            since: Time up to which it was sampled already [s].
+            waits: Increasing, shape (w,) [s].
+        """
+        begins: list[float] = [since, *waits[:-1].tolist()]
+        steps: list[Floats] = [
+            np.arange(begin, end, INTERVAL, dtype=np.float64)
+            for begin, end in zip(begins, waits.tolist(), strict=True)
+        ]
+        times: Floats = np.concatenate(steps)
+        near = self.checks.near(np.tile(start, (len(times), 1)), times)
+        which = np.repeat(np.arange(len(waits)), [len(each) for each in steps])
+        return int(which[near].min(initial=len(waits)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,13 +12,51 @@ from math import ceil, inf
 import numpy as np
 
 from trajopt.optimise.methods.space_time import PRECISION, SpaceTime, SpaceTimeProgram
-from trajopt.planning.moving.best_motion import BestMotion
-from trajopt.planning.moving.waiting import LONGEST
+from trajopt.planning.moving.dynamic_timing import LONGEST
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import with_knots
 from trajopt.planning.seeds.space_time_rrt import SpaceTimeProblem, searched
+from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.values.trajectory import Path, Trajectory
+
+
+@dataclass(eq=False)
+class BestMotion:
+    """The best result of a search: a verified motion, or the failure that came nearest to one.
+
+    Attributes:
+        result: The result.
+    """
+
+    result: Result
+
+    def learn(self, found: Result) -> None:
+        """Keep a result if it is better: verified before late before refused, and then by duration."""
+        self.result = min(found, self.result, key=_order)
+
+    @property
+    def verified(self) -> bool:
+        """Whether there is a motion."""
+        return self.result.verified
+
+    @property
+    def impossible(self) -> bool:
+        """Whether it is proven that there is none."""
+        return not self.verified and self.result.certainty is Certainty.PROVEN
+
+    @property
+    def duration(self) -> float:
+        """Duration of the motion [s]; infinite if there is none."""
+        return self.result.cost
+
+
+def _order(result: Result) -> tuple[bool, bool, bool, float]:
+    late = result.status is Status.TOO_LATE and result.trajectory is not None
+    duration = inf if result.trajectory is None else result.trajectory.duration
+    proven = result.certainty is Certainty.PROVEN
+    return not result.verified, not proven, not late, duration
+
 
 ENOUGH = 1.05
 """Factor on the static duration that is short enough: even pieces and the precision of the duration cost

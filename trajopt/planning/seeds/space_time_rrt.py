@@ -13,7 +13,7 @@ from math import ceil
 import numpy as np
 
 from trajopt.geometry import DynamicObstacles
-from trajopt.optimise.transcription.obstacle_margins import ObstacleMargins
+from trajopt.optimise.transcription.space_time import ObstacleMargins
 from trajopt.planning.seeds.sampled import STEP, SURE, TURN
 from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Bools, Floats, Printed

@@ -25,12 +25,10 @@ from trajopt.problem.requirements import FollowsCurve
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.configuration import ConfigurationLike
 from trajopt.scene.scene import Scene
-from trajopt.tasks.cartesian.blocked import stop_reason
-from trajopt.tasks.cartesian.on_curve import OnCurve
 from trajopt.tasks.cartesian.program import detours
 from trajopt.tasks.cartesian.result import Followed, StopReason
-from trajopt.tasks.cartesian.search import LEAST, Found, Search, beginning, beginnings
-from trajopt.tasks.cartesian.tracking import Track, densified
+from trajopt.tasks.cartesian.search import LEAST, Found, Search, beginning, beginnings, stop_reason
+from trajopt.tasks.cartesian.tracking import OnCurve, Track, densified
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, retime
 from trajopt.values.arrays import Floats, number, one_of, readonly, unless_none
 from trajopt.values.errors import ProblemError

@@ -18,8 +18,7 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
 from trajopt.tasks.cartesian.curves import spline
-from trajopt.tasks.cartesian.on_curve import OnCurve
-from trajopt.tasks.cartesian.tracking import Track, track
+from trajopt.tasks.cartesian.tracking import OnCurve, Track, track
 from trajopt.values.arrays import Floats, Rows, readonly
 from trajopt.values.curve import Curve
 from trajopt.values.placement import Placement

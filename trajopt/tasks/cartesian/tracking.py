@@ -4,13 +4,219 @@ Redundant joints drift towards a posture; the result is the seed of the program 
 (`trajopt.tasks.cartesian.program`).
 """
 
-from dataclasses import dataclass
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from trajopt.tasks.cartesian.on_curve import OnCurve
-from trajopt.values.arrays import Floats
+from trajopt.geometry import Evaluator
+from trajopt.optimise.terms.follows_curve import CurveError
+from trajopt.optimise.terms.frames import relative_frame
+from trajopt.planning.budget import Budget, BudgetTracker
+from trajopt.problem.motion import Motion
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.curve import TURN_LENGTH
+
+HELD = 1e-8
+"""Accepted error of a point; see `OnCurve.turn_length` [m]."""
+STEPS = 14
+"""Largest number of Newton steps."""
+LONGEST = 0.3
+"""Longest step of any joint [rad | m]."""
+SINGULAR = 1e-3
+"""Singular values below this share of the largest are damped [-]."""
+DISTANCE_ROW = 3
+"""The row of the error with the distance, which the previous three imply."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """Result of Newton's method for S configurations.
+
+    Attributes:
+        positions: Shape (S, n) [rad | m], inside the limits.
+        miss: Error of the frame, rotations counted as lengths, shape (S,) [m].
+    """
+
+    positions: Floats
+    miss: Floats
+
+    @property
+    def held(self) -> Bools:
+        """Whether each error is accepted, shape (S,)."""
+        return np.asarray(self.miss <= HELD, dtype=np.bool_)
+
+
+class OnCurve:
+    """Moves configurations to points of a curve with least joint motion.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: The curve and the frame that follows it.
+        query: Evaluates the kinematics.
+        tracker: Ends the work when the budget is used up; unlimited if None.
+        limits: Position limits.
+    """
+
+    def __init__(
+        self,
+        reduced: ReducedModel,
+        required: FollowsCurve,
+        query: Evaluator,
+        tracker: BudgetTracker | None = None,
+    ) -> None:
+        """Build the residual of the curve."""
+        self.reduced, self.required, self.query = reduced, required, query
+        self.tracker = tracker or BudgetTracker(Budget())
+        self.limits = reduced.limits
+        self._term = CurveError(reduced, required)
+
+    def along(self, required: FollowsCurve, reduced: ReducedModel | None = None) -> "OnCurve":
+        """Return a copy for another curve, within the same budget."""
+        return OnCurve(reduced or self.reduced, required, self.query, self.tracker)
+
+    @contextmanager
+    def stage(self, name: str) -> Generator[None]:
+        """Time a stage, and count the work of the query in it.
+
+        Raises:
+            Stopped: If the budget is used up.
+        """
+        with self.tracker.stage(name):
+            try:
+                yield
+            finally:
+                counts = self.query.counts
+                self.tracker.count_work(counts)
+                counts.forward_kinematics = counts.bounds = counts.distances = 0
+
+    def without_limits(self) -> "OnCurve":
+        """Return a copy without position limits."""
+        free = self.along(self.required)
+        boundless = np.full(len(self.limits.joint_names), np.inf)
+        free.limits = replace(self.limits, lower=-boundless, upper=boundless)
+        return free
+
+    @property
+    def rows(self) -> int:
+        """Number of fixed coordinates of a point: 6, 5 with a free spin, 3 with a free rotation."""
+        if np.isinf(self.required.rotation_tolerance):
+            return 3
+        return 6 if self.required.spin is None else 5
+
+    @property
+    def turn_length(self) -> float:
+        """Length of a radian: at most the ratio of the tolerances [m/rad]."""
+        return min(self.required.position_tolerance / self.required.rotation_tolerance, TURN_LENGTH) or 1.0
+
+    @property
+    def allowed(self) -> float:
+        """Largest error of the frame, rotations counted as lengths [m]."""
+        return self.required.position_tolerance
+
+    @property
+    def spare(self) -> int:
+        """Number of redundant joints."""
+        return max(len(self.reduced.joint_names) - self.rows, 0)
+
+    def errors(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
+        """Return errors at lengths along the curve (S,): (S, rows) [m], and Jacobians (S, rows, n)."""
+        value, jacobian = self._term.errors(Motion.each(positions, self.query), s)
+        value, jacobian = (np.delete(each, DISTANCE_ROW, axis=1) for each in (value, jacobian))
+        value[:, 3:] *= self.turn_length
+        jacobian[:, 3:] *= self.turn_length
+        return value, jacobian
+
+    def off(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
+        """Return distances [m] and angles [rad] from the curve at lengths (S,) along it, shape (S,)."""
+        value, _ = self.errors(positions, s)
+        turn = np.linalg.norm(value[:, 3:], axis=1) / self.turn_length
+        return np.linalg.norm(value[:, :3], axis=1), turn
+
+    def points(self, positions: Floats) -> Floats:
+        """Return the frame's point at configurations (S, n), in the reference, (S, 3) [m]."""
+        need, motion = self.required, Motion.each(positions, self.query)
+        return relative_frame(self.reduced, motion, need.frame, need.reference, need.offset).point
+
+    def apart(self, first: Floats, second: Floats) -> Floats:
+        """Return the distance of the frame between two sets of configurations (S, n), shape (S,) [m]."""
+        need = self.required
+        one, other = (
+            relative_frame(self.reduced, Motion.each(q, self.query), need.frame, need.reference, need.offset)
+            for q in (first, second)
+        )
+        far = np.linalg.norm(one.point - other.point, axis=1)
+        if np.isinf(need.rotation_tolerance):
+            return np.asarray(far, dtype=np.float64)
+        if need.spin is not None:
+            turned = np.linalg.norm((one.rotation - other.rotation) @ need.spin, axis=1)
+        else:
+            turned = np.linalg.norm(one.rotation - other.rotation, axis=(1, 2)) / np.sqrt(2.0)
+        return np.asarray(np.maximum(far, turned * self.turn_length), dtype=np.float64)
+
+    def __call__(self, positions: Floats, s: Floats) -> Corrected:
+        """Move configurations (S, n) to lengths (S,) along the curve.
+
+        Raises:
+            Stopped: If the budget is used up.
+        """
+        self.tracker.check(self.query.counts)
+        limits = self.limits
+        q = np.clip(positions, limits.lower, limits.upper)
+        miss = np.full(len(q), np.inf)
+        going = np.arange(len(q))
+        for count in range(STEPS + 1):
+            value, jacobian = self.errors(q[going], s[going])
+            miss[going] = np.linalg.norm(value, axis=1)
+            left = miss[going] > HELD
+            going = going[left]
+            if count == STEPS or len(going) == 0:
+                break
+            step = self._step(q[going], value[left], jacobian[left])
+            q[going] = np.clip(q[going] + step, limits.lower, limits.upper)
+        return Corrected(q, miss)
+
+    def _step(self, q: Floats, value: Floats, jacobian: Floats) -> Floats:
+        """Return least-norm steps; joints at a limit are fixed if the step presses against it."""
+        limits = self.limits
+        step = -_damped(jacobian, value)
+        for _ in range(2):
+            pressed = ((q <= limits.lower) & (step < 0.0)) | ((q >= limits.upper) & (step > 0.0))
+            if not pressed.any():
+                break
+            step = -_damped(np.where(pressed[:, None, :], 0.0, jacobian), value)
+        largest = np.abs(step).max(axis=1, keepdims=True)
+        return step * np.minimum(1.0, LONGEST / np.maximum(largest, LONGEST))
+
+    def free_motion(self, q: Floats, s: Floats, wish: Floats) -> Floats:
+        """Return the self-motion part of joint motions (S, n)."""
+        _, jacobian = self.errors(q, s)
+        moved = np.einsum("sij,sj->si", jacobian, wish)
+        return wish - _damped(jacobian, moved)
+
+    def free_direction(self, q: Floats, s: Floats) -> Floats:
+        """Return the joint direction that moves the frame least, shape (S, n), of length one."""
+        _, jacobian = self.errors(q, s)
+        return np.asarray(np.linalg.svd(jacobian)[2][:, -1], dtype=np.float64)
+
+    def smallest_singular_value(self, q: Floats, s: Floats) -> Floats:
+        """Return the smallest singular value of the Jacobian, shape (S,) [m/rad]: 0 at a singularity."""
+        _, jacobian = self.errors(q, s)
+        sizes = np.asarray(np.linalg.svd(jacobian, compute_uv=False), dtype=np.float64)
+        return sizes[:, min(self.rows, q.shape[1]) - 1]
+
+
+def _damped(jacobian: Floats, value: Floats) -> Floats:
+    """Solve J x = value with least norm, damped in nearly singular directions."""
+    u, sizes, v = np.linalg.svd(jacobian, full_matrices=False)
+    floor = SINGULAR * np.maximum(sizes[:, :1], 1e-12)
+    gain = sizes / np.maximum(sizes**2, floor**2)
+    return np.asarray(np.einsum("sij,si->sj", v, gain * np.einsum("sji,sj->si", u, value)), dtype=np.float64)
+
 
 STEP = 0.01
 """Length of a step along the curve [m]."""

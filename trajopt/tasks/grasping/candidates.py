@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from trajopt.geometry.gap import gap, supports
+from trajopt.geometry.geometry import gap, supports
 from trajopt.planning.status import Status
 from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.scene.reduced import ReducedModel

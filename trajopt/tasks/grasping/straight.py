@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.geometry import Evaluator, WorkCounts, evaluator
-from trajopt.geometry.gap import TOUCHING
+from trajopt.geometry.geometry import TOUCHING
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.status import Status

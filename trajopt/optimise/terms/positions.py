@@ -1,9 +1,4 @@
-"""Position of a point in a region, in coordinates that bound the region.
-
-Flat faces give linear rows. Round ones give the distance from the centre or axis, and the coordinates
-across besides: the slope of a distance turns with the point, a coordinate's does not, so that steps much
-longer than the width of a tube still end in it.
-"""
+"""Positions of points of frames: their distance from another point, and their coordinates in a region."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,7 +8,7 @@ import numpy as np
 from trajopt.optimise.terms.frames import lengths, relative_frame
 from trajopt.optimise.terms.requirement import INSET, constrain
 from trajopt.problem.motion import Motion
-from trajopt.problem.requirements import PositionInRegion, Region
+from trajopt.problem.requirements import DistanceBetween, PositionInRegion, Region
 from trajopt.problem.residual import Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Rows
@@ -24,11 +19,77 @@ if TYPE_CHECKING:
 
     from trajopt.optimise.terms.symbolic import SymbolicKinematics
 
+RESERVED_DISTANCE = 0.1
+"""The reserve is a share of the range between the bounds, of this much at most [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointDistance:
+    """Four components [m]: the first point as seen from the second along its frame's axes, and the distance.
+
+    If the points coincide the distance is taken to grow along the frame's x axis.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: The requirement.
+    """
+
+    reduced: ReducedModel
+    required: DistanceBetween
+
+    units = ("m",)
+
+    @property
+    def name(self) -> str:
+        """The two frames."""
+        return f"distance of {self.required.first} from {self.required.second}"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        need = self.required
+        seen = relative_frame(self.reduced, motion, need.first, need.second, need.first_offset)
+        apart = seen.point - need.second_offset
+        distance, rate = lengths(apart, seen.point_jacobian, aside=0)
+        return motion.rows_of_all(
+            np.hstack((apart, distance[:, None])),
+            np.concatenate((seen.point_jacobian, rate[:, None]), axis=1),
+        )
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.optimise.terms.symbolic import length
+
+        need = self.required
+        apart = kinematics.point(need.first, need.first_offset, need.second) - ca.SX(need.second_offset)
+        return ca.vertcat(apart, length(apart))
+
+
+@constrain.register
+def _(
+    required: DistanceBetween, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    kept = inset * 0.5 * min(required.upper - required.lower, RESERVED_DISTANCE)
+    # Without a lower bound an inset one would forbid that the points meet.
+    lower = required.lower + kept if required.lower > 0.0 else -np.inf
+    upper = required.upper - kept
+    return (
+        constraint(
+            PointDistance(reduced, required),
+            lower=(-upper, -upper, -upper, lower),
+            upper=(upper, upper, upper, upper),
+            tolerance=max(0.5 * kept, 1e-9),
+            window=window,
+        ),
+    )
+
+
 ROWS = 4
 """Components kept for each member of a union."""
 INSIDE = -1.0
 """The coordinates in a member of a union that is not the nearest: within every bound [m]."""
-LARGE = 0.05
+RESERVED_SIZE = 0.05
 """The reserve is a share of the region's size, of this much at most [m]."""
 
 
@@ -153,10 +214,10 @@ def _(
     required: PositionInRegion, reduced: ReducedModel, window: Window, inset: float = INSET
 ) -> tuple[Constraint, ...]:
     lower, upper = (np.full(ROWS * len(required.members), side) for side in (-np.inf, np.inf))
-    slack = LARGE
+    slack = RESERVED_SIZE
     for place, (shape, _) in enumerate(required.members):
         low, high = _bounds(shape)
-        size = np.where(high > 0.0, np.minimum(high, LARGE), LARGE)
+        size = np.where(high > 0.0, np.minimum(high, RESERVED_SIZE), RESERVED_SIZE)
         rows = slice(ROWS * place, ROWS * place + len(low))
         lower[rows], upper[rows] = low + inset * size, high - inset * size
         slack = min(slack, float(size.min()))
