@@ -193,7 +193,7 @@ def test_values_are_written_as_in_bundles(
     faces = {"array": [[0, 1, 99]], "type": "int32"}
     crate["parts"][0][0] = {"kind": "Convex", "vertices": corners, "faces": faces}
     path.write_text(json.dumps(document))
-    with pytest.raises(FileFormatError, match=r"crate.parts\[0\]\[0\]: faces: are between vertices"):
+    with pytest.raises(FileFormatError, match=r"crate.parts\[0\]\[0\]: faces: refer to vertices"):
         read_recording(path, recording.robot)
 
 
