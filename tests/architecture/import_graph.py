@@ -10,7 +10,7 @@ PACKAGE = ROOT / "trajopt"
 Graph = Mapping[str, set[str]]
 
 CONVENIENCES: Mapping[str, set[str]] = {
-    "planning.result": {"files.bundle", "why"},
+    "planning.result": {"files.bundle", "files.proof", "why"},
     "problem.problem": {"files.bundle"},
 }
 """Modules with methods that pass their object to a function of a higher layer: `result.save(path)` calls

@@ -13,8 +13,8 @@ from trajopt.values.errors import TrajoptError
 
 BAD_INPUT = 2
 COMMANDS = (
-    "demo", "plan", "check", "simulate", "run", "servo", "export", "bench", "suite", "compare", "view",
-    "sample", "reach", "srdf", "serve", "moveit", "replay", "report",
+    "demo", "plan", "check", "prove", "simulate", "run", "servo", "export", "bench", "suite", "compare",
+    "view", "sample", "reach", "srdf", "serve", "moveit", "replay", "report",
     "warehouse", "campaign",
 )  # fmt: skip
 """All commands; each is the function of its name in a file of its name, or commands of its own there."""

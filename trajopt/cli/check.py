@@ -1,6 +1,7 @@
 """`trajopt check`: the judge alone, on any trajectory."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -29,9 +30,10 @@ from trajopt.cli.planned import (
     problem_of,
 )
 from trajopt.files.moveit.trajectory_files import FORMATS
+from trajopt.files.proof import SUFFIX, check_proof
 from trajopt.planning.judgement import judge
 
-TrajectoryArgument = Annotated[Path, typer.Argument(help=f"What to judge: a bundle, {FORMATS}.")]
+TrajectoryArgument = Annotated[Path, typer.Argument(help=f"What to judge: a bundle, a proof, {FORMATS}.")]
 
 
 def check(
@@ -52,8 +54,13 @@ def check(
 ) -> None:
     """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
 
-    Between points that have accelerations it is quintic, with velocities cubic, with neither linear.
+    Between points that have accelerations it is quintic, with velocities cubic, with neither linear. A proof
+    (.proof) is checked by the small checker instead of the judge.
     """
+    if trajectory.suffix.lower() == SUFFIX:
+        checked = check_proof(trajectory)
+        typer.echo(json.dumps(asdict(checked)) if as_json else checked.words)
+        raise typer.Exit(0 if checked.proven else 1)
     notes = list[str]()
     source = None
     if robot is not None:

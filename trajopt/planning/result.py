@@ -233,6 +233,18 @@ class Plan:
 
         save(self, path)
 
+    @checked
+    def save_proof(self, path: FilePath | str) -> None:
+        """Write a proof file, which a small checker proves without trajopt (docs/proofs.md).
+
+        Raises:
+            ProblemError: If no witness is found.
+            FileFormatError: If the file cannot be written.
+        """
+        from trajopt.files.proof import save_proof
+
+        save_proof(self.problem, self.trajectory, path)
+
 
 OTHER_NAMES = {
     **dict.fromkeys(

@@ -1,0 +1,126 @@
+"""Proofs that are written for verified motions are accepted by the checker."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import trajopt as to
+from tests.cli.process import trajopt
+from tests.files.proof.conftest import Checker, Proof, planar_problem, planned
+from trajopt.files.proof import check_proof, save_proof
+from trajopt.files.proof.checking import CHECKER
+from trajopt.values.errors import ProblemError
+
+BLOCKED = """
+import runpy, sys
+sys.modules["trajopt"] = sys.modules["pinocchio"] = sys.modules["coal"] = sys.modules["scipy"] = None
+folder, path = sys.argv[1:]
+sys.argv = ["checker", path]
+runpy.run_path(folder, run_name="__main__")
+"""
+
+
+def proof_of_ur5(path: Path) -> Proof:
+    try:
+        robot = to.load("ur5")
+    except to.MissingExtra as missing:
+        pytest.skip(str(missing))
+    scene = to.Scene(robot).add("pillar", to.Cylinder(0.05, 0.8), to.placement((-0.5, 0.0, 0.4)))
+    scene = scene.add("floor", to.Plane(), to.placement((0.0, 0.0, -0.05))).allow("floor", "base_link")
+    goal = to.frame_placement("tool0", to.placement((0.4, 0.4, 0.3), rpy=(3.1, 0.0, 0.0)))
+    start = [0.0, -1.2, 1.2, -1.5, -1.5, 0.0]
+    return planned(to.Problem(scene=scene, group="manipulator", start=start, goal=goal, name="ur5"), path)
+
+
+def test_a_plan_is_proven_by_a_copy_of_the_checker_without_trajopt(tmp_path: Path, planar: Proof) -> None:
+    folder = shutil.copytree(CHECKER, tmp_path / "elsewhere", ignore=shutil.ignore_patterns("__pycache__"))
+    path = planar.write(tmp_path / "x.proof")
+    run = subprocess.run(
+        [sys.executable, "-I", "-c", BLOCKED, str(folder), str(path)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    first, *_, last = run.stdout.splitlines()
+    assert first.startswith("planar fold: for all t in [0, ")
+    assert last == "PROVEN"
+
+
+def test_an_arm_with_a_frame_goal_and_a_half_space_is_proven(tmp_path: Path, checker: Checker) -> None:
+    proof = proof_of_ur5(tmp_path / "ur5.proof")
+    assert checker.fault(tmp_path / "ur5.proof") == ""
+    kinds = {part["shape"]["kind"] for part in proof.statement["parts"]}
+    assert kinds == {"hull", "frustum", "half-space"}
+    goal = proof.statement["requirements"][0]
+    assert goal["kind"] == "frame placement"
+    goal["goal"]["translation"][0] += 0.001
+    assert "tool0" in checker.fault(proof.write(tmp_path / "moved.proof"))
+    goal["goal"]["translation"][0] -= 0.001
+    w, x, y, z = goal["goal"]["rotation"]
+    goal["goal"]["rotation"] = [w + 0.003 * x, x - 0.003 * w, y, z]
+    assert "tool0" in checker.fault(proof.write(tmp_path / "turned.proof"))
+
+
+def test_every_kind_of_requirement_is_proven(tmp_path: Path, checker: Checker, required: Proof) -> None:
+    path = required.write(tmp_path / "x.proof")
+    assert checker.fault(path) == ""
+    stated = required.statement["requirements"]
+    assert {each["kind"] for each in stated} == {
+        "joint positions", "axis alignment", "position in region", "tool speed",
+    }  # fmt: skip
+    assert {each["always"] for each in stated if each["kind"] == "position in region"} == {True, False}
+    assert required.statement["judged"] == ["torque, at samples"]
+
+
+def test_attached_objects_and_required_clearances_are_in_the_statement(
+    tmp_path: Path, checker: Checker
+) -> None:
+    problem = planar_problem()
+    scene = problem.scene.add("part", to.Box(0.05, 0.05, 0.05), to.placement((0.0, 0.0, 0.0)), frame="tool")
+    scene = scene.with_clearance(0.002).allow("part", "link2").allow("part", "tool")
+    proof = planned(
+        to.Problem(scene=scene, start=problem.start, goal=problem.goal, name="carried"), tmp_path / "x.proof"
+    )
+    assert checker.fault(tmp_path / "x.proof") == ""
+    owners = [part["owner"] for part in proof.statement["parts"]]
+    pairs = {(owners[one], owners[other], level) for one, other, level in proof.statement["pairs"]}
+    assert ("part", "post", 0.002) in pairs or ("post", "part", 0.002) in pairs
+
+
+def test_a_cubic_motion_is_proven(tmp_path: Path, planar_plan: to.Plan) -> None:
+    motion = planar_plan.trajectory
+    limits = planar_problem()
+    cubic = to.Trajectory(motion.joint_names, motion.times, motion.positions, motion.velocities)
+    if not to.judge(limits, cubic).verified:
+        pytest.skip("the cubic passes a limit of jerk")
+    save_proof(limits, cubic, tmp_path / "x.proof")
+    assert check_proof(tmp_path / "x.proof").proven
+
+
+def test_motions_that_are_refused_or_linear_have_no_proof(tmp_path: Path, planar_plan: to.Plan) -> None:
+    motion = planar_plan.trajectory
+    fast = to.Trajectory(motion.joint_names, motion.times / 2, motion.positions, motion.velocities * 2)
+    with pytest.raises(ProblemError, match="judge refuses"):
+        save_proof(planar_problem(), fast, tmp_path / "x.proof")
+    linear = to.Trajectory(motion.joint_names, motion.times, motion.positions)
+    with pytest.raises(ProblemError, match="velocities"):
+        save_proof(planar_problem(), linear, tmp_path / "x.proof")
+    assert not (tmp_path / "x.proof").exists()
+
+
+def test_the_commands_prove_and_check(tmp_path: Path, planar_plan: to.Plan) -> None:
+    planar_plan.save(tmp_path / "x.trajopt")
+    proven = trajopt("prove", str(tmp_path / "x.trajopt"), "--out", str(tmp_path / "x.proof"))
+    assert proven.returncode == 0, proven.stderr
+    assert "PROVEN" in proven.stdout and "leaves" in proven.stdout
+    checked = trajopt("check", str(tmp_path / "x.proof"), "--json")
+    assert checked.returncode == 0
+    assert json.loads(checked.stdout)["proven"] is True
+    data = (tmp_path / "x.proof").read_bytes()
+    (tmp_path / "x.proof").write_bytes(data[:-1])
+    assert trajopt("check", str(tmp_path / "x.proof")).returncode == 2

@@ -1,0 +1,10 @@
+"""Proof files: a motion with the witness by which a small checker, without trajopt, proves it.
+
+`plan.save_proof("x.proof")` and `trajopt prove` write one, `trajopt check` and
+`python -I trajopt/verify/checker` check it. The format is described in docs/proofs.md.
+"""
+
+from trajopt.files.proof.checking import check_proof as check_proof
+from trajopt.files.proof.proof import SUFFIX as SUFFIX
+from trajopt.files.proof.proof import ProofSize as ProofSize
+from trajopt.files.proof.proof import save_proof as save_proof

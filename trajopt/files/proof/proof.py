@@ -1,0 +1,158 @@
+"""Write a proof file: the statement, and the witness by which the checker sees that it is true."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves
+from trajopt.files.proof.requirements import Shown
+from trajopt.files.proof.statement import Asked, Pairs, asked, proven_pairs, statement
+from trajopt.planning.judgement import judge
+from trajopt.problem.problem import Problem
+from trajopt.robot.limits import JointLimits
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.documents.whole import written_whole
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.shapes.shapes import Mesh
+from trajopt.values.trajectory import Interpolation, Trajectory
+from trajopt.verify import VerifyOptions
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
+
+LEAF = np.dtype([("begin", "<u2"), ("direction", "<i2", (3,))])
+SUFFIX = ".proof"
+"""File name extension of proofs."""
+MOST_TIMES = 60_000
+"""Most times of a proof's grid."""
+
+
+@dataclass(frozen=True)
+class ProofSize:
+    """The size of a proof.
+
+    Attributes:
+        statement: Bytes of the statement.
+        witness: Bytes of the witness.
+        leaves: Number of leaves.
+        times: Number of times in the grid.
+    """
+
+    statement: int
+    witness: int
+    leaves: int
+    times: int
+
+    def __str__(self) -> str:
+        """Return the sizes in words."""
+        return (
+            f"{self.leaves} leaves at {self.times} times, {self.witness / 1000:.1f} kB of witness and "
+            f"{self.statement / 1000:.1f} kB of statement"
+        )
+
+
+@checked
+def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> ProofSize:
+    """Write a proof that a motion does what a problem requires, for a checker that needs no trajopt.
+
+    Requirements without a rule in the format are listed in the file as judged, not part of the proof.
+
+    Args:
+        problem: The problem, with one goal.
+        trajectory: Of the group's joints, with velocities.
+        path: The file.
+
+    Raises:
+        ProblemError: If the judge does not verify the motion, or no witness is found.
+        FileFormatError: If the file cannot be written.
+    """
+    motion = _verified(problem, trajectory)
+    pairs, leaves = _separated(motion)
+    requirements = asked(problem, motion)
+    grid = _grid(motion, leaves, problem.moving_limits, requirements)
+    said = json.dumps(statement(problem, motion, pairs, requirements), allow_nan=False).encode()
+    witness = _witness(motion, leaves, grid, len(pairs.pairs))
+    with written_whole(path) as draft:
+        draft.write_bytes(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness)
+    return ProofSize(len(said), len(witness), len(leaves.pair), len(grid))
+
+
+def _verified(problem: Problem, trajectory: Trajectory) -> Motion:
+    if trajectory.interpolation is Interpolation.LINEAR:
+        raise ProblemError("a proof needs the velocities of the motion: without, it jumps at its points")
+    certificate = judge(problem, trajectory)
+    if not certificate.verified:
+        raise ProblemError(f"there is no proof of a motion that the judge refuses: {certificate.verdict}")
+    reduced = problem.reduced
+    return Motion(reduced, trajectory, kinematics=Kinematics(reduced), options=VerifyOptions())
+
+
+def _separated(motion: Motion) -> tuple[Pairs, Leaves]:
+    """Return pairs with leaves that cover the motion; exact meshes whose hulls meet are excused."""
+    pairs = proven_pairs(motion.reduced)
+    leaves, lost = LeafSearch(motion, pairs.parts, pairs.pairs, pairs.required).search()
+    if not len(lost.pair):
+        return pairs, leaves
+    for place, pair in enumerate(lost.pair.tolist()):
+        bodies = [pairs.parts[int(part)].body for part in pairs.pairs[pair]]
+        if not any(isinstance(body.shape, Mesh) for body in bodies):
+            names = " and ".join(body.owner for body in bodies)
+            raise ProblemError(f"no direction separates {names} around {lost.begin[place]:.6g} s")
+    pairs = pairs.excusing(
+        set(lost.pair.tolist()), "their hulls meet: only the judge proves exact meshes apart"
+    )
+    return pairs, LeafSearch(motion, pairs.parts, pairs.pairs, pairs.required).search()[0]
+
+
+def _grid(motion: Motion, leaves: Leaves, limits: JointLimits, requirements: Asked) -> Floats:
+    """Return times between which the checker sees that limits and requirements hold, leaves' ends among them.
+
+    Raises:
+        ProblemError: If it does not see that in intervals that are as short as can be.
+    """
+    grid = np.unique(np.concatenate((motion.trajectory.times, leaves.begin)))
+    shown = (_limits_hold(motion, limits), *requirements.shown)
+    begin, end = grid[:-1], grid[1:]
+    while len(begin):
+        open_cells = ~np.all([holds(begin, end) for holds in shown], axis=0)
+        begin, end = begin[open_cells], end[open_cells]
+        if (end - begin < SHORTEST).any() or len(grid) > MOST_TIMES:
+            raise ProblemError(f"limits and requirements are too tight for a proof around {begin[0]:.6g} s")
+        middle = (begin + end) / 2.0
+        grid = np.union1d(grid, middle)
+        begin, end = np.concatenate((begin, middle)), np.concatenate((middle, end))
+    return grid
+
+
+def _limits_hold(motion: Motion, limits: JointLimits) -> Shown:
+    excess = 0.9 * motion.options.excess
+    rates = (limits.velocity, limits.acceleration, limits.jerk)
+    lower = [limits.lower - excess * np.maximum(1.0, np.abs(limits.lower))]
+    upper = [limits.upper + excess * np.maximum(1.0, np.abs(limits.upper))]
+    lower += [-rate * (1.0 + excess) for rate in rates]
+    upper += [rate * (1.0 + excess) for rate in rates]
+
+    def shown(begin: Floats, end: Floats) -> Bools:
+        holds = np.ones(len(begin), dtype=np.bool_)
+        for order in range(4):
+            low, high = motion.moving(order).range(begin, end)
+            holds &= ((low >= lower[order]) & (high <= upper[order])).all(axis=1)
+        return holds
+
+    return shown
+
+
+def _witness(motion: Motion, leaves: Leaves, grid: Floats, pairs: int) -> bytes:
+    times = np.setdiff1d(grid, motion.trajectory.times)
+    rows = np.empty(len(leaves.pair), dtype=LEAF)
+    rows["begin"], rows["direction"] = np.searchsorted(grid, leaves.begin), leaves.direction
+    columns: Sequence[tuple[str, object]] = (
+        ("<u4", [len(times)]),
+        ("<f8", times),
+        ("<u4", np.bincount(leaves.pair, minlength=pairs)),
+    )
+    return b"".join(np.asarray(column).astype(kind).tobytes() for kind, column in columns) + rows.tobytes()

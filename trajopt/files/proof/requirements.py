@@ -1,0 +1,227 @@
+"""Requirements as a proof states them, each with the intervals of time in which it is certain to be shown."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import singledispatch
+
+import numpy as np
+
+from trajopt.files.proof.leaves import SURE
+from trajopt.files.proof.parts import Document, placed
+from trajopt.problem.requirement import Requirement
+from trajopt.problem.requirements import (
+    AxisAlignment,
+    FramePlacement,
+    JointPositions,
+    PositionInRegion,
+    RotationCoordinates,
+)
+from trajopt.problem.tool_speed import ToolSpeed
+from trajopt.robot.joints import Anchor
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Bools, Floats
+from trajopt.values.placement import Placement
+from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
+from trajopt.values.trajectory import Interpolation
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.relative_motion import PointMotion, RelativeMotion
+
+Shown = Callable[[Floats, Floats], Bools]
+"""Say of intervals, given by begin and end, (c,) each, whether the checker can show a requirement in them."""
+MARGIN = 1.1
+"""Bounds of paths are taken this much larger: the checker's own differ a little."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """A requirement as a proof states it.
+
+    Attributes:
+        document: The statement.
+        shown: Where it can be shown, if it is one of all times; None if it is one of the end.
+    """
+
+    document: Document
+    shown: Shown | None = None
+
+
+@singledispatch
+def stated(requirement: Requirement, motion: Motion, *, always: bool) -> Stated | None:
+    """Return a requirement as a proof states it; None if proofs have no rule for it.
+
+    Args:
+        requirement: The requirement.
+        motion: The motion.
+        always: Whether it holds at all times; otherwise at the end.
+    """
+    del requirement, motion, always
+    return None
+
+
+@stated.register
+def _(requirement: JointPositions, motion: Motion, *, always: bool) -> Stated | None:
+    moving = motion.reduced.moving_joints
+    if not set(requirement.positions) <= set(moving):
+        return None
+    ranges: list[list[object]] = []
+    for joint, position in requirement.positions.items():
+        sides = position - requirement.below[joint], position + requirement.above[joint]
+        ranges.append([moving.index(joint) + 1, *(side if np.isfinite(side) else None for side in sides)])
+    document: Document = {"kind": "joint positions", "always": always, "ranges": ranges}
+    return Stated(document, _everywhere if always else None)
+
+
+@stated.register
+def _(requirement: FramePlacement, motion: Motion, *, always: bool) -> Stated | None:
+    seen = _seen(motion.reduced, requirement.frame, requirement.reference)
+    rotation = np.where(requirement.rotation_tolerance >= np.pi, np.inf, requirement.rotation_tolerance)
+    vector = requirement.coordinates is RotationCoordinates.ROTATION_VECTOR or np.isinf(rotation).all()
+    if seen is None or always or not vector:
+        return None
+    frame, reference = seen
+    goal = reference.placement * requirement.placement
+    point = Placement(frame.placement.rotation, frame.placement * requirement.offset)
+    stated = np.concatenate((requirement.position_tolerance, rotation)).tolist()
+    sizes = [size if np.isfinite(size) else None for size in stated]
+    return Stated(
+        {
+            "kind": "frame placement",
+            "frame": requirement.frame,
+            "place": placed(frame.joint, point),
+            "goal": placed(reference.joint, goal),
+            "position": sizes[:3],
+            "rotation": sizes[3:],
+        }
+    )
+
+
+@stated.register
+def _(requirement: AxisAlignment, motion: Motion, *, always: bool) -> Stated | None:
+    seen = _seen(motion.reduced, requirement.frame, requirement.reference)
+    if seen is None or requirement.tolerance > 3.1:
+        return None
+    frame, reference = seen
+    document: Document = {
+        "kind": "axis alignment",
+        "frame": requirement.frame,
+        "joint": frame.joint,
+        "axis": (frame.placement.rotation @ requirement.axis).tolist(),
+        "reference": reference.joint,
+        "direction": (reference.placement.rotation @ requirement.direction).tolist(),
+        "tolerance": requirement.tolerance,
+        "always": always,
+    }
+    moving = RelativeMotion(motion, requirement.frame, reference=requirement.reference, offset=np.zeros(3))
+
+    def shown(begin: Floats, end: Floats) -> Bools:
+        inner = [
+            (moving.placements(times)[0] @ requirement.axis) @ requirement.direction for times in (begin, end)
+        ]
+        # A unit vector in a frame that turns at rate w accelerates by at most w^2 + a.
+        bounds = moving.bounds(begin, end)
+        off = (bounds.turn_acceleration + bounds.turn_rate**2) * (end - begin) ** 2 / 8.0
+        return np.minimum(*inner) - MARGIN * off >= np.cos(requirement.tolerance)
+
+    return Stated(document, shown if always else None)
+
+
+@stated.register
+def _(requirement: PositionInRegion, motion: Motion, *, always: bool) -> Stated | None:
+    seen = _seen(motion.reduced, requirement.frame, requirement.reference)
+    if seen is None:
+        return None
+    frame, reference = seen
+    members = [(shape, where) for shape, where in requirement.members]
+    document: Document = {
+        "kind": "position in region",
+        "frame": requirement.frame,
+        "place": placed(frame.joint, Placement(np.eye(3), frame.placement * requirement.offset)),
+        "members": [
+            [*_sized(shape), placed(reference.joint, reference.placement * where)] for shape, where in members
+        ],
+        "always": always,
+    }
+    moving = RelativeMotion(
+        motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
+    )
+
+    def shown(begin: Floats, end: Floats) -> Bools:
+        points = [moving.placements(times)[1] for times in (begin, end)]
+        off = MARGIN * moving.bounds(begin, end).point_acceleration * (end - begin) ** 2 / 8.0
+        holds = [
+            np.maximum(*(_beyond(shape, where, point) for point in points)) + off <= 0.0
+            for shape, where in members
+        ]
+        return np.any(holds, axis=0)
+
+    return Stated(document, shown if always else None)
+
+
+def stated_speed(limited: ToolSpeed, motion: Motion) -> Stated | None:
+    """Return a limit of a tool's speed as a proof states it; None if it has other limits too."""
+    if np.isfinite(limited.angular) or np.isfinite(limited.steady):
+        return None
+    frame = motion.reduced.anchors.get(limited.frame)
+    if frame is None:
+        return None
+    point = PointMotion(motion, limited.frame, offset=limited.offset)
+    smooth = motion.trajectory.interpolation is Interpolation.QUINTIC
+
+    def shown(begin: Floats, end: Floats) -> Bools:
+        speeds = [np.linalg.norm(point.speeds(times)[0], axis=1) for times in (begin, end)]
+        changes, length = point.changes(begin, end), end - begin
+        off = changes.second[:, 0] * length**2 / 8.0 if smooth else changes.first[:, 0] * length / 2.0
+        return np.maximum(*speeds) + MARGIN * off <= limited.linear * SURE
+
+    return Stated(
+        {
+            "kind": "tool speed",
+            "frame": limited.frame,
+            "place": placed(frame.joint, Placement(np.eye(3), frame.placement * limited.offset)),
+            "limit": limited.linear,
+        },
+        shown,
+    )
+
+
+def _everywhere(begin: Floats, end: Floats) -> Bools:
+    return np.ones(len(begin), dtype=np.bool_) & (end > begin)
+
+
+def _seen(reduced: ReducedModel, frame: str, reference: str) -> tuple[Anchor, Anchor] | None:
+    """Return the anchors of a frame and of its reference; None if the latter does not carry the former."""
+    found, base = reduced.anchors.get(frame), reduced.anchors.get(reference)
+    if found is None or base is None:
+        return None
+    parents: Sequence[int] = [int(parent) for parent in reduced.model.parents]
+    joint = found.joint
+    while joint > base.joint:
+        joint = parents[joint]
+    return (found, base) if joint == base.joint else None
+
+
+def _sized(shape: Box | Sphere | Cylinder | Plane) -> tuple[str, list[float]]:
+    match shape:
+        case Box(x=x, y=y, z=z):
+            return "box", [x, y, z]
+        case Sphere(radius=radius):
+            return "sphere", [radius]
+        case Cylinder(radius=radius, length=length):
+            return "cylinder", [radius, length]
+        case Plane():
+            return "half-space", []
+
+
+def _beyond(shape: Box | Sphere | Cylinder | Plane, where: Placement, points: Floats) -> Floats:
+    """Return how far points (c, 3) are outside of a shape, negative inside, (c,) [m]."""
+    local = (points - where.translation) @ where.rotation
+    match shape:
+        case Box(x=x, y=y, z=z):
+            return (np.abs(local) - np.array((x, y, z)) / 2.0).max(axis=1)
+        case Sphere(radius=radius):
+            return np.linalg.norm(local, axis=1) - radius
+        case Cylinder(radius=radius, length=length):
+            across = np.hypot(local[:, 0], local[:, 1]) - radius
+            return np.maximum(across, np.abs(local[:, 2]) - length / 2.0)
+        case Plane():
+            return local[:, 2]

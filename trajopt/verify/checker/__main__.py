@@ -1,0 +1,98 @@
+"""Check a proof file: `python -I trajopt/verify/checker x.proof`.
+
+It needs numpy and python-flint, and nothing else of trajopt. Exit status 0: the statement is proven; 1: it is
+not; 2: the file is not a proof of the format.
+"""
+
+import sys
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import clearance
+import limits
+import numpy as np
+import rule_alignment
+import rule_joints
+import rule_placement
+import rule_region
+import rule_tool_speed
+from kinematics import Kinematics
+from reading import Malformed, one_of, open_file
+from requirement import Requirement
+from statement import Statement, read_statement
+from witness import read_witness
+
+RULES = {
+    "joint positions": rule_joints.read,
+    "frame placement": rule_placement.read,
+    "axis alignment": rule_alignment.read,
+    "position in region": rule_region.read,
+    "tool speed": rule_tool_speed.read,
+}
+"""Kinds of requirements -> what reads them."""
+
+
+def examined(path: Path) -> tuple[str, str]:
+    """Return the statement of a file in words, and the first fault; an empty one if it is proven.
+
+    Raises:
+        Malformed: If it is not a proof of the format.
+    """
+    found, data = open_file(path)
+    statement = read_statement(found)
+    requirements = [
+        RULES[one_of("kind of a requirement", each.get("kind"), RULES)](each, statement)
+        for each in statement.requirements
+    ]
+    witness = read_witness(data, statement)
+    with np.errstate(all="ignore"):  # a number that is not finite fails the comparison that it reaches
+        arm = Kinematics(statement, witness.grid)
+        faults = chain(
+            limits.check(statement, arm),
+            (fault for each in requirements for fault in _missed(each, arm)),
+            clearance.check(statement, witness, arm),
+        )
+        return in_words(statement, [each.words for each in requirements]), next(faults, "")
+
+
+def _missed(requirement: Requirement, arm: Kinematics) -> Iterator[str]:
+    holds = requirement.holds(arm)
+    for cell in np.flatnonzero(~holds)[:1].tolist():
+        near = f" from {arm.grid[cell]:.6g} to {arm.grid[cell + 1]:.6g} s" if len(holds) > 1 else ""
+        yield f"it is not shown that {requirement.words}{near}"
+
+
+def in_words(statement: Statement, rules: list[str]) -> str:
+    """Return a statement in sentences."""
+    levels = sorted({level for _, _, level in statement.pairs}) or [0.0]
+    kept = " or ".join(f"{1000.0 * level:g} mm" for level in levels)
+    lines = [
+        f"{statement.title}: for all t in [0, {statement.curve.times[-1]:.6g} s]",
+        f"  {len(statement.pairs)} pairs of {len(statement.parts)} convex parts keep more than {kept} apart:"
+        f" all that can move against each other but {len(statement.excused)} excused pairs of owners",
+        *(f"    {one} and {other}: {reason}" for one, other, reason in statement.excused),
+        f"  {len(statement.joints)} joints keep their limits, to within {statement.excess:g}",
+        f"  the motion starts where it must{' and ends at rest' * statement.ends.rests}",
+        *(f"  {rule}" for rule in rules),
+        *(f"  judged, not part of this proof: {each}" for each in statement.judged),
+    ]
+    return "\n".join(lines)
+
+
+def main(arguments: list[str]) -> int:
+    """Check the file that is named; return the exit status."""
+    if len(arguments) != 1:
+        sys.stderr.write("usage: python -I checker FILE.proof\n")
+        return 2
+    try:
+        words, fault = examined(Path(arguments[0]))
+    except Malformed as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    sys.stdout.write(f"{words}\n{'NOT PROVEN: ' + fault if fault else 'PROVEN'}\n")
+    return 1 if fault else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

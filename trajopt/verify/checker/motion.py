@@ -1,0 +1,101 @@
+"""The motion: bounds of the coordinates and their derivatives in each cell of a grid of times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from intervals import Floats, Interval, exactly, joined
+from statement import Curve
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The coordinates over the g - 1 cells of a grid.
+
+    Attributes:
+        positions: At the times of the grid, shape (g, n).
+        velocities: Likewise.
+        bounds: Of position, velocity, acceleration and jerk within each cell, shape (g - 1, n) each.
+        accelerations: At the start and the end of each piece between knots, shape (k - 1, n) each.
+    """
+
+    positions: Interval
+    velocities: Interval
+    bounds: tuple[Interval, ...]
+    accelerations: tuple[Interval, Interval]
+
+
+def motion_on(curve: Curve, grid: Floats) -> Motion:
+    """Bound a motion in the cells of a grid that has all its knots.
+
+    In Bernstein form a polynomial lies between its smallest and its largest coefficient. Source: Farouki, The
+    Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
+    """
+    piece = np.searchsorted(curve.times, grid[:-1], side="right") - 1
+    length = _lengths(curve)[piece]
+    begin, end = (
+        (exactly(side[:, None]) - exactly(curve.times[piece][:, None])) / length
+        for side in (grid[:-1], grid[1:])
+    )
+    orders = _bernstein(curve)
+    cells = [_restricted([each[piece] for each in order], begin, end) for order in orders]
+    return Motion(
+        _at_grid(cells[0], curve.values[0][-1]),
+        _at_grid(cells[1], curve.values[1][-1]),
+        tuple(_hull(cell) for cell in cells),
+        (orders[2][0], orders[2][-1]),
+    )
+
+
+def _lengths(curve: Curve) -> Interval:
+    return exactly(curve.times[1:, None]) - exactly(curve.times[:-1, None])
+
+
+def _bernstein(curve: Curve) -> list[list[Interval]]:
+    """Return the Bernstein coefficients of position and its derivatives in each piece, (k - 1, n) each."""
+    h = _lengths(curve)
+    starts, ends = ([exactly(rows[side]) for rows in curve.values] for side in (slice(-1), slice(1, None)))
+    degree = 2 * len(curve.values) - 1
+    slope = exactly(float(degree)) * ((ends[0] - starts[0]) / h)
+    if degree == 3:
+        velocity = [starts[1], slope - starts[1] - ends[1], ends[1]]
+    else:
+        quarter = h * exactly(0.25)
+        after, before = starts[1] + starts[2] * quarter, ends[1] - ends[2] * quarter
+        # The mean of the velocity's coefficients is the mean velocity.
+        velocity = [starts[1], after, slope - starts[1] - after - before - ends[1], before, ends[1]]
+    position = [starts[0]]
+    for coefficient in velocity[:-1]:
+        position.append(position[-1] + coefficient * h / exactly(float(degree)))
+    acceleration = _derivative(velocity, h)
+    return [[*position, ends[0]], velocity, acceleration, _derivative(acceleration, h)]
+
+
+def _derivative(coefficients: list[Interval], length: Interval) -> list[Interval]:
+    degree = exactly(float(len(coefficients) - 1))
+    return [(after - before) * degree / length for before, after in pairwise(coefficients)]
+
+
+def _restricted(coefficients: list[Interval], begin: Interval, end: Interval) -> list[Interval]:
+    """Return the coefficients over a part of the unit interval: values of the polynomial's blossom."""
+    degree = len(coefficients) - 1
+    found: list[Interval] = []
+    for ends in range(degree + 1):
+        row = coefficients
+        for step in range(degree):
+            at = end if step < ends else begin
+            row = [one + (other - one) * at for one, other in pairwise(row)]
+        found.append(row[0])
+    return found
+
+
+def _hull(coefficients: list[Interval]) -> Interval:
+    every = joined(coefficients, 0)
+    return Interval(every.low.min(axis=0), every.high.max(axis=0))
+
+
+def _at_grid(cells: list[Interval], last: Floats) -> Interval:
+    """Return values at the grid: the first coefficient of each cell, and those at the end."""
+    return Interval(np.vstack((cells[0].low, last)), np.vstack((cells[0].high, last)))

@@ -1,0 +1,81 @@
+"""A requirement as the kernel sees it, and what its rules share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from intervals import Floats, Interval, product, turned
+from kinematics import Kinematics, Rows, Travel
+from numpy.typing import NDArray
+from reading import Malformed
+from statement import Place, Statement
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Requirement:
+    """A requirement of a proof.
+
+    Attributes:
+        words: The requirement in words.
+        holds: Return in which cells of the grid it is shown, shape (g - 1,); of one of the end, shape (1,).
+    """
+
+    words: str
+    holds: Callable[[Kinematics], Bools]
+
+
+def span(always: bool) -> str:
+    """Return when a requirement holds, in words."""
+    return "at all times" if always else "at the end"
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A frame as seen from a joint that carries it, or the world.
+
+    Attributes:
+        place: Its placement, in the frame of the joint that carries it.
+        reference: The joint that it is seen from.
+    """
+
+    place: Place
+    reference: int
+
+    def placed(self, arm: Kinematics) -> tuple[Interval, Interval]:
+        """Return rotation (g, 3, 3) and origin (g, 3) [m] at all times."""
+        turn, origin = arm.placed(self.place)
+        inward = arm.rotation[:, self.reference].transposed
+        return product(inward, turn), turned(inward, origin - arm.translation[:, self.reference])
+
+    def travel(self, arm: Kinematics) -> Travel:
+        """Bound how its origin moves in each cell."""
+        begin, end, seen = self.cells(arm)
+        return arm.travel(self.place.joint, arm.placed(self.place)[1], 0.0, begin, end, seen)
+
+    def cells(self, arm: Kinematics) -> tuple[Rows, Rows, Rows]:
+        """Return begin and end of each cell of the grid, and the joint that it is seen from."""
+        begin = np.arange(len(arm.grid) - 1, dtype=np.int64)
+        return begin, begin + 1, np.full(len(begin), self.reference, dtype=np.int64)
+
+
+def seen_from(place: Place, reference: int, statement: Statement) -> Seen:
+    """Return a frame as seen from a joint.
+
+    Raises:
+        Malformed: If that does not carry it.
+    """
+    joint = place.joint
+    while joint > reference:
+        joint = statement.joints[joint - 1].place.joint
+    if joint != reference:
+        raise Malformed("the reference of a requirement must carry its frame, or be the world")
+    return Seen(place, reference)
+
+
+def off_chord(arm: Kinematics, second: Floats) -> Floats:
+    """Bound how far a function is from its chord in each cell, given a bound of its second derivative."""
+    return second * np.diff(arm.grid) ** 2 / 8.0 * (1.0 + 1e-14)

@@ -1,0 +1,49 @@
+"""Rule: an axis of a frame points along a direction, within a cone, at the end or at all times."""
+
+import numpy as np
+from flint import arb
+from intervals import Floats, dot, enclosed, normalised, turned
+from kinematics import SAFE, Kinematics, largest
+from reading import Fields, Malformed, below, direction, flag, record, size, text
+from requirement import Bools, Requirement, Seen, off_chord, seen_from, span
+from statement import Place, Statement
+
+
+def read(value: Fields, statement: Statement) -> Requirement:
+    """Read the rule: axis and direction are in the frames of the two joints."""
+    joint = below(len(statement.joints) + 1)
+    readers = {"kind": text, "frame": text, "joint": joint, "axis": direction(3), "reference": joint}
+    _, name, carrier, axis, reference, along, tolerance, always = record(
+        "axis alignment", value, {**readers, "direction": direction(3), "tolerance": size, "always": flag}
+    )
+    seen = seen_from(Place(carrier, np.array((1.0, 0.0, 0.0, 0.0)), np.zeros(3)), reference, statement)
+    angle = tolerance + statement.excess * (1.0 - 1e-9)
+    if angle > 3.14:
+        raise Malformed("an axis must be aligned to within 3.14 rad")
+
+    def holds(arm: Kinematics) -> Bools:
+        turn, _ = seen.placed(arm)
+        inner = dot(turned(turn, normalised(axis)), normalised(along)).low
+        least = enclosed(arb(angle).cos())[1]
+        if not always:
+            return inner[-1:] >= least
+        return np.minimum(inner[:-1], inner[1:]) - off_chord(arm, _acceleration(arm, seen)) - 1e-15 >= least
+
+    words = (
+        f"{span(always)} axis {axis.tolist()} of {name} along {along.tolist()}, within {tolerance:.6g} rad"
+    )
+    return Requirement(words, holds)
+
+
+def _acceleration(arm: Kinematics, seen: Seen) -> Floats:
+    """Bound the accelerations of unit vectors: points at distance 1 from the joints' axes at most."""
+    begin, end, reference = seen.cells(arm)
+    rate, increase = (largest(each, begin, end) for each in arm.rates[:2])
+    v, u, joint = np.zeros(len(begin)), np.zeros(len(begin)), seen.place.joint
+    while joint > 0:
+        stated = arm.statement.joints[joint - 1]
+        if stated.turns and not arm.carried_by[reference[0], joint]:
+            w, a = rate[:, joint], increase[:, joint]
+            u, v = u + 2.0 * w * v + w * w + a, v + w
+        joint = stated.place.joint
+    return u * SAFE

@@ -1,0 +1,47 @@
+"""Rule: at the end a frame is at a placement, within tolerances of position and rotation vector."""
+
+import numpy as np
+from flint import arb
+from intervals import Floats, Interval, enclosed, exactly, joined, product, turned
+from kinematics import Kinematics, rotation_of
+from reading import Fields, every, record, size, text, unless_null
+from requirement import Bools, Requirement, seen_from
+from statement import Statement, place_in
+
+
+def read(value: Fields, statement: Statement) -> Requirement:
+    """Read the rule: the goal's joint is the one that the frame is seen from."""
+    place = place_in(len(statement.joints))
+    readers = {"kind": text, "frame": text, "place": place, "goal": place}
+    tolerance = every(unless_null(size, np.inf), 3)
+    _, name, where, goal, position, rotation = record(
+        "frame placement", value, {**readers, "position": tolerance, "rotation": tolerance}
+    )
+    seen = seen_from(where, goal.joint, statement)
+    most = np.resize(np.array([position, rotation]), (2, 3)) + statement.excess * (1.0 - 1e-9)
+
+    def holds(arm: Kinematics) -> Bools:
+        turn, origin = (each[-1] for each in seen.placed(arm))
+        inward = rotation_of(goal.rotation).transposed
+        off = turned(inward, origin - exactly(goal.translation)).size
+        turned_by = rotation_vector(product(inward, turn)) if np.isfinite(most[1]).any() else np.zeros(3)
+        return np.array([(off <= most[0]).all() and (turned_by <= most[1]).all()])
+
+    at = ", ".join(f"{each:.6g}" for each in goal.translation)
+    within = [", ".join(f"{each:g}" for each in part) for part in (position, rotation)]
+    words = f"at the end {name} at ({at}) m, within ({within[0]}) m and ({within[1]}) rad"
+    return Requirement(words, holds)
+
+
+def rotation_vector(rotation: Interval) -> Floats:
+    """Bound the sizes of the numbers of a rotation's vector, axis times angle below pi, (3,) [rad]."""
+    skew = (rotation - rotation.transposed) * exactly(0.5)
+    axis = joined([skew[2, 1], skew[0, 2], skew[1, 0]], 0)  # times the sine of the angle
+    cosine = (rotation[0, 0] + rotation[1, 1] + rotation[2, 2] - exactly(1.0)) * exactly(0.5)
+    angle = arb.atan2(_ball(axis.norm()), _ball(cosine))
+    return (axis * exactly(enclosed(1 / angle.sinc())[1])).size
+
+
+def _ball(interval: Interval) -> arb:
+    low, high = float(interval.low), float(interval.high)
+    return arb(low).union(arb(high)) if np.isfinite((low, high)).all() else arb("nan")

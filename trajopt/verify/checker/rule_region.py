@@ -1,0 +1,52 @@
+"""Rule: a point of a frame is in one of several convex shapes, at the end or at all times."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from intervals import Floats, Interval, exactly, turned, up
+from kinematics import Kinematics, rotation_of
+from reading import Fields, Malformed, every, flag, one_of, record, row, size, text
+from requirement import Bools, Requirement, off_chord, seen_from, span
+from statement import Place, Statement, place_in
+
+SIZES: Mapping[str, int] = {"box": 3, "sphere": 1, "cylinder": 2, "half-space": 0}
+"""Shapes, and how many sizes they have: edges; radius; radius and length; half-spaces are below z = 0."""
+
+
+def read(value: Fields, statement: Statement) -> Requirement:
+    """Read the rule: the joint of all members is the one that the frame is seen from."""
+    place = place_in(len(statement.joints))
+    member = row(lambda where, kind: one_of(where, kind, SIZES), every(size, 3), place)
+    readers = {"kind": text, "frame": text, "place": place, "members": every(member), "always": flag}
+    _, name, where, members, always = record("position in region", value, readers)
+    joints = {at.joint for _, _, at in members}
+    if len(joints) != 1 or any(len(sizes) != SIZES[kind] for kind, sizes, _ in members):
+        raise Malformed("a region needs members of one joint, each with the sizes of its shape")
+    seen = seen_from(where, joints.pop(), statement)
+
+    def holds(arm: Kinematics) -> Bools:
+        _, origin = seen.placed(arm)
+        depth = [beyond(kind, np.array(sizes), at, origin) for kind, sizes, at in members]
+        if not always:
+            return np.any([each[-1:] <= statement.excess for each in depth], axis=0)
+        # A convex shape that holds both ends of a chord, with room, holds what is near it.
+        room = off_chord(arm, seen.travel(arm).acceleration)
+        return np.any(
+            [up(np.maximum(each[:-1], each[1:]) + room) <= statement.excess for each in depth], axis=0
+        )
+
+    named = [f"a {kind} {sizes} at {at.translation.tolist()} m" for kind, sizes, at in members]
+    return Requirement(f"{span(always)} {name} in {' or '.join(named)}", holds)
+
+
+def beyond(kind: str, sizes: Floats, place: Place, points: Interval) -> Floats:
+    """Bound how far points (g, 3) are outside of a shape, negative inside, from above (g,) [m]."""
+    local = turned(rotation_of(place.rotation).transposed, points - exactly(place.translation))
+    if kind == "half-space":
+        return local[..., 2].high
+    if kind == "sphere":
+        return up(local.norm().high - sizes[0])
+    if kind == "cylinder":
+        across, along = local[..., :2].norm().high, local[..., 2].size
+        return np.maximum(up(across - sizes[0]), up(along - sizes[1] / 2.0))
+    return up(local.size - sizes / 2.0).max(axis=-1)

@@ -1,0 +1,26 @@
+"""Rule: the speed of a point in the world stays below a limit at all times."""
+
+import numpy as np
+from intervals import up
+from kinematics import Kinematics
+from reading import Fields, record, size, text
+from requirement import Bools, Requirement, off_chord, seen_from
+from statement import Statement, place_in
+
+
+def read(value: Fields, statement: Statement) -> Requirement:
+    """Read the rule."""
+    readers = {"kind": text, "frame": text, "place": place_in(len(statement.joints)), "limit": size}
+    _, name, place, limit = record("tool speed", value, readers)
+    seen = seen_from(place, 0, statement)
+
+    def holds(arm: Kinematics) -> Bools:
+        speed = arm.point_velocity(place.joint, arm.placed(place)[1]).norm().high
+        travel = seen.travel(arm)
+        if len(statement.curve.values) == 3:
+            off = off_chord(arm, travel.jerk)
+        else:  # a cubic's acceleration jumps, so its velocity is only known to be near an end
+            off = travel.acceleration * np.diff(arm.grid) / 2.0 * (1.0 + 1e-14)
+        return up(np.maximum(speed[:-1], speed[1:]) + off) <= limit + statement.excess * (1.0 - 1e-9)
+
+    return Requirement(f"at all times the speed of {name} is at most {limit:g} m/s", holds)

@@ -1,0 +1,218 @@
+"""The statement of a proof: robot, motion, parts and pairs, limits and requirements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import reading as take
+from intervals import Floats
+from reading import Fields, Malformed, Reader
+from shapes import Shape, read_shape
+
+MOST_JOINTS = 200
+MOST_PARTS = 5_000
+MOST_KNOTS = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A fixed placement in a joint's frame.
+
+    Attributes:
+        joint: The joint; 0 is the world.
+        rotation: Quaternion w, x, y, z of any length but zero, shape (4,).
+        translation: Shape (3,) [m].
+    """
+
+    joint: int
+    rotation: Floats
+    translation: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint, which turns about or slides along an axis of its own frame.
+
+    Attributes:
+        name: Its name.
+        place: Of its frame at position 0, in its parent's.
+        turns: Whether it turns.
+        axis: Of any length but zero, shape (3,).
+        coordinate: The number of the motion's coordinate that it follows.
+        factor: Its position is factor * coordinate + offset.
+        offset: Likewise [rad | m].
+        lower: Least position [rad | m]; infinite for none, as the others.
+        upper: Largest position [rad | m].
+        velocity: Largest velocity.
+        acceleration: Largest acceleration.
+        jerk: Largest jerk.
+    """
+
+    name: str
+    place: Place
+    turns: bool
+    axis: Floats
+    coordinate: int
+    factor: float
+    offset: float
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The coordinates over time: Hermite interpolants between knots, cubic without accelerations.
+
+    Attributes:
+        names: Of the n coordinates.
+        times: Of the k knots, increasing from 0, shape (k,) [s].
+        values: Positions, velocities and, of quintics, accelerations, each of shape (k, n).
+    """
+
+    names: list[str]
+    times: Floats
+    values: list[Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """The state in which the motion must start, and how it must end.
+
+    Attributes:
+        positions: Of the coordinates at the start, shape (n,), as the others.
+        velocities: Likewise.
+        accelerations: Likewise; not asked for if all are 0, but for the jumps that a limit of jerk forbids.
+        tolerance: Of the positions.
+        speed: Of velocities and accelerations, and of the rest at the end.
+        rests: Whether it must end at rest.
+    """
+
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
+    tolerance: float
+    speed: float
+    rests: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A convex part of a link or object.
+
+    Attributes:
+        owner: The link or object.
+        place: Its placement.
+        shape: Its shape.
+    """
+
+    owner: str
+    place: Place
+    shape: Shape
+
+
+@dataclass(frozen=True, eq=False)
+class Statement:
+    """Everything that a proof states.
+
+    Attributes:
+        title: Name of the problem.
+        curve: The motion.
+        joints: The joints, each after its parent; joint number i is at i - 1.
+        ends: Its ends.
+        excess: By how much limits and tolerances may be exceeded: of positions absolute or relative to the
+            limit, the larger; of rates relative; of requirements absolute.
+        parts: All convex parts.
+        pairs: Two parts and the clearance that they keep [m].
+        excused: Two owners that need not keep apart, and the reason.
+        requirements: Requirements, each with its kind.
+        judged: Sentences on what was judged, but is not part of the proof.
+    """
+
+    title: str
+    curve: Curve
+    joints: list[Joint]
+    ends: Ends
+    excess: float
+    parts: list[Part]
+    pairs: list[tuple[int, int, float]]
+    excused: list[tuple[str, str, str]]
+    requirements: list[Fields]
+    judged: list[str]
+
+
+def read_statement(value: Fields) -> Statement:
+    """Read a statement.
+
+    Raises:
+        Malformed: If it is not of the format.
+    """
+    curve = _curve("motion", value.get("motion"))
+    count, joints = len(curve.names), len(take.items("joints", value.get("joints"), MOST_JOINTS))
+    part = take.below(len(take.items("parts", value.get("parts"), MOST_PARTS)))
+    read = _record_of(
+        Statement,
+        title=take.text,
+        motion=_curve,
+        joints=take.every(_joint(count, joints)),
+        ends=_ends(count),
+        excess=take.size,
+        parts=take.every(_record_of(Part, owner=take.text, place=place_in(joints), shape=read_shape)),
+        pairs=take.every(take.row(part, part, take.size)),
+        excused=take.every(take.row(take.text, take.text, take.text)),
+        requirements=take.every(take.mapping),
+        judged=take.every(take.text),
+    )
+    found: Statement = read("statement", value)
+    if any(joint.place.joint > at for at, joint in enumerate(found.joints)):
+        raise Malformed("a joint must come after its parent")
+    return found
+
+
+def place_in(joints: int) -> Reader:
+    """Return a reader of placements in the frame of one of some joints, or of the world."""
+    return _record_of(
+        Place, joint=take.below(joints + 1), rotation=take.direction(4), translation=take.numbers(3)
+    )
+
+
+def _record_of(kind: Callable[..., object], **readers: Reader) -> Reader:
+    return lambda where, value: kind(*take.record(where, value, readers))
+
+
+def _curve(where: str, value: object) -> Curve:
+    table = take.every(take.numbers(None, None), 3)
+    names, times, values = take.record(
+        where,
+        value,
+        {"coordinates": take.every(take.text, MOST_JOINTS), "times": take.numbers(None), "values": table},
+    )
+    if not 2 <= len(times) <= MOST_KNOTS or times[0] != 0.0 or not (np.diff(times) > 0.0).all():
+        raise Malformed(f"the times of {where} must increase from 0, and be 2 to {MOST_KNOTS}")
+    if len(values) < 2 or any(each.shape != (len(times), len(names)) for each in values):
+        raise Malformed(f"{where} needs positions and velocities of each coordinate at each time")
+    return Curve(names, times, values)
+
+
+def _joint(coordinates: int, joints: int) -> Reader:
+    least, most = take.unless_null(take.number, -np.inf), take.unless_null(take.number, np.inf)
+    limits = {"lower": least, "upper": most, "velocity": most, "acceleration": most, "jerk": most}
+    follows = {"coordinate": take.below(coordinates), "factor": take.number, "offset": take.number}
+    return _record_of(
+        Joint,
+        name=take.text,
+        place=place_in(joints),
+        turns=take.flag,
+        axis=take.direction(3),
+        **follows,
+        **limits,
+    )
+
+
+def _ends(count: int) -> Reader:
+    state = dict.fromkeys(("positions", "velocities", "accelerations"), take.numbers(count))
+    return _record_of(Ends, **state, tolerance=take.size, speed=take.size, rests=take.flag)

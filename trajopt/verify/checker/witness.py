@@ -1,0 +1,79 @@
+"""The witness: times to look at, and for each pair leaves that cover the motion, each with a direction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from intervals import Floats
+from numpy.typing import NDArray
+from reading import Malformed
+from statement import Statement
+
+MOST_CELLS = 60_000
+MOST_PLACES = 1_000_000
+"""Most joint frames at all times of the grid together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """What shows that the statement is true.
+
+    Attributes:
+        grid: Knots of the motion and times of the witness, increasing, shape (g,) [s].
+        pair: Pair of each leaf, shape (l,).
+        begin: Place of the leaf's start in the grid, shape (l,).
+        end: Place of its end, shape (l,).
+        direction: From the pair's first part to its second, of any length, in the frame of the last joint
+            that carries both, shape (l, 3).
+    """
+
+    grid: Floats
+    pair: NDArray[np.int64]
+    begin: NDArray[np.int64]
+    end: NDArray[np.int64]
+    direction: Floats
+
+
+def read_witness(data: bytes, statement: Statement) -> Witness:
+    """Read a witness.
+
+    The number of times (u4), these (f8), the number of leaves of each pair (u4), the leaves (u2 for the
+    start, i2 three times for the direction); all little-endian, with nothing before, between or after.
+
+    Raises:
+        Malformed: If it has another length, times outside the motion, or leaves that leave a gap.
+    """
+    count = int(_taken(data, 0, "<u4", 1)[0])
+    times = _taken(data, 4, "<f8", count)
+    pairs = len(statement.pairs)
+    leaves_of = _taken(data, 4 + 8 * count, "<u4", pairs).astype(np.int64)
+    head, total = 4 + 8 * count + 4 * pairs, int(leaves_of.sum())
+    leaves = _taken(data, head, "<u2", 4 * total).reshape(-1, 4)
+    if len(data) != head + 8 * total:
+        raise Malformed("the witness has another length than its numbers of times and leaves")
+    grid = _grid(times, statement)
+    pair = np.repeat(np.arange(pairs), leaves_of)
+    begin = leaves[:, 0].astype(np.int64)
+    last = np.append(pair[1:] != pair[:-1], True)[: len(pair)]
+    end = np.where(last, len(grid) - 1, np.append(begin[1:], 0)[: len(pair)])
+    first = np.roll(last, 1)
+    if (leaves_of == 0).any() or (begin[first] != 0).any() or not (begin < end).all():
+        raise Malformed("the leaves of a pair must begin at the start, increase and reach the end")
+    return Witness(grid, pair, begin, end, leaves[:, 1:].view("<i2").astype(np.float64))
+
+
+def _taken(data: bytes, offset: int, kind: str, count: int) -> NDArray[Any]:
+    if offset + count * np.dtype(kind).itemsize > len(data):
+        raise Malformed("the witness is shorter than its numbers of times and leaves")
+    return np.frombuffer(data, kind, count, offset)
+
+
+def _grid(inner: Floats, statement: Statement) -> Floats:
+    if not ((inner > 0.0) & (inner < statement.curve.times[-1])).all():
+        raise Malformed("a time of the witness is not within the motion")
+    grid = np.unique(np.concatenate((statement.curve.times, inner)))
+    if len(grid) > MOST_CELLS or len(grid) * (1 + len(statement.joints)) > MOST_PLACES:
+        raise Malformed("the witness has too many times")
+    return grid
