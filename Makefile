@@ -118,6 +118,11 @@ bench-experience: $(STAMP)
 bench-server: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
 
+# Policies behind the guard, beside a check of each waypoint and a clamp. OPTIONS: --episodes N, --seed N.
+.PHONY: bench-guard
+bench-guard: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.guard --page benchmarks/README.md $(OPTIONS)
+
 # Bundles, warehouses and rows of campaigns with flipped bits, zeroed sectors and cut ends. OPTIONS: --each N.
 .PHONY: bench-damaged
 bench-damaged: $(STAMP_DEV)

@@ -17,6 +17,7 @@ from trajopt.driving import (
     CommittedMotion,
     Fault,
     FaultKind,
+    Guard,
     IdealExecutor,
     JointVelocities,
     Logbook,
@@ -51,7 +52,7 @@ RETURNED = frozenset(
     Prediction PathTime Event RobotState Rule RunReport StopTaken RecordedMoment Recording Sighting
     RecordedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud Cluster FlatPart Mount Perceived
     Radius CampaignFolder Progress Source Dataset Extracted Summary Comparison Memory Session AsyncSession
-    SessionCalls Reply Watch
+    SessionCalls Reply Watch Decision
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -70,6 +71,7 @@ CALLED_BY_SOLVERS = frozenset({"linearise", "expression", "bounds", "excess", "o
 """Methods of terms and methods that the program calls, with a motion of its own."""
 OPEN: Mapping[str, str] = {
     "Answer.document": "JSON holds any kind of plain data, and says where it holds something else",
+    "Guard.act.actions": "a policy may emit anything, and the robot then stops",
     "during.required": "a problem checks it: a term of one's own is not known where it is stated",
 }
 """Arguments that take more than their annotation says, each with the reason."""
@@ -165,6 +167,8 @@ def by_call() -> Mapping[str, Any]:
         "Supervisor.executor": ideal(),
         "Supervisor.follow_goal.goal": "tool",
         "Supervisor.follow_goal.tool": "tool",
+        "Guard.executor": ideal(),
+        "Guard.act_poses.poses": [AT],
         "Servo.executor": ideal(),
         "Servo.command.command": JointVelocities({"joint1": 0.1}),
         "Order.command": JointVelocities({"joint1": 0.1}),
@@ -325,6 +329,7 @@ def instances() -> Mapping[str, Any]:
         "IdealExecutor": ideal(),
         "Fault": Fault(kind=FaultKind.LOST_COMMANDS, begin=0.0, end=1.0),
         "Supervisor": Supervisor(ideal(), asked),
+        "Guard": Guard(asked.scene, asked.group, ideal()),
         "Servo": Servo(ideal(), asked),
         "Order": said().order,
         "Logbook": Logbook(),

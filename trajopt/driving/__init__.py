@@ -14,6 +14,10 @@ from trajopt.driving.events import EventKind as EventKind
 from trajopt.driving.executor import Executor as Executor
 from trajopt.driving.executor import IdealExecutor as IdealExecutor
 from trajopt.driving.executor import RobotState as RobotState
+from trajopt.driving.guard import ActionOutcome as ActionOutcome
+from trajopt.driving.guard import Decision as Decision
+from trajopt.driving.guard import Guard as Guard
+from trajopt.driving.guard import GuardOptions as GuardOptions
 from trajopt.driving.options import SupervisorOptions as SupervisorOptions
 from trajopt.driving.recording import Logbook as Logbook
 from trajopt.driving.recording import RecordedMoment as RecordedMoment

@@ -1,0 +1,348 @@
+"""Policies behind the guard, beside a check of each waypoint and a clamp: contacts, share passed, CPU.
+
+python -m benchmarks.guard [--episodes 1000] [--seed 0] [--page FILE]
+
+In each episode one of six policies drives one of three robots for 3 s among 10 to 20 random obstacles, of
+which in every second episode three move. Every 0.5 s the policy emits 50 actions at 50 Hz. The driven motion
+is examined every 2 ms by Coal, pair by pair, apart from guard and judge. A contact counts if the robot moves.
+The two other guards drive the straight line from action to action: the clamp limits each step to the largest
+velocities; the check of waypoints holds the last clear one instead of an action that is in collision.
+"""
+
+import argparse
+from collections import Counter, defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import trajopt as to
+from benchmarks.page import table, write_section
+from tests.oracles.query import PlainQuery
+from trajopt.driving import IdealExecutor
+from trajopt.driving.guard import Guard
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
+from trajopt.values.arrays import Bools, Floats
+
+ROBOTS = {"panda": ("panda_arm", "ready"), "ur5": ("manipulator", "up"), "xarm7": ("xarm7", "hold-up")}
+"""Robots with the group that the policy moves, and the state from which it starts."""
+RATE, CHUNK, EPISODE, REPLY = 50.0, 50, 3.0, 0.5
+"""Actions per second, actions of a chunk, duration of an episode, and time from chunk to chunk [s]."""
+CYCLE, SAMPLE = 0.02, 2e-3
+PASSED = 1e-3
+"""Largest deviation of the commanded positions from an action that was passed [rad]."""
+NOISE, FAST = 2e-3, 1.5
+"""Standard deviation of noisy actions [rad]; speed of policies that do not plan [rad/s]."""
+Policy = Callable[[Floats, float], tuple[Any, float]]
+"""From positions and time to actions and the age of their observation [s]."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A robot among obstacles, at rest in a clear configuration.
+
+    Attributes:
+        scene: Robot and obstacles.
+        group: The group that the policy moves.
+        start: Positions of the group's joints.
+        reduced: The group's model in the scene.
+        plain: Distances by Coal, pair by pair.
+    """
+
+    scene: to.Scene
+    group: str
+    start: Floats
+    reduced: ReducedModel
+    plain: PlainQuery
+
+    @staticmethod
+    def random(name: str, rng: np.random.Generator, *, moving: bool) -> "Cell":
+        """Return a random cell whose start is clear by 20 mm."""
+        robot, (group, state) = to.load(name), ROBOTS[name]
+        cell = Cell.of(to.Scene(robot), group, robot.positions(state))
+        count = int(rng.integers(10, 21))
+        while len(cell.scene.objects) < count:
+            larger = cell.scene.add(f"thing {len(cell.scene.objects)}", *_thing(rng))
+            if moving and len(cell.scene.objects) < 3:
+                larger = _moving(cell.scene, rng)
+            found = Cell.of(larger, group, robot.positions(state))
+            if not found.near(found.start[None], np.zeros(1), 0.02).any():
+                cell = found
+        return cell
+
+    @staticmethod
+    def of(scene: to.Scene, group: str, positions: Floats) -> "Cell":
+        """Return the cell of a scene."""
+        reduced = reduce_model(scene, group, positions)
+        start = positions[scene.robot.index(reduced.joint_names)]
+        whole = reduced if reduced.timed is None else reduced.timed.reduced
+        return Cell(scene, group, start, reduced, PlainQuery(whole))
+
+    def near(self, rows: Floats, times: Floats, distance: float) -> Bools:
+        """Return which configurations, shape (S, n), are nearer to something than a distance [m]."""
+        timed = self.reduced.timed
+        at = rows if timed is None else timed.positions(rows, times)
+        reach = np.full(len(self.plain.reduced.pairs.required), distance + 1e-6)
+        found = self.plain.close_pairs(at, reach)
+        near = np.zeros(len(rows), dtype=np.bool_)
+        near[found.sample[found.distance < distance]] = True
+        return near
+
+
+def _thing(rng: np.random.Generator) -> tuple[to.Sphere | to.Box, to.Placement]:
+    angle, radius = rng.uniform(-np.pi, np.pi), rng.uniform(0.3, 0.9)
+    place = to.placement((radius * np.cos(angle), radius * np.sin(angle), rng.uniform(-0.1, 1.0)))
+    size = rng.uniform(0.03, 0.12)
+    return (
+        to.Sphere(size) if rng.random() < 0.5 else to.Box(*(2.0 * size * rng.uniform(0.5, 1.0, 3)))
+    ), place
+
+
+def _moving(scene: to.Scene, rng: np.random.Generator) -> to.Scene:
+    shape, place = _thing(rng)
+    there = to.placement(tuple(place.translation + rng.uniform(-1.0, 1.0, 3)))
+    track = to.Track.through([0.0, 2.0 * EPISODE], [place, there])
+    return scene.add(f"thing {len(scene.objects)}", shape, motion=track)
+
+
+def planned(cell: Cell, rng: np.random.Generator) -> Policy:
+    """Return the policy that follows a plan at half the speed of the joints, and then rests."""
+    limits, here = cell.reduced.limits, cell.start
+    motion: to.Trajectory | None = None
+    while motion is None:
+        goal = np.clip(here + rng.uniform(-1.0, 1.0, len(here)), limits.lower, limits.upper)
+        still = cell.scene.still_at(0.0) if cell.scene.changing else cell.scene
+        problem = to.Problem(
+            scene=still, group=cell.group, start=dict(zip(cell.reduced.joint_names, here, strict=True)),
+            goal=dict(zip(cell.reduced.joint_names, goal, strict=True)), velocity_scaling=0.5,
+            acceleration_scaling=0.25,
+        )  # fmt: skip
+        motion = to.plan(problem, seconds=1.0).trajectory
+    followed = motion
+
+    def act(positions: Floats, time: float) -> tuple[Any, float]:
+        return followed(np.minimum(time + _ahead(), followed.duration)), 0.0
+
+    return act
+
+
+def noisy(cell: Cell, rng: np.random.Generator) -> Policy:
+    """Return the planned policy with noise on each number."""
+    exact = planned(cell, rng)
+
+    def act(positions: Floats, time: float) -> tuple[Any, float]:
+        actions = np.asarray(exact(positions, time)[0])
+        return actions + NOISE * rng.standard_normal(actions.shape), 0.0
+
+    return act
+
+
+def late(cell: Cell, rng: np.random.Generator) -> Policy:
+    """Return the planned policy, whose inference takes 0 to 1.5 s."""
+    exact = planned(cell, rng)
+
+    def act(positions: Floats, time: float) -> tuple[Any, float]:
+        age = min(rng.uniform(0.0, 1.5), time)
+        return exact(positions, time - age)[0], age
+
+    return act
+
+
+def straight(cell: Cell, rng: np.random.Generator) -> Policy:
+    """Return the policy that goes straight to random goals, through everything."""
+    limits = cell.reduced.limits
+    low, high = np.maximum(limits.lower, -2.5), np.minimum(limits.upper, 2.5)
+    goal = rng.uniform(low, high)
+
+    def act(positions: Floats, time: float) -> tuple[Any, float]:
+        move = goal - positions
+        share = np.minimum(FAST * _ahead() / max(np.abs(move).max(), 1e-9), 1.0)
+        return positions + share[:, None] * move, 0.0
+
+    return act
+
+
+def network(cell: Cell, rng: np.random.Generator) -> Policy:
+    """Return a random network from positions and time to velocities."""
+    joints = len(cell.start)
+    first, second = rng.normal(size=(32, joints + 2)), rng.normal(size=(joints, 32)) / 4.0
+
+    def act(positions: Floats, time: float) -> tuple[Any, float]:
+        rows = list[Floats]()
+        for ahead in _ahead():
+            seen = np.concatenate((positions, (np.sin(3.0 * (time + ahead)), np.cos(3.0 * (time + ahead)))))
+            positions = positions + FAST * np.tanh(second @ np.tanh(first @ seen)) / RATE
+            rows.append(positions)
+        return np.array(rows), 0.0
+
+    return act
+
+
+def broken(cell: Cell, rng: np.random.Generator) -> Policy:
+    """Return a random network that also emits no numbers, wrong sizes and jumps."""
+    moves = network(cell, rng)
+
+    def act(positions: Floats, time: float) -> tuple[Any, float]:
+        actions, age = moves(positions, time)
+        kind = int(rng.integers(4))
+        if kind == 0:
+            actions[rng.integers(CHUNK), rng.integers(len(cell.start))] = rng.choice((np.nan, np.inf))
+        elif kind == 1:
+            actions = actions[:, :-1]
+        elif kind == 2:
+            actions[rng.integers(CHUNK) :] += rng.uniform(-2.0, 2.0)
+        return actions, age
+
+    return act
+
+
+POLICIES: dict[str, Callable[[Cell, np.random.Generator], Policy]] = {
+    "planned": planned, "with noise": noisy, "late": late, "straight": straight, "random network": network,
+    "broken": broken,
+}  # fmt: skip
+
+
+def _ahead() -> Floats:
+    return np.arange(1, CHUNK + 1) / RATE
+
+
+@dataclass
+class Tally:
+    """Episodes of one policy.
+
+    Attributes:
+        episodes: Number of episodes.
+        contacts: Episodes with a contact of the moving robot, by guard.
+        actions: Actions that were due before the next chunk.
+        passed: Of these, those that were commanded within `PASSED`.
+        outcomes: Decisions of the guard.
+        seconds: CPU times of the decisions about chunks [s].
+    """
+
+    episodes: int = 0
+    contacts: Counter[str] = field(default_factory=Counter[str])
+    actions: int = 0
+    passed: int = 0
+    outcomes: Counter[str] = field(default_factory=Counter[str])
+    seconds: list[float] = field(default_factory=list[float])
+
+
+def guarded(cell: Cell, policy: Policy, tally: Tally) -> None:
+    """Drive an episode behind the guard."""
+    arm = IdealExecutor(cell.reduced.joint_names, cell.start)
+    guard = Guard(cell.scene, cell.group, arm)
+    due = list[tuple[float, Floats]]()
+    rows, times, speeds = list[Floats](), list[float](), list[float]()
+    for cycle in range(round(EPISODE / CYCLE)):
+        if cycle % round(REPLY / CYCLE) == 0:
+            actions, age = policy(arm.state().positions, arm.now())
+            decision = guard.act(actions, rate=RATE, stamp=arm.now() - age)
+            tally.outcomes[decision.outcome.name] += 1
+            if np.shape(actions) == (CHUNK, len(cell.start)) and not age:
+                due += zip(arm.now() + _ahead()[: round(REPLY * RATE)], actions, strict=False)
+        guard.tick()
+        for _ in range(round(CYCLE / SAMPLE)):
+            state = guard.committed(arm.now())
+            rows.append(state[0])
+            times.append(arm.now())
+            speeds.append(float(np.abs(state[1]).max()))
+            while due and due[0][0] <= arm.now() + 1e-9:
+                at, action = due.pop(0)
+                tally.actions += 1
+                tally.passed += bool(np.abs(guard.committed(at)[0] - action).max() <= PASSED)
+            arm.advance(SAMPLE)
+    touching = cell.near(np.array(rows), np.array(times), 0.0) & (np.array(speeds) > 1e-6)
+    tally.contacts["guard"] += bool(touching.any())
+    tally.seconds += guard.seconds["act"]
+
+
+def clamped(cell: Cell, here: Floats, action: Floats, time: float) -> Floats:
+    """Return the next position: at most at the largest velocities."""
+    most = cell.reduced.limits.velocity / RATE
+    return here + np.clip(action - here, -most, most)
+
+
+def checked_waypoint(cell: Cell, here: Floats, action: Floats, time: float) -> Floats:
+    """Return the next position: the action, clamped, if that is clear; else the last one."""
+    there = clamped(cell, here, action, time)
+    return here if cell.near(there[None], np.array((time,)), 0.0)[0] else there
+
+
+def stepped(cell: Cell, policy: Policy, step: Callable[[Cell, Floats, Floats, float], Floats]) -> bool:
+    """Drive an episode from action to action; return whether the moving robot touches something."""
+    here, rows, times = cell.start, list[Floats](), list[float]()
+    fine = np.arange(0.0, 1.0, SAMPLE * RATE)
+    for reply in range(round(EPISODE / REPLY)):
+        now = reply * REPLY
+        actions, age = policy(here, now)
+        if np.shape(actions) != (CHUNK, len(here)) or not np.isfinite(actions).all():
+            continue  # the driver refuses them
+        begin = round(age * RATE)
+        for number, action in enumerate(actions[begin : begin + round(REPLY * RATE)]):
+            time = now + number / RATE
+            there = step(cell, here, action, time + 1.0 / RATE)
+            if np.abs(there - here).max() > 0.0:
+                rows += list(here + fine[:, None] * (there - here))
+                times += list(time + fine / RATE)
+            here = there
+    return bool(rows) and bool(cell.near(np.array(rows), np.array(times), 0.0).any())
+
+
+OTHERS = {"check of waypoints": checked_waypoint, "clamp": clamped}
+
+
+def episode(number: int, seed: int, tallies: dict[str, Tally]) -> None:
+    """Drive one episode behind each guard."""
+    kinds, robots = list(POLICIES), list(ROBOTS)
+    kind, robot = kinds[number % len(kinds)], robots[number // len(kinds) % len(robots)]
+    moving = number // (len(kinds) * len(robots)) % 2 == 1
+    cell = Cell.random(robot, np.random.default_rng((seed, number)), moving=moving)
+    tally = tallies[f"{kind}, {'moving' if moving else 'still'}"]
+    tally.episodes += 1
+
+    def policy() -> Policy:
+        return POLICIES[kind](cell, np.random.default_rng((seed, number, 1)))
+
+    guarded(cell, policy(), tally)
+    for name, step in OTHERS.items():
+        tally.contacts[name] += stepped(cell, policy(), step)
+
+
+def section(tallies: dict[str, Tally]) -> str:
+    """Return the table."""
+    head = ("policy, obstacles", "episodes", "with a contact: guard", *OTHERS, "actions passed", "decisions")
+    rows = list[tuple[str, ...]]()
+    for name, tally in tallies.items():
+        outcomes = ", ".join(f"{count} {outcome}" for outcome, count in tally.outcomes.most_common())
+        share = f"{tally.passed / tally.actions:.1%}" if tally.actions else "-"
+        touched = (str(tally.contacts[each]) for each in ("guard", *OTHERS))
+        rows.append((name, str(tally.episodes), *touched, share, outcomes.lower()))
+    seconds = np.concatenate([tally.seconds for tally in tallies.values()])
+    p50, p99 = 1e3 * np.percentile(seconds, (50, 99))
+    cpu = (
+        f"CPU of a decision about 50 actions: p50 {p50:.1f} ms, p99 {p99:.1f} ms ({len(seconds)} decisions)."
+    )
+    return f"{table(head, rows)}\n\n{cpu}"
+
+
+def main() -> None:
+    """Drive the episodes, and print or write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--episodes", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--page", type=Path, help="write the table into this page")
+    given = parser.parse_args()
+    tallies = defaultdict[str, Tally](Tally)
+    for number in range(given.episodes):
+        episode(number, given.seed, tallies)
+    written = section(dict(sorted(tallies.items())))
+    print(written)
+    if given.page is not None:
+        write_section(given.page, "guard", written)
+
+
+if __name__ == "__main__":
+    main()

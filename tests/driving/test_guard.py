@@ -1,0 +1,286 @@
+"""A guard drives the actions of a policy as given if they are proven, and otherwise something proven."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import trajopt as to
+from tests.oracles.query import PlainQuery
+from trajopt.driving import ActionOutcome, Decision, EventKind, Guard, GuardOptions, IdealExecutor
+from trajopt.driving.action_chunk import ActionChunk, along_actions
+from trajopt.driving.guard import SAME
+from trajopt.optimise.methods.timing import with_jerk
+from trajopt.robot.limits import EXCESS
+from trajopt.scene.reducing import reduce_model
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ClockError, FrameNotFound, GroupNotFound, ProblemError
+
+RATE, CYCLE = 50.0, 0.02
+GROUP = "panda_arm"
+TIMES = np.arange(1, 51) / RATE
+WALL = (to.Box(0.3, 0.02, 0.4), to.placement((0.31, -0.25, 0.6), rpy=(0.0, 0.0, -0.7)))
+"""Stands upright in the way of the hand when joint 1 turns from "ready" by -0.7 rad."""
+
+
+def guarded(scene: to.Scene, **given: object) -> tuple[IdealExecutor, Guard]:
+    ready = scene.robot.positions("ready")[scene.robot.index(scene.robot.group(GROUP).joints)]
+    arm = IdealExecutor(scene.robot.group(GROUP).joints, ready)
+    return arm, Guard(scene, GROUP, arm, **given)  # type: ignore[arg-type]
+
+
+def swing(begin: Floats, joint: int, size: float, rate: float = 1.0) -> Floats:
+    """Return a second of smooth actions that move one joint there and not back."""
+    share = np.clip(rate * TIMES, 0.0, 1.0)
+    actions = np.tile(begin, (len(TIMES), 1))
+    actions[:, joint] += size * (10.0 * share**3 - 15.0 * share**4 + 6.0 * share**5)
+    return actions
+
+
+def drive(arm: IdealExecutor, guard: Guard, seconds: float) -> Floats:
+    """Tick in each cycle; return the driven states every 2 ms, shape (S, 3, n)."""
+    rows = list[Floats]()
+    for _ in range(round(seconds / CYCLE)):
+        guard.tick()
+        for _ in range(10):
+            rows.append(guard.committed(arm.now()))
+            arm.advance(CYCLE / 10.0)
+    return np.array(rows)
+
+
+def touching(scene: to.Scene, rows: Floats) -> bool:
+    reduced = reduce_model(scene, GROUP, scene.robot.positions("ready"))
+    found = PlainQuery(reduced).close_pairs(rows[:, 0], np.full(len(reduced.pairs.required), 1e-6))
+    return bool((found.distance < 0.0).any())
+
+
+@pytest.fixture(scope="module")
+def free() -> to.Scene:
+    return to.Scene(to.load("panda"))
+
+
+@pytest.fixture(scope="module")
+def walled(free: to.Scene) -> to.Scene:
+    return free.add("wall", *WALL)
+
+
+def test_safe_actions_pass_as_given(walled: to.Scene) -> None:
+    arm, guard = guarded(walled)
+    actions = swing(arm.state().positions, 0, 0.6)
+    decision = guard.act(actions, rate=RATE)
+    assert decision.outcome is ActionOutcome.AS_GIVEN and not decision.reason
+    assert decision.unchanged == len(actions)
+    np.testing.assert_allclose(decision.commanded, actions, atol=SAME)
+    rows = drive(arm, guard, 1.2)
+    np.testing.assert_allclose(rows[-1, 0], actions[-1], atol=SAME)
+    assert not touching(walled, rows)
+
+
+def test_overlapping_chunks_of_one_motion_pass_without_a_stop(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    whole = swing(arm.state().positions, 0, 0.8)
+    for begin in (0, 15, 30):
+        assert guard.act(whole[begin:], rate=RATE).outcome is ActionOutcome.AS_GIVEN
+        rows = drive(arm, guard, 0.3)
+        if begin < 30:
+            assert np.abs(rows[-1, 1]).max() > 0.1
+
+
+def test_actions_into_an_obstacle_end_before_it(walled: to.Scene) -> None:
+    arm, guard = guarded(walled)
+    decisions = list[Decision]()
+    rows = list[Floats]()
+    for _ in range(4):
+        decisions.append(guard.act(swing(arm.state().positions, 0, -1.0), rate=RATE))
+        rows.append(drive(arm, guard, 0.5))
+    driven = np.concatenate(rows)
+    assert touching(walled, swing(driven[0, 0], 0, -1.0)[:, None])
+    assert not touching(walled, driven)
+    assert {each.outcome for each in decisions} != {ActionOutcome.AS_GIVEN}
+    assert any("not proven to be clear" in each.reason for each in decisions)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_random_network_touches_nothing_and_keeps_the_limits(walled: to.Scene, seed: int) -> None:
+    drawn = np.random.default_rng(seed)
+    arm, guard = guarded(walled)
+    limits = with_jerk(guard.problem.limits)
+    first, second = drawn.normal(size=(16, 7)), drawn.normal(size=(7, 16))
+    rows = list[Floats]()
+    for _ in range(6):
+        here, actions = arm.state().positions, list[Floats]()
+        for _ in TIMES:
+            here = here + 0.04 * np.tanh(second @ np.tanh(first @ here))
+            actions.append(here)
+        guard.act(np.array(actions), rate=RATE)
+        rows.append(drive(arm, guard, 0.4))
+    driven = np.concatenate(rows)
+    assert not touching(walled, driven)
+    assert np.ptp(driven[:, 0], axis=0).max() > 0.1
+    for state, most in ((driven[:, 1], limits.velocity), (driven[:, 2], limits.acceleration)):
+        assert (np.abs(state) <= most * (1.0 + 2.0 * EXCESS)).all()
+    assert (driven[:, 0] >= limits.lower).all() and (driven[:, 0] <= limits.upper).all()
+
+
+@pytest.mark.parametrize(
+    "actions",
+    [np.full((50, 7), np.nan), np.full((50, 7), np.inf), np.zeros((50, 6)), np.zeros(7), [], "left", None],
+    ids=["nan", "infinite", "too narrow", "one row", "none", "text", "nothing"],
+)
+def test_invalid_actions_stop_the_robot(free: to.Scene, actions: object) -> None:
+    arm, guard = guarded(free)
+    guard.act(swing(arm.state().positions, 0, 0.8), rate=RATE)
+    assert np.abs(drive(arm, guard, 0.4)[-1, 1]).max() > 0.1
+    decision = guard.act(actions, rate=RATE)  # type: ignore[arg-type]
+    assert decision.outcome is ActionOutcome.STOPPED and "actions" in decision.reason
+    assert len(decision.commanded) == 0
+    assert np.abs(drive(arm, guard, 0.4)[-1, 1]).max() == 0.0
+    assert EventKind.UNPROVEN_STOP not in {event.kind for event in guard.events}
+
+
+def test_a_silent_policy_ends_at_rest(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    actions = swing(arm.state().positions, 0, 0.8)[:25]
+    guard.act(actions, rate=RATE)
+    rows = drive(arm, guard, 1.0)
+    assert np.abs(rows[250, 1]).max() > 0.1 and np.abs(rows[-1, 1:]).max() == 0.0
+
+
+def test_late_actions_are_dropped(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    actions = swing(arm.state().positions, 0, 0.4)
+    arm.advance(5.0)
+    half = guard.act(actions, rate=RATE, stamp=arm.now() - 0.5)
+    assert half.outcome is not ActionOutcome.STOPPED and half.unchanged <= 25
+    arm.advance(5.0)
+    late = guard.act(actions, rate=RATE, stamp=arm.now() - 1.0)
+    assert late.outcome is ActionOutcome.STOPPED and "no action is left" in late.reason
+
+
+def test_actions_that_are_too_fast_are_driven_slower(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    actions = swing(arm.state().positions, 0, 2.0, rate=2.5)
+    decision = guard.act(actions, rate=RATE)
+    assert decision.outcome is ActionOutcome.SLOWED and "limits" in decision.reason
+    drive(arm, guard, 4.0)
+    np.testing.assert_allclose(arm.state().positions, actions[-1], atol=0.02)
+
+
+def test_noise_is_smoothed(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    exact = swing(arm.state().positions, 0, 0.5)
+    noisy = exact + 2e-3 * np.random.default_rng(0).standard_normal(exact.shape)
+    decision = guard.act(noisy, rate=RATE)
+    assert decision.outcome is ActionOutcome.SMOOTHED
+    assert np.abs(decision.commanded - exact).max() < 0.02
+
+
+def test_a_jump_is_not_followed_faster_than_the_limits(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    actions = swing(arm.state().positions, 0, 0.3)
+    actions[25:, 3] += 0.8
+    guard.act(actions, rate=RATE)
+    driven = drive(arm, guard, 1.5)
+    assert (np.abs(driven[:, 1]) <= guard.problem.limits.velocity * (1.0 + 2.0 * EXCESS)).all()
+
+
+def test_an_obstacle_that_appears_stops_the_robot_before_it(free: to.Scene, walled: to.Scene) -> None:
+    arm, guard = guarded(free)
+    assert guard.act(swing(arm.state().positions, 0, -1.0), rate=RATE).outcome is ActionOutcome.AS_GIVEN
+    before = drive(arm, guard, 0.2)
+    guard.see(walled)
+    after = drive(arm, guard, 1.5)
+    assert not touching(walled, np.concatenate((before, after)))
+    assert np.abs(after[-1, 1:]).max() == 0.0
+    assert EventKind.STOPPING in {event.kind for event in guard.events}
+
+
+def test_poses_of_the_tool_are_reached(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+
+    def tool() -> to.Placement:
+        reduced = guard.problem.reduced
+        return free.placement_of(guard.frame, reduced.all_positions(arm.state().positions))
+
+    begin = tool()
+    share = 10.0 * TIMES**3 - 15.0 * TIMES**4 + 6.0 * TIMES**5
+    poses = [
+        to.Placement(begin.rotation, begin.translation + part * np.array((0.0, 0.1, -0.05))) for part in share
+    ]
+    assert guard.act_poses(poses, rate=RATE).outcome is ActionOutcome.AS_GIVEN
+    drive(arm, guard, 1.5)
+    np.testing.assert_allclose(tool().translation, poses[-1].translation, atol=1e-3)
+    np.testing.assert_allclose(tool().rotation, begin.rotation, atol=1e-3)
+
+
+def test_the_pose_that_is_out_of_reach_is_named(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    begin = free.placement_of(guard.frame, guard.problem.reduced.all_positions(arm.state().positions))
+    far = to.Placement(begin.rotation, begin.translation + np.array((2.0, 0.0, 0.0)))
+    decision = guard.act_poses([begin] * 10 + [far], rate=RATE)
+    assert "pose 10 is not reached" in decision.reason
+
+
+def test_misuse_is_refused(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    actions = swing(arm.state().positions, 0, 0.1)
+    with pytest.raises(ProblemError, match="rate must be positive"):
+        guard.act(actions, rate=0.0)
+    with pytest.raises(ClockError, match="ahead of the executor's clock"):
+        guard.act(actions, rate=RATE, stamp=10.0)
+    with pytest.raises(GroupNotFound, match="panda_arm"):
+        Guard(free, "panda_arms", arm)
+    with pytest.raises(FrameNotFound, match="hand"):
+        Guard(free, GROUP, arm, frame="hands")
+    with pytest.raises(ProblemError, match="lead"):
+        GuardOptions(lead=-1.0)
+
+
+states = st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6)
+
+
+@settings(max_examples=50, deadline=None)
+@given(begin=states, seed=st.integers(0, 1000), count=st.integers(1, 12), first=st.floats(0.005, 0.05))
+def test_the_motion_along_actions_minimises_its_cost(
+    free: to.Scene, begin: list[float], seed: int, count: int, first: float
+) -> None:
+    """Its states follow from its jerks, and its cost has no slope: by Taylor series, one after the other."""
+    robot = free.robot
+    limits = with_jerk(to.Problem(scene=free, group=GROUP, start="ready", goal="ready").limits)
+    state = np.zeros((3, 7))
+    state[:, :2] = np.reshape(begin, (3, 2))
+    drawn = np.random.default_rng(seed)
+    times = first + np.arange(count) / RATE
+    chunk = ActionChunk(drawn.normal(size=(count, 7)), times)
+    deviation = float(10.0 ** drawn.uniform(-4.0, -1.0))
+    motion = along_actions(state, 0.0, chunk, deviation, limits)
+    assert robot.group(GROUP).joints == limits.joint_names
+
+    def integrated(jerks: Floats) -> Floats:
+        q, v, a = state
+        found, before = [state], 0.0
+        for jerk, time in zip(jerks, times, strict=True):
+            h, before = time - before, time
+            q = q + h * v + h**2 * a / 2.0 + h**3 * jerk / 6.0
+            v, a = v + h * a + h**2 * jerk / 2.0, a + h * jerk
+            found.append(np.stack((q, v, a)))
+        return np.stack(found, axis=1)
+
+    np.testing.assert_allclose(integrated(motion.jerks), motion.states, atol=1e-6, rtol=1e-9)
+    most = float(np.median(limits.jerk))
+
+    def cost(jerks: Floats) -> float:
+        off = integrated(jerks)[0, 1:] - chunk.targets
+        return float(((off / deviation) ** 2).sum() + ((jerks / most) ** 2).sum())
+
+    least = cost(motion.jerks)
+    for _ in range(5):
+        other = motion.jerks + most * 1e-2 * drawn.normal(size=motion.jerks.shape)
+        assert cost(other) >= least * (1.0 - 1e-9)
+
+
+def test_the_rest_of_a_chunk_is_interpolated_between_actions() -> None:
+    chunk = ActionChunk(np.array(((0.0,), (1.0,), (3.0,))), np.array((0.1, 0.2, 0.3)))
+    for time, value, slope in ((0.0, 0.0, 10.0), (0.15, 0.5, 10.0), (0.25, 2.0, 20.0), (0.4, 3.0, 0.0)):
+        found = chunk.target(time)
+        assert found[0] == pytest.approx(value) and found[1] == pytest.approx(slope)

@@ -1,0 +1,179 @@
+"""Action chunks: the next joint targets of a policy, and the smooth motion through them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+
+from trajopt.driving.servo_task import Tool
+from trajopt.geometry import Evaluator
+from trajopt.problem.requirements.joints import LENGTH
+from trajopt.robot.limits import JointLimits
+from trajopt.timing.joint_stops import stop_from
+from trajopt.values.arrays import Floats, Value, floats
+from trajopt.values.placement import Placement, as_rotation_vector
+from trajopt.values.trajectory import Trajectory
+
+DAMPING = 1e-6
+"""Damping of inverse kinematics near singularities, squared [m^2]."""
+ITERATIONS = 20
+REACHED = 1e-4
+"""Largest distance of the tool from a pose that counts as reached, a radian counting as `LENGTH` [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ActionChunk(Value):
+    """The next joint targets of a policy.
+
+    Attributes:
+        targets: Positions of the group's n joints, shape (K, n) [rad | m].
+        times: Times of the targets, on the executor's clock, shape (K,) [s].
+    """
+
+    targets: Floats
+    times: Floats
+
+    def after(self, time: float) -> "ActionChunk":
+        """Return the targets later than a time [s]."""
+        later = self.times > time
+        return ActionChunk(self.targets[later], self.times[later])
+
+    def slowed(self, begin: float, rate: float) -> "ActionChunk":
+        """Return the targets at later times: all intervals from a time on are divided by a rate below 1."""
+        return ActionChunk(self.targets, begin + (self.times - begin) / rate)
+
+    def target(self, time: float) -> tuple[Floats, Floats]:
+        """Return the linear interpolation of the targets at a time [s], and its slope; shape (n,) each."""
+        at = int(np.clip(np.searchsorted(self.times, time), 1, max(len(self.times) - 1, 1)))
+        if len(self.times) == 1 or time >= self.times[-1]:
+            last: Floats = self.targets[-1]
+            return last, np.zeros_like(last)
+        span = float(self.times[at] - self.times[at - 1])
+        slope: Floats = (self.targets[at] - self.targets[at - 1]) / span
+        gone = max(time - float(self.times[at - 1]), 0.0)
+        return self.targets[at - 1] + gone * slope, slope
+
+
+@dataclass(frozen=True, eq=False)
+class ActionMotion(Value):
+    """A motion along a chunk of actions, with constant jerks from one action to the next.
+
+    Attributes:
+        chunk: The actions.
+        times: Times of begin and actions, since the begin, shape (K + 1,) [s].
+        states: Positions, velocities and accelerations at these times, shape (3, K + 1, n).
+        jerks: Jerks from each time to the next, shape (K, n).
+    """
+
+    chunk: ActionChunk
+    times: Floats
+    states: Floats
+    jerks: Floats
+
+    def first(self, count: int, limits: JointLimits) -> Trajectory:
+        """Return the motion to the first `count` actions, and the stop after them."""
+        return before_stop(
+            self.times[:count], self.states[:, :count], self.times[count], self.states[:, count], limits
+        )
+
+    def within(self, limits: JointLimits) -> int:
+        """Return the number of actions before the motion first exceeds a limit.
+
+        Velocities between two times are not compared: this only saves proofs that would fail.
+        """
+        positions, velocities, accelerations = self.states[:, 1:]
+        bad = (positions < limits.lower) | (positions > limits.upper)
+        bad |= np.abs(velocities) > limits.velocity
+        bad |= np.abs(accelerations) > limits.acceleration
+        bad |= np.abs(self.jerks) > limits.jerk
+        broken = bad.any(axis=1)
+        return int(broken.argmax()) if broken.any() else len(broken)
+
+
+def along_actions(
+    begin: Floats, time: float, chunk: ActionChunk, deviation: float, limits: JointLimits
+) -> ActionMotion:
+    """Return the motion from a state that stays near the actions with small jerks.
+
+    It minimises the sum over the actions of (q_k - a_k)^2 / deviation^2 + j_k^2 / J^2, where j_k are the
+    constant jerks from one action to the next and J is the median of the jerk limits: Tikhonov's
+    regularisation, with q = q_0 + t v_0 + t^2 a_0 / 2 + B j.
+
+    Args:
+        begin: Positions, velocities and accelerations, shape (3, n).
+        time: Time of that state, on the executor's clock [s].
+        chunk: The actions, all later.
+        deviation: Deviation from an action that weighs as much as a jerk J [rad | m].
+        limits: Of the joints, with the jerk of each limited.
+    """
+    times: Floats = np.append(0.0, chunk.times - time)
+    since: list[Floats] = [np.maximum(times[1:, None] - ends[None], 0.0) for ends in (times[:-1], times[1:])]
+    response: list[Floats] = [
+        (since[0] ** order - since[1] ** order) / float(factorial(order)) for order in (3, 2, 1)
+    ]
+    after = times[1:, None]
+    position, velocity, acceleration = begin
+    free: list[Floats] = [
+        position + after * (velocity + after * acceleration / 2.0),
+        velocity + after * acceleration,
+        acceleration + np.zeros_like(after),
+    ]
+    weight = (deviation / float(np.median(limits.jerk))) ** 2
+    normal: Floats = response[0].T @ response[0] + weight * np.eye(len(after))
+    jerks = floats("jerks", np.linalg.solve(normal, response[0].T @ (chunk.targets - free[0])), (None, None))
+    later: list[Floats] = [drifted + each @ jerks for drifted, each in zip(free, response, strict=True)]
+    states = np.concatenate((begin[:, None], np.stack(later)), axis=1)
+    return ActionMotion(chunk, times, states, jerks)
+
+
+def before_stop(times: Floats, states: Floats, end: float, last: Floats, limits: JointLimits) -> Trajectory:
+    """Return the motion through states at times, shape (3, k, n), and the stop from a last one at its end."""
+    stop = stop_from(last, limits)
+    assert stop.velocities is not None and stop.accelerations is not None
+    ending = (stop.positions, stop.velocities, stop.accelerations)
+    rows = [np.concatenate((first, rest)) for first, rest in zip(states, ending, strict=True)]
+    return Trajectory(limits.joint_names, np.concatenate((times, end + stop.times)), *rows)
+
+
+def joints_of(
+    poses: Sequence[Placement], frame: str, begin: Floats, query: Evaluator, limits: JointLimits
+) -> tuple[Floats, str]:
+    """Return joint positions that bring a tool to poses, each near those of the pose before.
+
+    Damped Gauss-Newton steps within the position limits. Source: Buss, Introduction to Inverse Kinematics
+    with Jacobian Transpose, Pseudoinverse and Damped Least Squares methods, 2004, equation 11.
+
+    Args:
+        poses: Poses of the tool in the world.
+        frame: The tool.
+        begin: Positions of the group's joints before, shape (n,).
+        query: Of the robot.
+        limits: Of the group's joints.
+
+    Returns:
+        The positions, shape (K, n), of the poses before the first that is not reached; and the reason why
+        that one is not, empty if all are.
+    """
+    found, here, joints = list[Floats](), begin, len(begin)
+    for number, pose in enumerate(poses):
+        missed = np.inf
+        for _ in range(ITERATIONS):
+            tool = Tool.at(query, here, frame, joints)
+            at = tool.placement(frame)
+            turned = as_rotation_vector(pose.rotation @ at.rotation.T)
+            error = np.concatenate((pose.translation - at.translation, LENGTH * turned))
+            missed = float(np.linalg.norm(error))
+            if missed < REACHED / 10.0:
+                break
+            jacobian = tool.jacobian
+            step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + DAMPING * np.eye(6), error)
+            here = np.clip(here + step, limits.lower, limits.upper)
+        if missed > REACHED:
+            return _rows(found, joints), f"tool pose {number} is not reached: {1e3 * missed:.1f} mm remain"
+        found.append(here)
+    return _rows(found, joints), ""
+
+
+def _rows(found: list[Floats], joints: int) -> Floats:
+    return np.array(found) if found else np.zeros((0, joints))

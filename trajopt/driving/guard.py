@@ -1,0 +1,391 @@
+"""Guard: drives the actions of a learned policy if they are proven, otherwise a proven motion near them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from math import inf
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, before_stop, joints_of
+from trajopt.driving.commit_loop import CommitLoop
+from trajopt.driving.committed_motion import REST
+from trajopt.driving.events import EventKind
+from trajopt.driving.executor import Executor
+from trajopt.driving.options import CLOCK_TOLERANCE
+from trajopt.driving.servo_program import ApproachQuery, Braking, settle
+from trajopt.driving.servo_task import joint_task
+from trajopt.optimise.methods.timing import with_jerk
+from trajopt.problem.problem import PathConstraint, Problem
+from trajopt.scene.reducing import reduce_model, tool_frame
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Value, at_least, floats, number, several
+from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+from trajopt.values.trajectory import Trajectory
+
+RATES = (1.0, 0.5, 0.25)
+"""Rates at which the actions are tried, the next if no motion along them is within the limits."""
+DEVIATIONS = (1e-5, 1e-3, 3e-2, 0.3)
+"""Deviations from the actions that weigh as much as the largest jerk [rad | m]: below the repeatability of an
+arm, the noise of a policy, a jump of its actions, and the way in which an arm comes up to speed."""
+SAME = 1e-3
+"""Largest deviation at which an action counts as unchanged [rad | m]."""
+STEP, STEPS = 0.01, 4
+"""Time step of the motion nearest to the actions [s], and its number of steps: together two control cycles of
+50 Hz, so that one late call of `tick` does not stop the robot."""
+
+
+class ActionOutcome(Enum):
+    """What became of a chunk of actions."""
+
+    AS_GIVEN = "the actions as given"
+    SMOOTHED = "a motion near the actions within the limits"
+    SHORTENED = "the first of the actions"
+    SLOWED = "the actions at a lower rate"
+    PROJECTED = "the nearest motion that is proven"
+    STOPPED = "a stop"
+
+
+@dataclass(frozen=True, eq=False)
+class Decision(Value):
+    """What a guard made of a chunk of actions.
+
+    Attributes:
+        outcome: The committed motion; a proven stop always follows it.
+        reason: Why it is not the actions as given; empty if it is.
+        unchanged: Number of actions that are committed as given.
+        commanded: Committed positions of the group's joints at the times of the actions, shape (K, n) [rad |
+            m]; without rows if the actions were not valid.
+    """
+
+    outcome: ActionOutcome
+    reason: str
+    unchanged: int
+    commanded: Floats
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class GuardOptions:
+    """Options of a guard.
+
+    Attributes:
+        lead: Time that a decision may take: its motion begins so much later than now and the executor's
+            latency [s].
+        clearance: Distance kept in addition to the required clearances by the motion nearest to the actions,
+            for the stop after it, which is not straight [m].
+        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s]; others
+            are refused.
+    """
+
+    lead: float = 0.01
+    clearance: float = 0.005
+    clock_tolerance: float = CLOCK_TOLERANCE
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ProblemError: If one is out of its range.
+        """
+        at_least(self, 0.0, "lead", "clearance", "clock_tolerance")
+
+
+DEFAULT = GuardOptions()
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A motion that follows the first `count` actions of a chunk, and a stop."""
+
+    outcome: ActionOutcome
+    motion: Trajectory
+    chunk: ActionChunk
+    count: int
+
+
+class Guard(CommitLoop):
+    """Drives the actions of a policy, each of them proven before it is driven.
+
+    At all times the executor holds a motion that ends with a stop, proven as one motion in the world as last
+    reported: if the policy falls silent, or its actions are late, not numbers, or not proven, the robot
+    stops as proven before. `act` takes a chunk of actions; `tick` watches robot and world, and goes on with a
+    chunk of which only a part was committed. Call `tick` in every control cycle (20 ms).
+
+    Attributes:
+        executor: Driver of the robot.
+        problem: Robot, group, scene, limits and path constraints; its goal does not count.
+        options: Options.
+        frame: Tool of actions that are poses.
+    """
+
+    @checked
+    def __init__(
+        self,
+        scene: Scene,
+        group: str,
+        executor: Executor,
+        *,
+        constraints: Sequence[PathConstraint] = (),
+        frame: str = "",
+        options: GuardOptions = DEFAULT,
+    ) -> None:
+        """Take over the robot at rest.
+
+        Args:
+            scene: Robot and world.
+            group: Group of joints that the policy moves.
+            executor: Driver of the robot.
+            constraints: Path constraints, in addition to limits and clearances.
+            frame: Tool of actions that are poses; the group's own if empty.
+            options: Options.
+
+        Raises:
+            GroupNotFound: If the group does not exist.
+            ProblemError: If the robot moves.
+            JointNotFound: If the executor does not drive a joint of the group.
+            FrameNotFound: If the tool does not exist.
+        """
+        here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
+        at_rest = {name: here[name] for name in scene.robot.group(group).joints if name in here}
+        problem = Problem(scene=scene, group=group, start=here, goal=at_rest, constraints=constraints)
+        super().__init__(executor, problem)
+        self.options, self.frame = options, frame or tool_frame(problem.reduced)
+        problem.reduced.attachment(self.frame)
+        self._braking = Braking(with_jerk(problem.limits), STEP)
+        self._near = self._query_of(scene)
+        self._chunk: ActionChunk | None = None
+        self._next = -inf
+        self._commitment.guard.prepare(self._commitment.world)
+
+    @property
+    def seconds(self) -> dict[str, list[float]]:
+        """CPU times of the last decisions and ticks [s]."""
+        return self._commitment.journal.seconds
+
+    @checked
+    def act(self, actions: ArrayLike, *, rate: float, stamp: float | None = None) -> Decision:
+        """Replace the chunk of actions, and commit as much of it as is proven.
+
+        Action k has to be reached at the time stamp + (k + 1) / rate; actions that are due before the motion
+        can begin are dropped.
+
+        Args:
+            actions: Positions of the group's joints, shape (K, n) [rad | m]. Anything else stops the robot.
+            rate: Actions per second [Hz].
+            stamp: Time of the observation from which they follow, on the executor's clock [s]; now when None.
+
+        Returns:
+            The decision.
+
+        Raises:
+            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; the
+                robot then goes on as committed.
+            ProblemError: If the rate is not positive.
+        """
+        joints = len(self._commitment.joint_names)
+        try:
+            targets = floats("actions", actions, (None, joints))
+        except ShapeError as error:
+            return self._decide(np.zeros((0, joints)), str(error), rate, stamp)
+        return self._decide(targets, "" if len(targets) else "actions: there are none", rate, stamp)
+
+    @checked
+    def act_poses(self, poses: Sequence[Placement], *, rate: float, stamp: float | None = None) -> Decision:
+        """Replace the chunk of actions by poses of the tool in the world; otherwise as `act`.
+
+        The joints follow by inverse kinematics, each pose from the one before. The poses from the first that
+        is not reached on are dropped.
+        """
+        at = self._soonest
+        begin = self._near.positions(self._state(at)[0], self.world.clock(at))
+        count = len(self._commitment.joint_names)
+        targets, wrong = joints_of(
+            several("poses", poses, Placement),
+            self.frame,
+            begin[:count],
+            self._near.query,
+            self.problem.limits,
+        )
+        return self._decide(targets, wrong if len(poses) else "poses: there are none", rate, stamp)
+
+    def _decide(self, targets: Floats, wrong: str, rate: float, stamp: float | None) -> Decision:
+        """Decide about the valid actions, shape (K, n), of which the next is not valid for a reason."""
+        if not number("rate", rate) > 0.0:
+            raise ProblemError(f"rate must be positive, is {rate:g}")
+        stated = self._on_clock(stamp)
+        with self._commitment.journal.stage("act"):
+            if not self._watch():
+                return self._stopped("the robot does not follow; its events give the reason")
+            self._next = -inf
+            if len(targets) == 0:
+                self._chunk = None
+                self._commitment.stop(self.problem, wrong, lambda _: None)
+                return self._stopped(wrong)
+            times = stated + np.arange(1, len(targets) + 1) / rate
+            self._chunk = ActionChunk(targets, times)
+            decision = self._advance(times)
+            if not wrong or decision.outcome is ActionOutcome.STOPPED:
+                return decision
+            return replace(decision, outcome=ActionOutcome.SHORTENED, reason=wrong)
+
+    def tick(self) -> Decision | None:
+        """Watch robot and world, and go on with the present chunk; None if there is nothing to decide."""
+        with self._commitment.journal.stage("tick"):
+            if not self._watch() or self._chunk is None or self._next > self._soonest + STEP:
+                return None
+            return self._advance(self._chunk.times)
+
+    @checked
+    def see(self, scene: Scene, stamp: float | None = None) -> None:
+        """Report the world; the next call judges the committed motion in it. As for `CommitLoop.see`."""
+        super().see(scene, stamp)
+        self._near = self._query_of(scene)
+
+    @property
+    def _clock_tolerance(self) -> float:
+        return self.options.clock_tolerance
+
+    @property
+    def _engaged(self) -> bool:
+        return True
+
+    @property
+    def _soonest(self) -> float:
+        return self._commitment.soonest + self.options.lead
+
+    def _abandon(self) -> None:
+        self._chunk = None
+
+    def _judge_again(self) -> None:
+        if self._commitment.broken():
+            self._next = -inf
+            self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
+
+    def _query_of(self, scene: Scene) -> ApproachQuery:
+        clearance = self.options.clearance + self._commitment.guard.options.distance_error
+        reduced = reduce_model(scene, self.problem.group, self.problem.start_positions)
+        return ApproachQuery(reduced, self._braking, clearance)
+
+    def _state(self, time: float) -> Floats:
+        columns = [self.executor.joint_names.index(name) for name in self._commitment.joint_names]
+        return self._commitment.motion(time)[:, columns]
+
+    def _advance(self, times: Floats) -> Decision:
+        """Commit as much of the chunk as is proven from the end of its committed part on."""
+        chunk, commitment = self._chunk, self._commitment
+        assert chunk is not None
+        at = max(self._next, self._soonest)
+        # A target that is nearly due would be reached with a jerk.
+        rest = chunk.after(at + STEP / 4.0)
+        if not len(rest.times):
+            self._chunk = None
+            return self._stopped(
+                f"no action is left: the last is due at {chunk.times[-1]:.3f} s, and a motion begins at "
+                f"{at:.3f} s at the soonest"
+            )
+        if commitment.stale(at):
+            return self._stopped(commitment.world.stale(at))
+        reason = ""
+        for candidate in self._candidates(rest, at):
+            if not commitment.guard.proven(candidate.motion, commitment.world, at):
+                reason = reason or "the motion is not proven to be clear"
+                continue
+            if refused := commitment.offer(candidate.motion, at):
+                return self._stopped(refused)
+            commitment.satisfies_all(commitment.guard)
+            return self._committed(candidate, reason, at, times)
+        return self._stopped(reason or "no motion within the limits of the joints follows the actions")
+
+    def _candidates(self, rest: ActionChunk, at: float) -> Iterator[_Candidate]:
+        """Yield motions, the best first: along as many actions as the limits allow, then along fewer."""
+        state, limits = self._state(at), self._braking.limits
+        motion, count, rate = self._within_limits(rest, state, at)
+        while count:
+            first = motion.first(count, limits)
+            if rate < 1.0:
+                outcome = ActionOutcome.SLOWED
+            elif count < len(rest.times):
+                outcome = ActionOutcome.SHORTENED
+            else:
+                off = np.abs(motion.states[0, 1:] - rest.targets).max()
+                outcome = ActionOutcome.AS_GIVEN if off <= SAME else ActionOutcome.SMOOTHED
+            yield _Candidate(outcome, first, motion.chunk, count)
+            count //= 2
+        nearest = self._nearest(rest, state, at)
+        if nearest is not None:
+            yield _Candidate(ActionOutcome.PROJECTED, nearest, rest, 0)
+
+    def _within_limits(self, rest: ActionChunk, state: Floats, at: float) -> tuple[ActionMotion, int, float]:
+        """Return a motion along the actions, how many it reaches within the limits, and its rate."""
+        found = list[tuple[ActionMotion, int, float]]()
+        for rate in RATES:
+            slowed = rest if rate == 1.0 else rest.slowed(at, rate)
+            for deviation in DEVIATIONS:
+                motion = along_actions(state, at, slowed, deviation, self._braking.limits)
+                within = motion.within(self._braking.limits)
+                if within == len(rest.times):
+                    return motion, within, rate
+                found.append((motion, within, rate))
+        return max(found, key=lambda each: each[1])
+
+    def _nearest(self, rest: ActionChunk, state: Floats, at: float) -> Trajectory | None:
+        """Return the motion of the servo that follows the actions; None if it would stay at rest.
+
+        It approaches obstacles only as fast as the robot can stop. The velocities follow the interpolated
+        actions with the rate k = 1 / (4 T), where T is the delay of the joints: they do not overshoot.
+        """
+        braking, limits = self._braking, self._braking.limits
+        states = [state]
+        for step in range(STEPS):
+            here, time = states[-1], at + step * STEP
+            lower, upper = braking.bounds(here)
+            near = self._near.limits(here, time - self.world.stamp, (lower, upper))
+            target, slope = rest.target(time)
+            wanted = slope + (target - here[0]) / (4.0 * float(braking.delay.max()))
+            settled = settle(joint_task(wanted, braking), near, lower, upper, limits)
+            if settled is None:
+                return None
+            then = np.clip(braking.acceleration(here, settled), -limits.acceleration, limits.acceleration)
+            states.append(_after(here, then))
+        if max(np.abs(each[1:]).max() for each in states) <= REST:
+            return None
+        before = np.stack(states[:-1], axis=1)
+        times: Floats = np.linspace(0.0, STEP * (STEPS - 1), STEPS)
+        return before_stop(times, before, STEP * STEPS, states[-1], limits)
+
+    def _committed(self, driven: _Candidate, reason: str, at: float, times: Floats) -> Decision:
+        outcome, chunk, count = driven.outcome, driven.chunk, driven.count
+        self._chunk = None if count == len(chunk.times) else chunk
+        self._next = float(chunk.times[count - 1]) if count else at + STEP * STEPS
+        if outcome is not ActionOutcome.AS_GIVEN:
+            reason = reason or "the actions exceed the limits of the joints"
+            self._commitment.journal.note_unless_latest(EventKind.SLOWING, reason)
+        commanded = self._positions(times)
+        off = np.abs(commanded[-len(chunk.times) :] - chunk.targets)[:count].max(axis=1)
+        unchanged = 0 if outcome is ActionOutcome.SLOWED else int((off <= SAME).sum())
+        return Decision(outcome, reason, unchanged, commanded)
+
+    def _stopped(self, reason: str) -> Decision:
+        self._commitment.journal.note_unless_latest(EventKind.STOPPING, reason)
+        times = np.zeros(0) if self._chunk is None else self._chunk.times
+        return Decision(ActionOutcome.STOPPED, reason, 0, self._positions(times))
+
+    def _positions(self, times: Floats) -> Floats:
+        joints = len(self._commitment.joint_names)
+        return np.array([self._state(float(time))[0] for time in times]).reshape(len(times), joints)
+
+
+def _after(state: Floats, acceleration: Floats) -> Floats:
+    """Return the state a step later, shape (3, n), with the acceleration changing linearly to a value."""
+    position, velocity, before = state
+    return np.stack(
+        (
+            position + STEP * (velocity + STEP * (2.0 * before + acceleration) / 6.0),
+            velocity + STEP * (before + acceleration) / 2.0,
+            acceleration,
+        )
+    )
