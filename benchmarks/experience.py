@@ -20,7 +20,7 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from trajopt.lab.suite import Instance
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.planning import Certainty
 from trajopt.planning import Result as PlanResult
 from trajopt.planning.experience import Experience

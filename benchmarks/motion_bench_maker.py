@@ -21,7 +21,7 @@ from benchmarks.sections import write_results
 from benchmarks.workers import Row
 from benchmarks.workers import run as run_all
 from trajopt.lab.suite import Instance, run
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 
 ROBOTS = ("panda", "ur5", "fetch", "baxter")
 

@@ -19,7 +19,7 @@ import trajopt as to
 from benchmarks.page import table, write_section
 from benchmarks.shelves import EYE, Shelf, looks, random_shelf
 from trajopt.lab.perception import Camera, Cloud, DepthImage, Sensing, perceive, with_unseen
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.camera import Singles
 from trajopt.simulation import DepthCamera, Flaws

@@ -18,7 +18,7 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from trajopt.lab.suite import Instance, Outcome, run
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.optimise.transcription import fixed_goal
 
 FRAME = "panda_hand"

@@ -15,7 +15,7 @@ from benchmarks.workers import Row
 from trajopt.cli.bench import stage_table, winners
 from trajopt.cli.bench import table as set_table
 from trajopt.lab.suite import Outcome
-from trajopt.lab.suite.folders import by_set, row, summary
+from trajopt.lab.suite.instance import by_set, row, summary
 from trajopt.planning.status import Status
 from trajopt.values.documents.json_files import write_json
 

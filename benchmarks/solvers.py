@@ -14,11 +14,11 @@ from trajopt.cli.compare import read_runs
 from trajopt.lab.suite import Allowance, Instance, Outcome, compared, installed_instances
 from trajopt.lab.suite.comparison_page import markdown
 from trajopt.lab.suite.comparison_page import page as page_of
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.optimise.methods import METHODS, method_named
 from trajopt.values.documents.document import write_text
 from trajopt.values.documents.json_files import write_json
-from trajopt.viewer.comparison_plots import comparison_figures
+from trajopt.viewer.plots import comparison_figures
 
 ALLOWANCE = Allowance(attempts=20, cpu_seconds=10.0)
 """What every method may use on every problem."""

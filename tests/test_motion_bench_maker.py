@@ -10,7 +10,7 @@ import pytest
 import trajopt as to
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.lab.suite import Instance, run
-from trajopt.lab.suite.folders import find_instances, summary
+from trajopt.lab.suite.instance import find_instances, summary
 from trajopt.values.shapes.shapes import Box, Convex, Cylinder, Shape, Sphere
 
 SETS = (

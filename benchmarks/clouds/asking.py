@@ -14,7 +14,7 @@ from benchmarks.clouds.sampling import RAW, THIN, clouds_of, with_cloud
 from benchmarks.motion_bench_maker import listed
 from benchmarks.workers import Row
 from trajopt.lab.suite import Instance
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.problem.requirements import JointPositions
 from trajopt.values.arrays import one_of
 

@@ -37,7 +37,7 @@ import pinocchio as pin
 import trajopt as to
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.lab.suite import Instance
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import bounding_box

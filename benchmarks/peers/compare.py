@@ -19,7 +19,7 @@ from benchmarks.peers.environments import HERE, Peer, prepare, run, versions
 from benchmarks.peers.export import Asked, read_asked, write_problems
 from benchmarks.peers.judging import judge_result
 from benchmarks.peers.report import REFERENCE, compact, section, summary, tables
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.values.documents.json_files import write_json
 
 ROOT = HERE.parent.parent

@@ -8,7 +8,7 @@ from PIL import Image
 
 import trajopt as to
 from tests.cli.test_commands import common, folder, plan_file, trajopt
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 
 __all__ = ["folder", "plan_file"]
 MOTIONS = """

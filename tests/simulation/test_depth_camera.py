@@ -23,7 +23,7 @@ OFF_CENTRE = Intrinsics(160, 120, 131.0, 125.0, 70.3, 66.1)
 
 @pytest.fixture(scope="module", autouse=True)
 def opengl() -> None:
-    from trajopt.simulation.offscreen import open_context
+    from trajopt.simulation.studio import open_context
 
     try:
         open_context(16, 16).free()

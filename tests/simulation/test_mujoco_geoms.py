@@ -5,7 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from trajopt.simulation.mujoco_geoms import CONE_TOLERANCE, mujoco_geoms
+from trajopt.simulation.dynamic_scene import CONE_TOLERANCE, mujoco_geoms
 from trajopt.simulation.spec import add_geom
 from trajopt.values.arrays import readonly
 from trajopt.values.placement import Placement, placement

@@ -21,10 +21,10 @@ from trajopt.simulation import (
     CameraView,
     Layout,
     RenderingUnavailable,
-    offscreen,
     picture_files,
     render,
     simulate,
+    studio,
 )
 from trajopt.simulation.camera import FIELD_OF_VIEW, frame_points, visible_points
 from trajopt.simulation.picture_model import ATTACHED, WOOD, object_colours
@@ -42,7 +42,7 @@ SIZE = {"width": 160, "height": 120}
 def opengl() -> None:
     """Skip where nothing can be drawn."""
     try:
-        offscreen.open_context(8, 8).free()
+        studio.open_context(8, 8).free()
     except RenderingUnavailable as reason:
         pytest.skip(str(reason))
 
@@ -146,16 +146,16 @@ def test_backends_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
     here = {"EGL", "OSMesa"}
-    monkeypatch.setattr(offscreen, "find_library", lambda name: name if name in here else None)
-    assert offscreen.backends() == ("egl",)
+    monkeypatch.setattr(studio, "find_library", lambda name: name if name in here else None)
+    assert studio.backends() == ("egl",)
     here.remove("EGL")
-    assert offscreen.backends() == ("osmesa",)
+    assert studio.backends() == ("osmesa",)
     here.clear()
-    assert offscreen.backends() == ()
+    assert studio.backends() == ()
     monkeypatch.setenv("DISPLAY", ":0")
-    assert offscreen.backends() == ("glfw",)
+    assert studio.backends() == ("glfw",)
     monkeypatch.setenv("MUJOCO_GL", "OSMesa ")
-    assert offscreen.backends() == ("osmesa",)
+    assert studio.backends() == ("osmesa",)
 
 
 @pytest.mark.parametrize("asked", ["osmesa", "nonsense"])

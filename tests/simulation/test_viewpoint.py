@@ -14,7 +14,7 @@ from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model, tool_frames
 from trajopt.scene.scene import Scene
-from trajopt.simulation import CameraView, RenderingUnavailable, offscreen, render, viewpoint
+from trajopt.simulation import CameraView, RenderingUnavailable, render, studio, viewpoint
 from trajopt.simulation.camera import FIELD_OF_VIEW, picture_coordinates
 from trajopt.simulation.picture_model import tool_paths
 from trajopt.simulation.sampled_motion import SampledMotion, motion_of
@@ -126,7 +126,7 @@ def test_object_that_hides_the_motion_is_translucent(arm: Robot) -> None:
 
 def test_the_tool_is_seen_through_a_wall(arm: Robot, tmp_path: Path) -> None:
     try:
-        offscreen.open_context(8, 8).free()
+        studio.open_context(8, 8).free()
     except RenderingUnavailable as reason:
         pytest.skip(str(reason))
     shape, at = wall(1.0, height=3.0)

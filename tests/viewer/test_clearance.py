@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from trajopt.scene.reducing import reduce_model
-from trajopt.viewer.clearance import ClearanceQuery, PairKind
+from trajopt.viewer.clearance import ClearanceQuery, PairKind, sample_motion
 from trajopt.viewer.readout import clearance_html
-from trajopt.viewer.samples import sample_motion
 
 from .conftest import Motion
 

@@ -9,8 +9,8 @@ from PIL import Image
 
 from tests.lab.suite.comparison.runs_for_tests import ALL, REFUSED
 from trajopt.lab.suite import Outcome
-from trajopt.viewer.comparison_plots import comparison_figures
 from trajopt.viewer.palette import LINES
+from trajopt.viewer.plots import comparison_figures
 
 
 def images(runs: tuple[Outcome, ...]) -> list[np.ndarray]:

@@ -7,9 +7,9 @@ import pytest
 
 import trajopt as to
 from trajopt.values.errors import ProblemError
-from trajopt.viewer.live.desk import Desk
-from trajopt.viewer.live.planning import Planned, Planning
-from trajopt.viewer.live.words import planned_html
+from trajopt.viewer.live.background import Planned, Planning
+from trajopt.viewer.live.panels import Desk
+from trajopt.viewer.readout import planned_html
 
 PATIENCE = 60.0
 

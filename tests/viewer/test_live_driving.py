@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.viewer.conftest import Motion
-from trajopt.viewer.live.drive_panel import Driving
+from trajopt.viewer.live.panels import Driving
 
 PATIENCE = 120.0
 

@@ -6,9 +6,8 @@ import pytest
 import trajopt as to
 from tests.viewer.conftest import Motion
 from trajopt.values.errors import GroupNotFound, ProblemError
-from trajopt.viewer.live.goal import Reachability
-from trajopt.viewer.live.goal_panel import short
-from trajopt.viewer.live.workbench import Workbench
+from trajopt.viewer.live.panels import short
+from trajopt.viewer.live.workbench import Reachability, Workbench
 
 
 @pytest.fixture

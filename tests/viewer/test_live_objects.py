@@ -9,7 +9,7 @@ import trajopt as to
 from trajopt.files.moveit import read_scene, write_scene
 from trajopt.values.errors import ModelError
 from trajopt.viewer.live import objects
-from trajopt.viewer.live.objects import Kind
+from trajopt.viewer.live.objects import ObjectKind
 from trajopt.viewer.live.workbench import Workbench
 
 
@@ -19,14 +19,15 @@ def bench() -> Workbench:
     return Workbench(scene.add("table", to.Box(0.9, 1.4, 0.04), to.placement((0.65, 0.0, -0.02))))
 
 
-def added(bench: Workbench, kind: Kind) -> str:
+def added(bench: Workbench, kind: ObjectKind) -> str:
     scene, name = objects.added(bench.reduced, kind)
     bench.change(scene)
     return name
 
 
 def test_what_is_put_up_touches_nothing_and_stands_on_the_ground(bench: Workbench) -> None:
-    names = [added(bench, kind) for kind in (Kind.BOX, Kind.BOX, Kind.CYLINDER, Kind.SPHERE)]
+    kinds = (ObjectKind.BOX, ObjectKind.BOX, ObjectKind.CYLINDER, ObjectKind.SPHERE)
+    names = [added(bench, kind) for kind in kinds]
     assert names == ["box", "box 2", "cylinder", "sphere"]
     assert to.examine(bench.reduced, bench.positions).collisions == ()
     for name, low in zip(names, (0.05, 0.05, 0.1, 0.05), strict=True):
@@ -36,8 +37,8 @@ def test_what_is_put_up_touches_nothing_and_stands_on_the_ground(bench: Workbenc
     assert min(apart) > 0.1
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_sizes_are_changed_and_what_may_touch_stays(bench: Workbench, kind: Kind) -> None:
+@pytest.mark.parametrize("kind", list(ObjectKind))
+def test_sizes_are_changed_and_what_may_touch_stays(bench: Workbench, kind: ObjectKind) -> None:
     name = added(bench, kind)
     bench.change(bench.scene.allow(name, "table"))
     sizes = objects.sizes_of(bench.scene, name)
@@ -59,7 +60,7 @@ def test_what_has_no_sizes_stays_as_large_as_it_is(bench: Workbench) -> None:
 
 
 def test_an_object_is_grasped_carried_and_put_down(bench: Workbench) -> None:
-    name = added(bench, Kind.BOX)
+    name = added(bench, ObjectKind.BOX)
     bench.change(objects.resized(bench.scene, name, {"x": 0.03, "y": 0.03, "z": 0.06}))
     bench.change(objects.moved(bench.scene, name, bench.hand_now))
     bench.change(objects.grasped(bench.reduced, name, bench.hand))
@@ -78,7 +79,7 @@ def test_an_object_is_grasped_carried_and_put_down(bench: Workbench) -> None:
 
 @pytest.mark.parametrize("suffix", ["yaml", "json"])
 def test_a_scene_is_read_as_it_was_written(bench: Workbench, tmp_path: Path, suffix: str) -> None:
-    names = [added(bench, kind) for kind in Kind]
+    names = [added(bench, kind) for kind in ObjectKind]
     bench.change(objects.grasped(bench.reduced, names[0], bench.hand))
     bench.change(
         bench.scene.allow(names[1], "table").with_tool(

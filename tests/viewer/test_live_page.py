@@ -13,7 +13,7 @@ from tests.viewer.test_page import CHROMIUM, FLAGS, PATIENCE, until
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError
 from trajopt.viewer import LiveView, live_view
-from trajopt.viewer.live.goal import Reachability
+from trajopt.viewer.live.workbench import Reachability
 
 from .conftest import Motion
 from .test_viewer import free_port

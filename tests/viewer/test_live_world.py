@@ -9,7 +9,7 @@ import trajopt as to
 from tests.viewer.test_live_page import PATIENCE, drag, lifted, plan
 from tests.viewer.test_page import until
 from trajopt.viewer import LiveView, live_view
-from trajopt.viewer.live.goal import Reachability
+from trajopt.viewer.live.workbench import Reachability
 
 from .test_viewer import free_port
 

@@ -16,7 +16,7 @@ from trajopt.driving import IdealExecutor, Supervisor
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError, ProblemError, ShapeError
 from trajopt.viewer import MirrorView, Publisher, mirror_view
-from trajopt.viewer.mirror.state import Source, State, state_of
+from trajopt.viewer.mirror import Source, State, state_of
 
 from .test_viewer import free_port
 

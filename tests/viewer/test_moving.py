@@ -8,9 +8,8 @@ import pytest
 import trajopt as to
 from trajopt.scene.reducing import reduce_model
 from trajopt.viewer import Viewer, plot_motion, view
-from trajopt.viewer.clearance import ClearanceQuery, PairKind
+from trajopt.viewer.clearance import ClearanceQuery, PairKind, sample_motion
 from trajopt.viewer.readout import clearance_html
-from trajopt.viewer.samples import sample_motion
 
 from .conftest import Motion
 from .test_viewer import free_port

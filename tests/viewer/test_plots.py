@@ -8,9 +8,8 @@ import trajopt as to
 from trajopt.values.errors import FileFormatError, ShapeError
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import plot_motion
-from trajopt.viewer.clearance import PairKind
+from trajopt.viewer.clearance import PairKind, sample_motion
 from trajopt.viewer.palette import LINES
-from trajopt.viewer.samples import sample_motion
 
 from .conftest import Motion
 

@@ -28,15 +28,15 @@ from trajopt.lab.suite.comparison_page import (
     run_cells,
     summary_cells,
 )
-from trajopt.lab.suite.folders import find_instances
-from trajopt.lab.suite.summary import summaries
+from trajopt.lab.suite.instance import find_instances
+from trajopt.lab.suite.outcome import summaries
 from trajopt.optimise.methods import Method, method_named, method_names
 from trajopt.planning.result import Result
 from trajopt.values.documents.document import write_text
 from trajopt.values.documents.files import read_json
 from trajopt.values.documents.json_files import write_json
 from trajopt.values.errors import FileFormatError, MissingExtra
-from trajopt.viewer.comparison_plots import comparison_figures
+from trajopt.viewer.plots import comparison_figures
 
 ProblemOption = Annotated[
     list[str] | None,

@@ -20,8 +20,7 @@ from trajopt.cli.kinematics import (
 )
 from trajopt.cli.options import JsonOption, LimitsOption, PackageOption, RobotOption, RobotSource, SrdfOption
 from trajopt.cli.progress import progress_bar
-from trajopt.lab.reach import reach_map
-from trajopt.lab.reach.reach_map import CELL, DIRECTIONS
+from trajopt.lab.reach import CELL, DIRECTIONS, reach_map
 from trajopt.viewer.plots import plot_reach
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the map here (.npz).")]

@@ -20,8 +20,7 @@ from trajopt.cli.kinematics import (
 )
 from trajopt.cli.options import JsonOption, LimitsOption, PackageOption, RobotOption, RobotSource, SrdfOption
 from trajopt.cli.progress import progress_bar
-from trajopt.lab.reach import sample_table
-from trajopt.lab.reach.table import check_table_path
+from trajopt.lab.reach import check_table_path, sample_table
 
 OutOption = Annotated[Path, typer.Option("--out", help="Table to write: .npz or .parquet.")]
 AllOption = Annotated[

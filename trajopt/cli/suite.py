@@ -9,8 +9,7 @@ import typer
 from trajopt.cli.progress import quiet_bar
 from trajopt.cli.thumbnails import PicturesOption, Thumbnails
 from trajopt.lab.suite import Outcome, installed_definitions, run
-from trajopt.lab.suite.suite_page import page
-from trajopt.lab.suite.suite_table import row, summary, table
+from trajopt.lab.suite.suite_page import page, row, summary, text_table
 from trajopt.values.documents.document import write_text
 from trajopt.values.documents.json_files import write_json
 
@@ -46,7 +45,7 @@ def suite(
         write_json(json_file, {"problems": [row(outcome) for outcome in outcomes]})
     if html_file is not None:
         write_text(html_file, page(outcomes, drawn.pictures, drawn.remark))
-    typer.echo("\n".join(table(outcomes)))
+    typer.echo("\n".join(text_table(outcomes)))
     typer.echo(f"\n{summary(outcomes)}")
     for outcome in outcomes:
         if not outcome.good:

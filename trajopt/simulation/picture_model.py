@@ -11,9 +11,8 @@ from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import tool_frames, tool_point
-from trajopt.simulation.dynamic_scene import DynamicScene
+from trajopt.simulation.dynamic_scene import DynamicScene, MujocoGeom, mujoco_geoms, scalar_first, surface
 from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
-from trajopt.simulation.mujoco_geoms import MujocoGeom, mujoco_geoms, scalar_first, surface
 from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.simulation.spec import add_geom, add_joints
 from trajopt.values.arrays import Floats

@@ -1,4 +1,4 @@
-"""Rollout: the motion of the simulated robot, its contacts, and how far from the plan it was."""
+"""Options of a simulation and its outcome: the motion, contacts and deviation from the plan."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,8 @@ from trajopt.robot.joints import joint_unit
 from trajopt.scene.clearances import ContactAllowance
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import tool_frame
-from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.arrays import Floats, Ints, Value, number
+from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.printed import in_degrees, in_length, in_unit
@@ -329,3 +330,59 @@ class SequenceLog(Value):
     saturated: Mapping[str, float]
     diverged: float | None
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SimulationOptions:
+    """Options of `simulate`.
+
+    Attributes:
+        dt: Time step of the physics and of the controller [s].
+        natural_frequency: Of the tracking error under the controller [rad/s]: an error decays in a few
+            1 / natural_frequency. Stiff industrial arms reach 50 rad/s.
+        damping_ratio: Of the tracking error; 1 is critical damping.
+        settling_time: Time for which the last position is held after the motion [s].
+        sample_period: Time between stored samples, rounded to steps [s].
+    """
+
+    dt: float = 0.002
+    natural_frequency: float = 50.0
+    damping_ratio: float = 1.0
+    settling_time: float = 0.3
+    sample_period: float = 0.01
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("dt", "natural_frequency", "damping_ratio", "sample_period"):
+            if number(name, getattr(self, name)) <= 0.0:
+                raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")
+        if number("settling_time", self.settling_time) < 0.0:
+            raise ShapeError("settling_time", f"must not be negative, is {self.settling_time:g} s")
+        if self.dt * self.natural_frequency > 0.5:
+            raise ShapeError(
+                "natural_frequency",
+                f"{self.natural_frequency:g} rad/s is too high for steps of {self.dt:g} s; "
+                "their product must not exceed 0.5",
+            )
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction of a loose object.
+
+    Attributes:
+        pads: Coefficient between object and fingers.
+        others: Coefficient between object and other bodies.
+        torsional: Coefficient against turning about the normal, for all contacts: about the radius of the
+            contact patch [m].
+    """
+
+    pads: float = 0.8
+    others: float = 0.5
+    torsional: float = 0.005
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("pads", "others", "torsional"):
+            if number(name, getattr(self, name)) < 0.0:
+                raise ShapeError(name, f"must not be negative, is {getattr(self, name):g}")

@@ -9,9 +9,8 @@ from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene_object import SceneObject
-from trajopt.simulation.dynamic_scene import DynamicScene, add_specks
-from trajopt.simulation.mujoco_geoms import MujocoGeom, mujoco_geoms, scalar_first
-from trajopt.simulation.options import Friction
+from trajopt.simulation.dynamic_scene import DynamicScene, MujocoGeom, add_specks, mujoco_geoms, scalar_first
+from trajopt.simulation.rollout import Friction
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import ModelError, shown
 from trajopt.values.placement import Placement

@@ -1,9 +1,12 @@
-"""The scene in a page: one node for each joint, so that a change sends few messages; trails and ghosts."""
+"""Nodes of the 3-D page: scene, trails, ghosts and nearest pairs."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trajopt.geometry import JointPlacements
 from trajopt.robot.joints import FixedBody
@@ -13,15 +16,29 @@ from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MeshFileError
 from trajopt.values.placement import Placement, placement
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.surface import cloud_surface
+from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.mesh_file import load_mesh
-from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
+from trajopt.values.shapes.shapes import (
+    Box,
+    Capsule,
+    Cone,
+    Convex,
+    Cylinder,
+    Plane,
+    Shape,
+    Sphere,
+    bounding_box,
+    convex,
+)
 from trajopt.viewer import palette
-from trajopt.viewer.clearance import Nearest
+from trajopt.viewer.clearance import ClearanceQuery, Nearest
 from trajopt.viewer.palette import Rgb
-from trajopt.viewer.surface import surface
 
 if TYPE_CHECKING:
-    from viser import FrameHandle, MeshHandle, ViserServer
+    from viser import FrameHandle, LabelHandle, LineSegmentsHandle, MeshHandle, ViserServer
 
 TRANSLUCENT = 0.35
 """Opacity of objects that are seen through."""
@@ -388,3 +405,154 @@ class Ghost:
             wxyz=wxyz(body.placement),
             position=body.placement.translation,
         )
+
+
+SECTORS = 32
+"""Number of edges of a drawn circle."""
+PLANE_EDGE = 4.0
+"""Edge of the square that represents a half-space [m]."""
+PLANE_DEPTH = 0.002
+"""Depth of that square below the surface, clear of the floor grid [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Triangles.
+
+    Attributes:
+        vertices: Shape (n, 3) [m].
+        faces: Indices into vertices, anticlockwise seen from outside, shape (m, 3).
+        smooth: Whether light is blended over the edges.
+    """
+
+    vertices: Floats
+    faces: NDArray[np.integer]
+    smooth: bool
+
+
+def surface(shape: Shape) -> Surface:
+    """Return triangles of a shape's surface, in the shape's own frame."""
+    match shape:
+        case Box():
+            signs = np.array(np.meshgrid((-0.5, 0.5), (-0.5, 0.5), (-0.5, 0.5))).reshape(3, 8).T
+            hull = convex(signs * (shape.x, shape.y, shape.z))
+            return Surface(hull.vertices, hull.faces, False)
+        case Plane():
+            x, z = PLANE_EDGE / 2, -PLANE_DEPTH
+            corners = np.array([(-x, -x, z), (x, -x, z), (x, x, z), (-x, x, z)])
+            return Surface(corners, np.array([(0, 1, 2), (0, 2, 3)]), False)
+        case Points() | Voxels():
+            return Surface(*cloud_surface(shape), False)
+        case Convex() | Mesh():
+            return Surface(shape.vertices, shape.faces, isinstance(shape, Mesh))
+        case _:
+            return _revolve(_profile(shape))
+
+
+def _profile(shape: Sphere | Capsule | Cylinder | Cone) -> list[tuple[float, float]]:
+    """Return (r, z) from the lower pole to the upper; points at sharp edges are doubled for their shading."""
+    r = shape.radius
+    if isinstance(shape, Sphere):
+        return _arc(r, 0.0, -90.0, 90.0)
+    half = shape.length / 2
+    match shape:
+        case Capsule():
+            return [*_arc(r, -half, -90.0, 0.0), *_arc(r, half, 0.0, 90.0)]
+        case Cylinder():
+            return [(0.0, -half), (r, -half), (r, -half), (r, half), (r, half), (0.0, half)]
+        case Cone():
+            return [(0.0, -half), (r, -half), (r, -half), (0.0, half)]
+
+
+def _arc(radius: float, height: float, begin: float, end: float) -> list[tuple[float, float]]:
+    """Return (r, z) on a circle about (0, height), from one latitude to another [deg]."""
+    latitudes = np.radians(np.linspace(begin, end, round((end - begin) / 180.0 * SECTORS / 2) + 1))
+    pairs = np.stack((radius * np.cos(latitudes), height + radius * np.sin(latitudes)), axis=1)
+    return [(float(r), float(z)) for r, z in pairs]
+
+
+def _revolve(profile: Sequence[tuple[float, float]]) -> Surface:
+    """Turn a profile of (r, z), from the lower pole to the upper, about the z axis."""
+    angles = np.linspace(0.0, 2 * np.pi, SECTORS, endpoint=False)
+    circle = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    vertices = np.concatenate([np.column_stack((r * circle, np.full(SECTORS, z))) for r, z in profile])
+    here = np.arange(SECTORS)
+    there = (here + 1) % SECTORS
+    bands: list[NDArray[np.integer]] = []
+    for ring, (below, above) in enumerate(pairwise(profile)):
+        low, high = ring * SECTORS, (ring + 1) * SECTORS
+        if below == above:
+            continue
+        if below[0] > 0.0:
+            bands.append(np.stack((low + here, low + there, high + there), axis=1))
+        if above[0] > 0.0:
+            bands.append(np.stack((low + here, high + there, high + here), axis=1))
+    return Surface(vertices, np.concatenate(bands), True)
+
+
+PAIRS = 3
+"""Number of marked pairs: more would hide the robot."""
+
+
+class NearestDrawing:
+    """Lines and labels."""
+
+    def __init__(self, server: "ViserServer") -> None:
+        """Prepare them; nothing is shown yet."""
+        self._server = server
+        self._lines: list[LineSegmentsHandle] = []
+        self._labels: list[LabelHandle] = []
+        for count in range(PAIRS):
+            line = server.scene.add_line_segments(
+                f"/nearest/line_{count}",
+                np.zeros((1, 2, 3), dtype=np.float32),
+                palette.SAFE,
+                thickness=3.0,
+                thickness_units="screen",
+                visible=False,
+            )
+            label = server.scene.add_label(
+                f"/nearest/label_{count}", "", anchor="bottom-center", font_screen_scale=0.8, visible=False
+            )
+            self._lines.append(line)
+            self._labels.append(label)
+
+    def show(self, pairs: tuple[Nearest, ...]) -> None:
+        """Point out these pairs, `PAIRS` of them at most."""
+        with self._server.atomic():
+            for place, (line, label) in enumerate(zip(self._lines, self._labels, strict=True)):
+                line.visible = label.visible = place < len(pairs)
+                if place >= len(pairs):
+                    continue
+                near = pairs[place]
+                line.points = near.points[None].astype(np.float32)
+                line.colors = np.array(colour_of(near), dtype=np.uint8)
+                label.position = near.points.mean(axis=0)
+                label.text = f"{1000.0 * near.distance:.3g} mm" if near.distance > 0.0 else "contact"
+
+
+def colour_of(near: Nearest) -> palette.Rgb:
+    """Return the colour of a clearance: below the required one, below the margin, or sufficient."""
+    if near.distance <= max(near.required, 0.0):
+        return palette.TOUCHING
+    return palette.NARROW if near.distance < near.margin else palette.SAFE
+
+
+MEASURED = 24
+"""Pairs that are measured to find those with something around the robot among them."""
+CLOSE = 0.03
+"""Pairs of links farther apart are not marked: some links are always near each other [m]."""
+
+
+def telling_pairs(clearance: ClearanceQuery, positions: Floats, count: int) -> tuple[Nearest, ...]:
+    """Return the nearest pairs at a posture, the nearest first.
+
+    Args:
+        clearance: Measures them.
+        positions: Of the group, shape (n,) [rad | m].
+        count: Largest number of pairs.
+    """
+    found = clearance.nearest_pairs(0.0, positions, MEASURED)
+    objects = clearance.reduced.scene.objects.keys()
+    apart = [each for each in found if each.distance < CLOSE or not objects.isdisjoint(each.owners)]
+    return tuple((apart or found)[:count])

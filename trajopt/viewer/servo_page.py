@@ -23,8 +23,7 @@ from trajopt.values.placement import placement as placed
 from trajopt.viewer.drawing import wxyz
 from trajopt.viewer.playback import FRAME_TIME
 from trajopt.viewer.readout import clearance_html, events_html
-from trajopt.viewer.run_drawing import RunDrawing
-from trajopt.viewer.run_viewer import EVENTS, look_from_the_best_side
+from trajopt.viewer.run_viewer import EVENTS, RunDrawing, look_from_the_best_side
 from trajopt.viewer.server import Served, open_server
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")

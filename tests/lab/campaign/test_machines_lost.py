@@ -18,11 +18,10 @@ from trajopt.lab.campaign.campaign import Task
 from trajopt.lab.campaign.cluster import RayPool
 from trajopt.lab.campaign.documents import Library
 from trajopt.lab.campaign.engine import Block, Planned, Pool, Setup
-from trajopt.lab.campaign.local import planned as planned_block
-from trajopt.lab.campaign.local import setup_of
 from trajopt.lab.campaign.recipes import Workshop
 from trajopt.lab.campaign.row import row_of
-from trajopt.lab.campaign.supervisor import Worked
+from trajopt.lab.campaign.supervisor import Worked, setup_of
+from trajopt.lab.campaign.supervisor import planned as planned_block
 
 
 class ActorLost(Exception):

@@ -23,7 +23,7 @@ from trajopt.lab.campaign import (
 )
 from trajopt.lab.campaign.documents import Library, Packer
 from trajopt.lab.campaign.recipes import Workshop, read
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.optimise.kinematics import validity
 from trajopt.robot.loading.pinocchio_model import root_placement
 from trajopt.values.errors import CampaignError, FileFormatError, ModelError, ProblemError, ProblemNotFound

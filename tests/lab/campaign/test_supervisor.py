@@ -17,8 +17,7 @@ import trajopt as to
 from trajopt.lab.campaign import Campaign, CampaignFolder, Local, Source, installed, random_motions
 from trajopt.lab.campaign.campaign import Task
 from trajopt.lab.campaign.engine import MARK, Block, Planned, Ready
-from trajopt.lab.campaign.local import LocalPool, setup_of
-from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, Worked, WorkerSupervisor
+from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, LocalPool, Worked, WorkerSupervisor, setup_of
 from trajopt.lab.campaign.worker import BUNCH, serve
 from trajopt.values.errors import CampaignError
 

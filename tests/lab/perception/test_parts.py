@@ -5,7 +5,7 @@ import pytest
 
 import trajopt as to
 from trajopt.lab.perception import Clustering, Flatness, Workspace, clusters, planes, without
-from trajopt.lab.perception.cells import Grid
+from trajopt.lab.perception.sensing import Grid
 
 
 def moved(points: np.ndarray, x: float, y: float = 0.0) -> np.ndarray:

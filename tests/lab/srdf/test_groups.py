@@ -9,7 +9,7 @@ from trajopt_robots._example_robot_data import share_folder
 import trajopt as to
 from tests.robots_for_tests import odd_arm, two_arms
 from trajopt.lab.srdf import ProposedGroup, propose_groups
-from trajopt.lab.srdf.link_tree import LinkTree
+from trajopt.lab.srdf.groups import LinkTree
 from trajopt.lab.srdf.proposal import gripper_findings
 
 

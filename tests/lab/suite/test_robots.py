@@ -7,7 +7,7 @@ import pytest
 from benchmarks.motion_bench_maker import in_turn, listed, row_name
 from benchmarks.sections import Done, comparison, outcome_of, section
 from tests.lab.suite.suite.outcomes import GOOD
-from trajopt.lab.suite.folders import by_set, summary
+from trajopt.lab.suite.instance import by_set, summary
 from trajopt.planning.status import Status
 
 SECONDS = 60.0

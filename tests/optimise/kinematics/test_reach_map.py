@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.lab.reach import ReachMap, reach_map
-from trajopt.lab.reach.reach_map import even_directions
+from trajopt.lab.reach import ReachMap, even_directions, reach_map
 from trajopt.robot.limits import draw_positions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model

@@ -17,10 +17,9 @@ from trajopt.robot.loading.pinocchio_model import link_placement
 from trajopt.values.errors import FileFormatError, ProblemError
 from trajopt.values.trajectory import Path as PlannedPath
 from trajopt.viewer.report import write_report
-from trajopt.viewer.report.measured import SAMPLES, amount, measured
+from trajopt.viewer.report.measured import SAMPLES, amount, measured, subject_of
 from trajopt.viewer.report.scenery import scenery
 from trajopt.viewer.report.sections import change_of_duration, plot, ticks
-from trajopt.viewer.report.subject import subject_of
 
 from .conftest import HOSTILE
 

@@ -19,8 +19,7 @@ from trajopt.lab.campaign.campaign import Task
 from trajopt.lab.campaign.documents import sent_from
 from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
-from trajopt.lab.campaign.local import cores, planned, setup_of
-from trajopt.lab.campaign.supervisor import WorkerSupervisor
+from trajopt.lab.campaign.supervisor import WorkerSupervisor, cores, planned, setup_of
 from trajopt.values.errors import CampaignError, MissingExtra
 from trajopt.values.errors.arguments import checked
 

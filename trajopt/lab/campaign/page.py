@@ -6,8 +6,7 @@ from math import ceil, floor, log10
 
 import numpy as np
 
-from trajopt.lab.campaign.comparison import Change, Comparison
-from trajopt.lab.campaign.summary import Estimate, Group, PlaceMap, Summary
+from trajopt.lab.campaign.summary import Change, Comparison, Estimate, Group, PlaceMap, Summary
 from trajopt.lab.suite.html import document, table
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import aligned

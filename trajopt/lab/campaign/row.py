@@ -11,7 +11,7 @@ from typing import Any
 
 from trajopt.lab.campaign.campaign import Options, Task
 from trajopt.lab.campaign.recipes import Workshop, read
-from trajopt.lab.suite.folders import cause_of
+from trajopt.lab.suite.instance import cause_of
 from trajopt.planning.result import Result
 from trajopt.values.errors import TrajoptError, shown
 

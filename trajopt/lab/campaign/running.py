@@ -10,8 +10,8 @@ from trajopt.lab.campaign.campaign import Campaign, Task
 from trajopt.lab.campaign.columns import encoded
 from trajopt.lab.campaign.engine import Block, Engine, Lost, Planned, Pool
 from trajopt.lab.campaign.kept import CampaignFolder
-from trajopt.lab.campaign.local import Local
 from trajopt.lab.campaign.row import Fate, lost_row
+from trajopt.lab.campaign.supervisor import Local
 from trajopt.values.errors import CampaignError, FileFormatError
 from trajopt.values.errors.arguments import checked
 

@@ -18,7 +18,7 @@ from trajopt.lab.campaign.recipes import (
     Stated,
 )
 from trajopt.lab.suite import installed_definitions
-from trajopt.lab.suite.folders import find_instances
+from trajopt.lab.suite.instance import find_instances
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import only_group
 from trajopt.robot.robot import Robot

@@ -1,4 +1,4 @@
-"""Supervision of a worker: a problem that crashes or runs over time costs one row."""
+"""Worker processes of this machine: a problem that crashes or runs over time costs one row."""
 
 import os
 import signal
@@ -7,22 +7,36 @@ import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
 
 from trajopt.lab.campaign.campaign import Task
-from trajopt.lab.campaign.columns import Row
-from trajopt.lab.campaign.engine import MARK, Bunch, Ready, Setup
+from trajopt.lab.campaign.columns import Row, encoded
+from trajopt.lab.campaign.engine import (
+    AHEAD,
+    MARK,
+    Block,
+    Bunch,
+    Lost,
+    Planned,
+    Pool,
+    Ready,
+    Setup,
+    check_workers,
+)
+from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.row import Fate, lost_row
 from trajopt.values.errors import CampaignError
+from trajopt.values.errors.arguments import checked
 
 START = 120.0
 """Time-out of a worker's start [s]: trajopt may be imported from a slow disk."""
 ATTEMPTS = 2
 """Number of crashes of a problem before it gets a row: one may be the machine's fault, such as low memory."""
-AHEAD, LETTERS = 64, 2**15
+PIPED, LETTERS = 64, 2**15
 """Largest number of problems sent ahead, and of letters of their recipes beyond the first one: a worker
 continues while
 its supervisor is busy. All fit into the socket of a worker that does not read, so that sending never blocks.
@@ -150,12 +164,12 @@ class WorkerSupervisor:
 
     def _hand_over(self) -> None:
         """Send problems up to the limits, once half of them are planned; at least one to an idle worker."""
-        if len(self._sent) > AHEAD // 2:
+        if len(self._sent) > PIPED // 2:
             return
         waits = not self._sent
         letters = sum(len(task.recipe) for task in islice(self._sent, 1, None))
         some: list[Task] = []
-        while self._unsent and len(self._sent) < AHEAD:
+        while self._unsent and len(self._sent) < PIPED:
             letters += len(self._unsent[0].recipe) if self._sent else 0
             if letters > LETTERS:
                 break
@@ -181,7 +195,7 @@ class WorkerSupervisor:
 
     def _read_marks(self) -> None:
         """Read the number of started problems, and the last start time."""
-        marks = self._marks.read(2 * AHEAD * MARK.size)
+        marks = self._marks.read(2 * PIPED * MARK.size)
         if marks:
             self._marked, self._begun = MARK.unpack(marks[-MARK.size :])
 
@@ -255,3 +269,103 @@ class WorkerSupervisor:
             self._process.kill()
             code = self._process.wait()
         return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
+
+
+@checked
+@dataclass(frozen=True)
+class Local:
+    """Processes of this machine.
+
+    Attributes:
+        workers: Their number; 0 for the number of usable cores.
+    """
+
+    workers: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse a negative number.
+
+        Raises:
+            ProblemError: If it is negative.
+        """
+        check_workers(self.workers)
+
+    @contextmanager
+    def pool(self, folder: CampaignFolder) -> Generator[Pool]:
+        """Return the workers of a campaign, which end with the context."""
+        workers = LocalPool(setup_of(folder), self.workers or cores())
+        try:
+            yield workers
+        finally:
+            workers.close()
+
+
+class LocalPool:
+    """Workers on this machine."""
+
+    def __init__(self, setup: Setup, workers: int) -> None:
+        """Store the number of workers; each is started with its first block."""
+        self._setup, self.workers = setup, workers
+        self._blocks: dict[WorkerSupervisor, deque[Block]] = {}
+
+    @property
+    def idle(self) -> int:
+        """Number of blocks that can be submitted now."""
+        return AHEAD * self.workers - sum(map(len, self._blocks.values()))
+
+    def submit(self, block: Block) -> None:
+        """Hand a block to the worker that has least."""
+        least = min(self._blocks, key=lambda each: len(self._blocks[each]), default=None)
+        if least is None or (self._blocks[least] and len(self._blocks) < self.workers):
+            least = WorkerSupervisor(self._setup)
+            self._blocks[least] = deque()
+        self._blocks[least].append(block)
+        least.give(block.tasks)
+
+    def wait(self, seconds: float) -> Sequence[Planned | Lost]:
+        """Return finished blocks; wait at most a number of seconds.
+
+        Raises:
+            CampaignError: If workers cannot be started.
+        """
+        pipes = {each.pipe: each for each, blocks in self._blocks.items() if blocks}
+        soonest = min((each.until for each in pipes.values()), default=0.0) - time.monotonic()
+        ready = wait(list(pipes), timeout=max(0.0, min(seconds, soonest)))
+        overdue = [each for each in pipes.values() if each.until < time.monotonic()]
+        ended: list[Planned | Lost] = []
+        for worker in dict.fromkeys((*(pipes[pipe] for pipe in ready), *overdue)):  # pyright: ignore
+            while (worked := worker.advance()) is not None:  # what is told at once may end both of its blocks
+                ended.append(planned(self._blocks[worker].popleft(), worked))
+        return ended
+
+    def close(self) -> None:
+        """End all workers."""
+        for worker in self._blocks:
+            worker.close()
+
+
+def planned(block: Block, worked: Worked) -> Planned:
+    """Return the report of a finished block.
+
+    Args:
+        block: The block.
+        worked: Its results.
+    """
+    rows = worked.rows
+    busy = sum(row["cpu_seconds"]["total"] for row in rows if row.get("cpu_seconds"))
+    seconds = sum(row["wall_seconds"] for row in rows)
+    verified = sum(bool(row["verified"]) for row in rows)
+    return Planned(block, encoded(rows), seconds, busy, worked.waited, verified)
+
+
+def setup_of(folder: CampaignFolder) -> Setup:
+    """Return the initial message to the workers of a campaign."""
+    return Setup(folder.documents, folder.options, folder.versions, folder.most_seconds)
+
+
+def cores() -> int:
+    """Return the number of usable cores."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # only Linux says so
+        return os.cpu_count() or 1

@@ -4,22 +4,22 @@ A cloud contains the measured points: the certificate of a motion reads "clear o
 with its ball", never "clear of the world".
 """
 
-from trajopt.lab.perception.camera_info import read_camera_info as read_camera_info
+from trajopt.lab.perception.calibration import Mount as Mount
+from trajopt.lab.perception.calibration import read_camera_info as read_camera_info
+from trajopt.lab.perception.calibration import read_hand_eye as read_hand_eye
 from trajopt.lab.perception.clusters import Cluster as Cluster
 from trajopt.lab.perception.clusters import Clustering as Clustering
+from trajopt.lab.perception.clusters import Flatness as Flatness
+from trajopt.lab.perception.clusters import FlatPart as FlatPart
 from trajopt.lab.perception.clusters import clusters as clusters
+from trajopt.lab.perception.clusters import planes as planes
 from trajopt.lab.perception.clusters import without as without
 from trajopt.lab.perception.depth_image import DepthImage as DepthImage
-from trajopt.lab.perception.hand_eye import Mount as Mount
-from trajopt.lab.perception.hand_eye import read_hand_eye as read_hand_eye
+from trajopt.lab.perception.depth_image import PointCloud as PointCloud
 from trajopt.lab.perception.perceive import Cloud as Cloud
 from trajopt.lab.perception.perceive import Perceived as Perceived
 from trajopt.lab.perception.perceive import perceive as perceive
 from trajopt.lab.perception.perceive import with_unseen as with_unseen
-from trajopt.lab.perception.planes import Flatness as Flatness
-from trajopt.lab.perception.planes import FlatPart as FlatPart
-from trajopt.lab.perception.planes import planes as planes
-from trajopt.lab.perception.point_cloud import PointCloud as PointCloud
 from trajopt.lab.perception.sensing import Radius as Radius
 from trajopt.lab.perception.sensing import Sensing as Sensing
 from trajopt.lab.perception.sensing import Workspace as Workspace

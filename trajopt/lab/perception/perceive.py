@@ -7,11 +7,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from trajopt.lab.perception.cells import MOST_CELLS_ACROSS, centres, once, packed, unpacked
-from trajopt.lab.perception.depth_image import DepthImage
-from trajopt.lab.perception.point_cloud import PointCloud
+from trajopt.lab.perception.depth_image import DepthImage, PointCloud
 from trajopt.lab.perception.robot_mask import RobotMask
-from trajopt.lab.perception.sensing import DEFAULT, Radius, Sensing, Taken
+from trajopt.lab.perception.sensing import (
+    DEFAULT,
+    MOST_CELLS_ACROSS,
+    Radius,
+    Sensing,
+    Taken,
+    centres,
+    once,
+    packed,
+    unpacked,
+)
 from trajopt.scene.camera import Singles
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Bools, Floats, Ints, Value, readonly

@@ -1,22 +1,109 @@
-"""Proposed planning groups: arms from base to tip, and grippers at the fingers' base."""
+"""Proposed planning groups, read from the link tree and named after conventions: arms and grippers."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from trajopt.lab.srdf.group_names import (
-    ARM,
-    ARM_JOINTS,
-    TORSO,
-    WHEEL,
-    WHEELS,
-    UniqueNames,
-    body_part,
-    chain_name,
-    gripper_name,
-)
-from trajopt.lab.srdf.link_tree import LinkTree, TreeLink
+import numpy as np
+import pinocchio as pin
+
 from trajopt.robot.loading.groups import TURNS, names_fingers, names_gripper, words
+from trajopt.robot.robot import Robot
 from trajopt.values.errors.arguments import checked
+
+
+@dataclass(frozen=True)
+class TreeLink:
+    """A link and the joint above it.
+
+    Attributes:
+        name: The link.
+        parent: The link above; empty for the root.
+        joint: The joint between them; empty for the root.
+        moving: Whether the joint moves.
+        driven: Whether it moves and mimics no other.
+        length: Distance between the origins of both links at zero [m].
+    """
+
+    name: str
+    parent: str
+    joint: str
+    moving: bool
+    driven: bool
+    length: float
+
+
+@dataclass(frozen=True, eq=False)
+class LinkTree:
+    """All links of a robot.
+
+    Attributes:
+        links: By name, each after its parent.
+        below: Names of the links joined below each, in the file's order.
+    """
+
+    links: Mapping[str, TreeLink]
+    below: Mapping[str, tuple[str, ...]]
+
+    @staticmethod
+    def of(robot: Robot) -> "LinkTree":
+        """Read the tree of a robot."""
+        model, data = robot.model, robot.model.createData()
+        pin.framesForwardKinematics(model, data, robot.configuration(np.zeros(len(robot.joint_names))))
+        links: dict[str, TreeLink] = {}
+        below: dict[str, list[str]] = {}
+        for place, frame in enumerate(model.frames):
+            if frame.type != pin.FrameType.BODY:
+                continue
+            joint = model.frames[frame.parentFrame]
+            above = model.frames[joint.parentFrame]
+            below[frame.name] = []
+            if above.name not in links:
+                links[frame.name] = TreeLink(frame.name, "", "", False, False, 0.0)
+                continue
+            apart = data.oMf[place].translation - data.oMf[joint.parentFrame].translation
+            moving = joint.name in robot.joint_names
+            driven = moving and joint.name not in robot.mimics
+            length = float(np.linalg.norm(apart))
+            links[frame.name] = TreeLink(frame.name, above.name, joint.name, moving, driven, length)
+            below[above.name].append(frame.name)
+        return LinkTree(links, {name: tuple(children) for name, children in below.items()})
+
+    def subtree(self, name: str) -> tuple[TreeLink, ...]:
+        """Return a link and all below it."""
+        found = [self.links[name]]
+        for child in self.below[name]:
+            found.extend(self.subtree(child))
+        return tuple(found)
+
+    def moving_below(self, name: str) -> tuple[str, ...]:
+        """Return the links joined below that move, or have something below that does."""
+        return tuple(child for child in self.below[name] if any(link.moving for link in self.subtree(child)))
+
+    def extent(self, name: str) -> float:
+        """Return the length of the longest path from the link above down to a leaf [m]."""
+        return self.links[name].length + max((self.extent(child) for child in self.below[name]), default=0.0)
+
+    def joined(self, one: str, other: str, solid: frozenset[str]) -> bool:
+        """Return whether two links are joined by a joint, or by joints with only body-less links between.
+
+        Args:
+            one: A link.
+            other: Another.
+            solid: Links that have collision bodies.
+        """
+        return other in self._neighbours_above(one, solid) or one in self._neighbours_above(other, solid)
+
+    def _neighbours_above(self, name: str, solid: frozenset[str]) -> tuple[str, ...]:
+        """Return the links above up to the first that has bodies."""
+        found: list[str] = []
+        above = self.links[name].parent
+        while above:
+            found.append(above)
+            if above in solid:
+                break
+            above = self.links[above].parent
+        return tuple(found)
+
 
 BASE, BASE_JOINT = "base", "world_joint"
 """Names of the group of a base on wheels, and of the joint between world and base."""
@@ -270,3 +357,82 @@ def doubt(tree: LinkTree, joints: Sequence[str]) -> tuple[str, str]:
     if behind_fixed == [last]:
         return last.joint, f"{last.parent}, which it hangs on, is fixed to the link before"
     return "", ""
+
+
+ARM, HAND, GRIPPER, TORSO, WHEEL = "arm", "hand", "gripper", "torso", "wheel"
+BODY_PARTS: Mapping[str, frozenset[str]] = {
+    "head": frozenset(("head", "neck")),
+    TORSO: frozenset((TORSO, "waist", "spine")),
+    "leg": frozenset(("leg", "hip", "thigh", "knee", "calf", "ankle", "foot")),
+    "finger": frozenset(("finger", "thumb")),
+}
+"""Words in the names of joints by the part of the body that they move."""
+WHEELS = frozenset((WHEEL, "caster"))
+"""Words in the names of links and joints of a base on wheels."""
+SIDES: Mapping[str, frozenset[str]] = {"left": frozenset(("left", "l")), "right": frozenset(("right", "r"))}
+"""Words in the names of joints by the side of the body."""
+GENERAL = frozenset(("joint", "joints", "link"))
+"""Words in names of joints that tell nothing."""
+ARM_JOINTS = 2
+"""A chain with fewer driven joints is not an arm."""
+
+
+@dataclass
+class UniqueNames:
+    """Names that are given once; a second one of the same name gets a number."""
+
+    counts: dict[str, int]
+
+    def take(self, name: str) -> str:
+        """Return a name that was not given yet."""
+        self.counts[name] = self.counts.get(name, 0) + 1
+        return name if self.counts[name] == 1 else f"{name}_{self.counts[name]}"
+
+
+def body_part(joints: Sequence[str]) -> str:
+    """Return the part of a robot that joints move: wheel, head, torso, leg, arm; empty if not known."""
+    if any(words(joint) & WHEELS for joint in joints):
+        return WHEEL
+    for part, known in BODY_PARTS.items():
+        if all(words(joint) & known for joint in joints):
+            return part
+    return ARM if len(joints) >= ARM_JOINTS else ""
+
+
+def chain_name(joints: Sequence[str]) -> str:
+    """Return the name of a chain after the part that its joints move, their side, or their shared words."""
+    part = body_part(joints)
+    for side, known in SIDES.items():
+        if all(words(joint) & known for joint in joints):
+            return f"{side}_{part}" if part else f"{side}_{_shared(joints, GENERAL | known) or 'joint'}"
+    if part and part != ARM:
+        return part
+    prefix = _shared(joints, GENERAL | {ARM})
+    return "_".join(each for each in (prefix, part) if each) or "joint"
+
+
+def gripper_name(palm: str, carrier: str, *, alone: bool) -> str:
+    """Return the name of a gripper.
+
+    Args:
+        palm: The link that carries the fingers.
+        carrier: Name of the arm that carries it.
+        alone: Whether the robot has one arm only.
+    """
+    kind = HAND if HAND in words(palm) else GRIPPER
+    side = "" if alone else carrier.removesuffix(ARM).strip("_")
+    return f"{side}_{kind}" if side else kind
+
+
+def _shared(joints: Sequence[str], left_out: frozenset[str]) -> str:
+    """Return the leading words that all names share, the last word of several names aside."""
+    split = [joint.split("_") for joint in joints]
+    columns = (
+        zip(*(each[:-1] for each in split), strict=False) if len(split) > 1 else zip(*split, strict=True)
+    )
+    shared: list[str] = []
+    for column in columns:
+        if len(set(column)) > 1:
+            break
+        shared.append(column[0])
+    return "_".join(word for word in shared if word.lower() not in left_out)

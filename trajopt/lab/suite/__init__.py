@@ -1,8 +1,5 @@
 """Benchmarks: the suite of installed problems, methods side by side, folders of scenes and requests."""
 
-from trajopt.lab.suite.compare import Allowance as Allowance
-from trajopt.lab.suite.compare import compare as compare
-from trajopt.lab.suite.compare import compared as compared
 from trajopt.lab.suite.instance import STANDARD as STANDARD
 from trajopt.lab.suite.instance import Definition as Definition
 from trajopt.lab.suite.instance import Instance as Instance
@@ -12,4 +9,7 @@ from trajopt.lab.suite.instance import installed_definitions as installed_defini
 from trajopt.lab.suite.instance import installed_instances as installed_instances
 from trajopt.lab.suite.outcome import Moment as Moment
 from trajopt.lab.suite.outcome import Outcome as Outcome
+from trajopt.lab.suite.running import Allowance as Allowance
+from trajopt.lab.suite.running import compare as compare
+from trajopt.lab.suite.running import compared as compared
 from trajopt.lab.suite.running import run as run

@@ -5,8 +5,7 @@ from html import escape
 from math import inf
 
 from trajopt.lab.suite.html import document, image, table, words
-from trajopt.lab.suite.outcome import Outcome
-from trajopt.lab.suite.summary import Summary, summaries
+from trajopt.lab.suite.outcome import Outcome, Summary, summaries
 
 STYLE = """
 .runs td:last-child { white-space: normal; min-width: 12rem; }

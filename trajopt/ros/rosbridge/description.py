@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from trajopt.lab.srdf.groups import ProposedGroup
-from trajopt.lab.srdf.writer import srdf_text
+from trajopt.lab.srdf.proposal import srdf_text
 from trajopt.robot.loading.mesh_names import MeshNames
 from trajopt.robot.loading.xml_file import expanded
 from trajopt.robot.robot import Robot

@@ -9,18 +9,13 @@ from trajopt.values.arrays import Floats, one_of
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
-from trajopt.viewer.live.desk import Desk
-from trajopt.viewer.live.drive_panel import DrivePanel
-from trajopt.viewer.live.goal import Goal
-from trajopt.viewer.live.goal_drawing import COLOURS
-from trajopt.viewer.live.goal_panel import GoalPanel
-from trajopt.viewer.live.motion_panel import MotionPanel
-from trajopt.viewer.live.objects_panel import ObjectsPanel
+from trajopt.viewer.live.background import Planned, Reach, Reaching
+from trajopt.viewer.live.handles import COLOURS
+from trajopt.viewer.live.objects import ObjectsPanel
+from trajopt.viewer.live.panels import Desk, DrivePanel, GoalPanel, MotionPanel
 from trajopt.viewer.live.picture import Picture, Shown, ShownPanel
-from trajopt.viewer.live.planning import Planned
-from trajopt.viewer.live.reach import Reach, Reaching
-from trajopt.viewer.live.words import block_html
-from trajopt.viewer.live.workbench import Workbench
+from trajopt.viewer.live.workbench import Goal, Workbench
+from trajopt.viewer.readout import block_html
 from trajopt.viewer.run_viewer import look_from_the_best_side
 from trajopt.viewer.server import Served, open_server
 

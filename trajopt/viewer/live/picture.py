@@ -11,13 +11,11 @@ from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import POINTS, Drawing, Trail, in_world
-from trajopt.viewer.live.goal_drawing import GoalDrawing
-from trajopt.viewer.live.nearest_drawing import PAIRS, NearestDrawing, telling_pairs
-from trajopt.viewer.live.objects_drawing import ObjectsDrawing
-from trajopt.viewer.live.reach import Reach
-from trajopt.viewer.live.words import block_html
+from trajopt.viewer.drawing import PAIRS, POINTS, Drawing, NearestDrawing, Trail, in_world, telling_pairs
+from trajopt.viewer.live.background import Reach
+from trajopt.viewer.live.handles import GoalDrawing, ObjectsDrawing
 from trajopt.viewer.live.workbench import Workbench
+from trajopt.viewer.readout import block_html
 
 if TYPE_CHECKING:
     from viser import ViserServer

@@ -10,10 +10,9 @@ from trajopt.values.documents.document import write_text
 from trajopt.values.errors import RenderingUnavailable
 from trajopt.values.errors.arguments import checked
 from trajopt.viewer.report import sections
-from trajopt.viewer.report.measured import measured
+from trajopt.viewer.report.measured import Reported, Subject, measured, subject_of
 from trajopt.viewer.report.scenery import HEIGHT, WIDTH, Scenery, Still, in_space, scenery, stills
 from trajopt.viewer.report.sections import section
-from trajopt.viewer.report.subject import Reported, Subject, subject_of
 
 HERE = Path(__file__).parent
 POLICY = (

@@ -3,16 +3,186 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trajopt.geometry import JointPlacements, evaluator
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.problem.problem import Problem
+from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
-from trajopt.viewer.palette import SAFE, SURFACES, TOUCHING
-from trajopt.viewer.recorded import GhostAt, recorded
-from trajopt.viewer.report.subject import Subject
+from trajopt.viewer.clearance import ClearanceQuery
+from trajopt.viewer.drawing import Drawing, Ghost
+from trajopt.viewer.palette import SAFE, SURFACES, TOUCHING, Rgb
+from trajopt.viewer.report.measured import Subject
+from trajopt.viewer.server import close_server, open_server
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+ASPECT = 1.8
+"""Width over height that the motion is framed for: of a page as wide as a screen, half as high."""
+RATE = 25.0
+"""Frames per second."""
+FEWEST, MOST = 60, 600
+"""Smallest and largest number of frames of a motion."""
+HOST = "127.0.0.1"
+"""Viser draws only on a server: on this address of this machine, while the page is made."""
+AFTER = 0.002
+"""Time of the clock after the motion [s], so that its end can be shown."""
+EMPTY = 1
+"""WebGL calls of a frame without a robot: the background."""
+FRAMES = 3
+"""Frames with more calls after which the scene is on the screen: a browser holds back at most two."""
+BRIDGE = (
+    """<script>
+(() => {
+  // The page around this one follows the time that is shown, may set it, and learns when the scene is drawn.
+  const shown = () => document.querySelector('[role="slider"]');
+  const show = (wanted) => {
+    const [field, slider] = [document.querySelector("input"), shown()];
+    if (!field || !slider) return;
+    const end = Number(slider.getAttribute("aria-valuemax")) - AFTER;  // at its very end it begins anew
+    if (end <= 0) return;  // nothing moves
+    const time = Math.max(0, Math.min(wanted, end));
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(field, time.toFixed(6));
+    field.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  let [calls, frames] = [0, 0];
+  for (const name of window.WebGL2RenderingContext ? ["drawElements", "drawArrays"] : []) {
+    const draw = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...given) {
+      calls += 1;
+      return draw.apply(this, given);
+    };
+  }
+  let told = null;
+  const tell = () => {
+    const slider = shown();
+    const time = slider ? Number(slider.getAttribute("aria-valuenow")) : null;
+    if (told === null && time !== null) show(0);  // it would play at once, and for ever
+    if (time !== told) parent.postMessage({ time }, "*");
+    told = time;
+    if (calls > EMPTY && ++frames === FRAMES) parent.postMessage({ drawn: true }, "*");
+    calls = 0;
+    requestAnimationFrame(tell);
+  };
+  addEventListener("message", (event) => {
+    if (event.source === parent && Number.isFinite(event.data.show)) show(event.data.show);
+  });
+  requestAnimationFrame(tell);
+})();
+</script>""".replace("AFTER", str(AFTER))
+    .replace("EMPTY", str(EMPTY))
+    .replace("FRAMES", str(FRAMES))
+)
+
+
+@dataclass(frozen=True, eq=False)
+class GhostAt(Value):
+    """A translucent copy of the robot.
+
+    Attributes:
+        name: Name of its node in the scene.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        colour: Of all bodies.
+    """
+
+    name: str
+    positions: Floats
+    colour: Rgb
+
+
+def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Sequence[GhostAt] = ()) -> str:
+    """Return a self-contained HTML page of a motion, or of the start alone.
+
+    A page that contains it in a frame receives the shown time, `{time}` [s], and, once, that the scene is
+    drawn, `{drawn: true}`, as messages; it may set the time with `{show}`.
+
+    Args:
+        reduced: Robot and scene.
+        trajectory: The motion of the group's joints; None for the start alone.
+        beside: Translucent copies of the robot.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+    """
+    server = open_server(HOST, 0)
+    try:
+        page = _Recording(server, reduced, trajectory, beside).page()
+    finally:
+        close_server(server)
+    head = page.index("</head>")
+    return page[:head] + BRIDGE + page[head:]
+
+
+class _Recording:
+    """The scene, drawn frame by frame."""
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        reduced: ReducedModel,
+        trajectory: Trajectory | None,
+        beside: Sequence[GhostAt],
+    ) -> None:
+        self._server, self._trajectory, self._beside = server, trajectory, beside
+        self._start = reduced.start_positions
+        self._clearance = ClearanceQuery(reduced, 0.0 if trajectory is None else trajectory.duration)
+        self._drawing = Drawing(server, self._clearance.reduced, self._kinematics(0.0))
+        if self._clearance.timed is not None:
+            self._drawing.draw_halos(self._clearance.timed)
+        for each in beside:
+            ghost = Ghost(server, reduced, each.name, each.colour)
+            ghost.stand(evaluator(reduced).kinematics(each.positions[None]))
+        self._look(reduced)
+        self._draw(0.0)
+
+    def page(self) -> str:
+        serializer = self._server.get_scene_serializer()
+        if self._trajectory is not None:
+            duration = self._trajectory.duration
+            count = int(np.clip(np.ceil(RATE * duration), FEWEST, MOST))
+            for number in range(1, count + 1):
+                serializer.insert_sleep(duration / count)
+                self._draw(duration * number / count)
+            serializer.insert_sleep(AFTER)
+        return serializer.as_html()
+
+    def _look(self, reduced: ReducedModel) -> None:
+        """Choose the least obstructed view, and make remaining obstacles translucent."""
+        from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
+        from trajopt.simulation.picture_model import tool_paths
+        from trajopt.simulation.sampled_motion import SampledMotion, motion_of
+        from trajopt.simulation.viewpoint import look_at
+
+        if self._trajectory is None:
+            stood = np.stack([self._start, *(each.positions for each in self._beside), self._start])
+            motion = SampledMotion(np.arange(len(stood), dtype=np.float64), stood)
+        else:
+            motion = motion_of(reduced, self._trajectory)
+            self._drawing.draw_tool_paths(tool_paths(reduced, motion))
+        view = look_at(reduced, motion, ASPECT)
+        self._drawing.make_translucent(view.hiding)
+        camera = self._server.initial_camera
+        camera.look_at, camera.position = view.camera.target, view.camera.position
+        camera.fov = float(FIELD_OF_VIEW)
+
+    def _draw(self, time: float) -> None:
+        self._drawing.move(self._kinematics(time))
+        if self._clearance.timed is not None:
+            self._drawing.show_changing(self._clearance.timed, time)
+        self._drawing.point_out(self._clearance.nearest(time, self._positions(time)))
+
+    def _positions(self, time: float) -> Floats:
+        return self._start if self._trajectory is None else self._trajectory(time)
+
+    def _kinematics(self, time: float) -> JointPlacements:
+        seen = self._clearance
+        return seen.query.kinematics(seen.positions(np.array([time]), self._positions(time)[None]))
+
 
 WIDTH, HEIGHT = 640, 420
 """Size of a still picture [pixels]: twice a quarter of a printed page at 150 dpi."""

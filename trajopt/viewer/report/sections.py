@@ -14,8 +14,7 @@ from trajopt.values.documents.document import Node
 from trajopt.values.printed import in_length, in_short, in_unit, shown_in
 from trajopt.verify import Certificate, Check, CheckKind, Evidence
 from trajopt.viewer.palette import LINES, hexadecimal
-from trajopt.viewer.report.measured import Binding, Chart, Measured, Peak
-from trajopt.viewer.report.subject import Subject
+from trajopt.viewer.report.measured import Binding, Chart, Measured, Peak, Subject
 
 PAIRS = 12
 """Nearest pairs that are listed."""

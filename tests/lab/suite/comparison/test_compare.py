@@ -10,8 +10,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.test_plan import GOAL, START
 from trajopt.lab.suite import Allowance, Outcome, compared, installed_definitions, run
-from trajopt.lab.suite.folders import find_instances
-from trajopt.lab.suite.instance import instances_of
+from trajopt.lab.suite.instance import find_instances, instances_of
 from trajopt.optimise.methods import Knots, Program
 from trajopt.optimise.solvers import Chomp, Sqp
 from trajopt.values.arrays import Floats

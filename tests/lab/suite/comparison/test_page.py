@@ -7,7 +7,7 @@ import pytest
 
 from tests.lab.suite.comparison.runs_for_tests import ALL
 from trajopt.lab.suite.comparison_page import page
-from trajopt.viewer.comparison_plots import comparison_figures
+from trajopt.viewer.plots import comparison_figures
 
 CHROMIUM = Path("/usr/bin/chromium")
 

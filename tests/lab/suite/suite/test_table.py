@@ -4,8 +4,7 @@ import json
 from dataclasses import replace
 
 from tests.lab.suite.suite.outcomes import ALL, CLEAR, FAILED, FALSE, GOOD, REFUSED
-from trajopt.lab.suite.suite_page import page
-from trajopt.lab.suite.suite_table import row, summary, table
+from trajopt.lab.suite.suite_page import page, row, summary, text_table
 
 
 def test_as_expected() -> None:
@@ -15,7 +14,7 @@ def test_as_expected() -> None:
 
 
 def test_table_shows_every_constraint() -> None:
-    lines = table(ALL)
+    lines = text_table(ALL)
     assert len(lines) == 1 + 3 + 2 + 1 + 1
     assert lines[1].split()[:4] == ["ok", "past", "a", "post"]
     assert "0.0123" in lines[1] and "0.500" in lines[1] and "clearance" in lines[1]
@@ -40,6 +39,6 @@ def test_as_data() -> None:
 def test_a_required_clearance_is_shown_beside_what_is_kept() -> None:
     kept = replace(CLEAR, value=0.0345, bound=0.03)
     outcome = replace(GOOD, constraints=(kept, CLEAR))
-    line = table([outcome])[1]
+    line = text_table([outcome])[1]
     assert "0.0345" in line and "0.03 " in line
     assert "34.5 mm clear (30 mm required), 12.3 mm clear<" in page([outcome])

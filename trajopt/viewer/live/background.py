@@ -1,20 +1,22 @@
-"""Planning in a thread of its own, with progress and cancellation, so that the page stays responsive.
-
-Solver and judge release the interpreter lock while they compute, so no process is needed: robots and scenes
-are not copied, and a cancelled plan ends at its next step.
-"""
+"""Computations of the live page in threads: planning, and the reach of the hand."""
 
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from trajopt.lab.reach import reach_map
 from trajopt.optimise.solvers import Iteration
 from trajopt.planning.budget import DOING
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
-from trajopt.values.arrays import Value
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats, Value
 from trajopt.values.errors import TrajoptError
+from trajopt.viewer.live.workbench import hand_at
 from trajopt.why import Explanation, explain
 
 ATTEMPT = "optimise"
@@ -130,3 +132,94 @@ class Planning:
 
 class _CancelledError(Exception):
     """The search of remedies was cancelled."""
+
+
+COUNT = 100_000
+"""Configurations drawn: a second of work for seven joints, and few holes in the planes."""
+CELL = 0.05
+"""Edge of a cell, and between two dots [m]."""
+RAMP = np.array(((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)), dtype=np.float64)
+"""From few directions of the hand to many: five colours of viridis, legible to colour-blind readers too."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reach(Value):
+    """The drawn reach.
+
+    Attributes:
+        points: Centres of reached cells, shape (k, 3) [m].
+        colours: From dark, for few directions, to bright, shape (k, 3).
+        words: Its extent in words.
+    """
+
+    points: Floats
+    colours: NDArray[np.uint8]
+    words: str
+
+
+def reach_of(reduced: ReducedModel, hand: str) -> Reach:
+    """Return the reach of the hand: on a level plane through it, and an upright one through it and the base.
+
+    Raises:
+        ShapeError: If no configuration is free of collision.
+    """
+    found = reach_map(reduced, hand, COUNT, rng=np.random.default_rng(0), cell=CELL)
+    now = hand_at(reduced, hand, reduced.start_positions).translation
+    base = reduced.scene.placement_of(reduced.scene.robot.links[0], reduced.start).translation
+    cells = np.argwhere(found.hits > 0)
+    points = found.origin + CELL * (cells + 0.5)
+    chosen = _on_planes(points, now, base)
+    share = found.reachability_index[tuple(cells[chosen].T)]
+    words = (
+        f"The hand reaches {found.volume:.2f} m³ without a collision. Dots show two planes through it: dark "
+        "where it gets from few directions, bright from many."
+    )
+    return Reach(points[chosen], _painted(share), words)
+
+
+class Reaching:
+    """Finds it in a thread of its own.
+
+    Attributes:
+        reduced: The robot in its scene.
+    """
+
+    def __init__(
+        self, reduced: ReducedModel, hand: str, listener: Callable[["Reaching", Reach | str], None]
+    ) -> None:
+        """Start.
+
+        Args:
+            reduced: The robot in its scene.
+            hand: The hand's frame.
+            listener: Receives the reach, or the reason of a failure, in that thread.
+        """
+        self.reduced = reduced
+
+        def work() -> None:
+            try:
+                listener(self, reach_of(reduced, hand))
+            except TrajoptError as error:
+                listener(self, f"Nothing is reached: {error}.")
+
+        self._thread = threading.Thread(target=work, name="trajopt live reach", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Wait until the thread has ended."""
+        self._thread.join()
+
+
+def _on_planes(points: Floats, now: Floats, base: Floats) -> NDArray[np.bool_]:
+    """Return the points on the level plane through the hand, or the upright one with the base."""
+    ahead = (now - base)[:2]
+    length = float(np.linalg.norm(ahead))
+    aside = np.array((-ahead[1], ahead[0])) / length if length > CELL else np.array((0.0, 1.0))
+    level = np.abs(points[:, 2] - now[2]) <= CELL / 2.0
+    return level | (np.abs((points - base)[:, :2] @ aside) <= CELL / 2.0)
+
+
+def _painted(share: Floats) -> NDArray[np.uint8]:
+    place = share / max(float(share.max(initial=0.0)), 1e-9) * (len(RAMP) - 1)
+    columns = [np.interp(place, np.arange(len(RAMP)), RAMP[:, colour]) for colour in range(3)]
+    return np.stack(columns, axis=1).astype(np.uint8)

@@ -1,0 +1,219 @@
+"""Goal and objects on the live page, with gizmos for dragging them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trajopt.geometry import Evaluator, JointPlacements
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene_object import SceneObject
+from trajopt.values.placement import Placement, placement
+from trajopt.values.shapes.shapes import Plane
+from trajopt.viewer import palette
+from trajopt.viewer.drawing import Ghost, in_world, surface, wxyz
+from trajopt.viewer.live.objects import is_carried
+from trajopt.viewer.live.workbench import Goal, Reachability
+from trajopt.viewer.palette import Rgb
+
+if TYPE_CHECKING:
+    from viser import FrameHandle, MeshHandle, TransformControlsEvent, TransformControlsHandle, ViserServer
+
+
+class Gizmo:
+    """Arrows and rings for dragging, drawn in front of everything.
+
+    Attributes:
+        length: Of the arrows [m].
+    """
+
+    def __init__(
+        self, server: "ViserServer", node: str, length: float, dragged: Callable[[Placement], None]
+    ) -> None:
+        """Add it, hidden.
+
+        Args:
+            server: Serves the page.
+            node: Its name.
+            length: Of the arrows [m].
+            dragged: Receives its placement in the world while it is dragged.
+        """
+        self.length, self._dragging = length, False
+        self._handle: TransformControlsHandle = server.scene.add_transform_controls(
+            node, scale=length, depth_test=False, line_width=3.5, visible=False
+        )
+
+        # A coroutine, so that its events come in their order.
+        async def hear(event: "TransformControlsEvent") -> None:
+            self._dragging = event.phase != "end"
+            if event.phase == "update":
+                dragged(self.placement)
+
+        listen: Any = self._handle.on_update
+        listen(hear)
+
+    @property
+    def placement(self) -> Placement:
+        """Its placement in the world."""
+        w, x, y, z = self._handle.wxyz
+        return placement(self._handle.position, quaternion=(x, y, z, w))
+
+    def show(self, where: Placement | None) -> None:
+        """Show it at a placement in the world, or hide it; a dragged one stays."""
+        self._handle.visible = where is not None
+        if where is not None and not self._dragging:
+            self._handle.position, self._handle.wxyz = where.translation, wxyz(where)
+
+
+HAND_GIZMO = 0.22
+"""Length of the arrows [m], about that of a hand."""
+OPACITY = 0.45
+"""Of the robot at its goal: its colour is to be read at a glance, the robot to be seen through it."""
+SAME = 5e-3
+"""A robot with each joint so near to its goal hides it: it is drawn once [rad | m]."""
+
+COLOURS: dict[Reachability, Rgb] = {
+    Reachability.REACHABLE: (0x22, 0x99, 0x66),
+    Reachability.COLLIDING: palette.TOUCHING,
+    Reachability.BEYOND_LIMITS: palette.STOP,
+    Reachability.OUT_OF_REACH: (0x88, 0x88, 0x88),
+}
+"""Of the robot at its goal."""
+
+
+class GoalDrawing:
+    """The drawn goal and its gizmo."""
+
+    def __init__(
+        self, server: "ViserServer", reduced: ReducedModel, dragged: Callable[[Placement], None]
+    ) -> None:
+        """Prepare it; nothing is shown yet.
+
+        Args:
+            server: Serves the page.
+            reduced: The robot with its attached objects.
+            dragged: Receives the dragged placement of the hand in the world.
+        """
+        self._server, self._ghosts = server, 0
+        self.gizmo = Gizmo(server, "/goal/hand", HAND_GIZMO, dragged)
+        self._ghost = Ghost(server, reduced, "goal_0", COLOURS[Reachability.REACHABLE], opacity=OPACITY)
+        self._carried = _moved(reduced)
+
+    def renew(self, reduced: ReducedModel) -> None:
+        """Draw the robot again if its attached objects changed."""
+        carried = _moved(reduced)
+        if carried == self._carried:
+            return
+        self._carried = carried
+        self._ghost.remove()
+        self._ghosts += 1
+        self._ghost = Ghost(
+            self._server, reduced, f"goal_{self._ghosts}", COLOURS[Reachability.REACHABLE], opacity=OPACITY
+        )
+
+    def show(self, goal: Goal, query: Evaluator, now: np.ndarray) -> None:
+        """Show a goal.
+
+        Args:
+            goal: The goal.
+            query: Of the drawn robot.
+            now: Drawn positions of the robot, shape (n,) [rad | m].
+        """
+        with self._server.atomic():
+            self.gizmo.show(goal.placement)
+            elsewhere = float(np.abs(goal.positions - now).max()) > SAME
+            self._ghost.paint(COLOURS[goal.reachability])
+            self._ghost.stand(query.kinematics(goal.positions[None]) if elsewhere else None)
+
+
+def _moved(reduced: ReducedModel) -> list[tuple[str, int, bytes]]:
+    """Return a key of the bodies that the group moves."""
+    return [
+        (body.name, id(body.shape), body.placement.homogeneous.tobytes())
+        for body in reduced.bodies
+        if body.joint
+    ]
+
+
+OBJECT_GIZMO = 0.15
+"""Length of the arrows at the object that is chosen: shorter than those at the hand [m]."""
+
+
+@dataclass(eq=False)
+class _Drawn:
+    """An object in the page."""
+
+    item: SceneObject
+    frame: "FrameHandle"
+    meshes: "list[MeshHandle]"
+
+
+class ObjectsDrawing:
+    """The drawn objects."""
+
+    def __init__(
+        self, server: "ViserServer", picked: Callable[[str], None], dragged: Callable[[Placement], None]
+    ) -> None:
+        """Draw nothing yet.
+
+        Args:
+            server: Serves the page.
+            picked: Receives the name of a clicked object.
+            dragged: Receives the dragged placement of the chosen object in the world.
+        """
+        self._server, self._picked = server, picked
+        self._drawn: dict[str, _Drawn] = {}
+        self._count, self._chosen = 0, ""
+        self._gizmo = Gizmo(server, "/chosen", OBJECT_GIZMO, dragged)
+
+    def show(self, reduced: ReducedModel, kinematics: JointPlacements) -> None:
+        """Draw the objects of a scene in the first configuration."""
+        objects = reduced.scene.objects
+        with self._server.atomic():
+            for name in [each for each in self._drawn if each not in objects]:
+                self._drawn.pop(name).frame.remove()
+            for name, item in objects.items():
+                known = self._drawn.get(name)
+                if known is None or known.item.parts != item.parts:
+                    if known is not None:
+                        known.frame.remove()
+                    self._drawn[name] = self._draw(item)
+                else:
+                    known.item = item
+            self.move(reduced, kinematics)
+
+    def move(self, reduced: ReducedModel, kinematics: JointPlacements) -> None:
+        """Place the objects as in the first of the configurations."""
+        with self._server.atomic():
+            for name, drawn in self._drawn.items():
+                where = in_world(reduced, name, kinematics)
+                drawn.frame.wxyz, drawn.frame.position = wxyz(where), where.translation
+            free = self._chosen in self._drawn and not is_carried(reduced.scene, self._chosen)
+            self._gizmo.show(in_world(reduced, self._chosen, kinematics) if free else None)
+
+    def choose(self, name: str) -> None:
+        """Choose an object for dragging, or none; `move` shows it."""
+        self._chosen = name
+
+    def _draw(self, item: SceneObject) -> _Drawn:
+        node, self._count = f"/objects/{self._count}", self._count + 1
+        colour = palette.SURFACES[self._count % len(palette.SURFACES)]
+        frame = self._server.scene.add_frame(node, show_axes=False)
+        drawn = _Drawn(item, frame, [])
+        for count, (shape, where) in enumerate(item.parts):
+            skin = surface(shape)
+            mesh = self._server.scene.add_mesh_simple(
+                f"{node}/part_{count}",
+                skin.vertices,
+                skin.faces,
+                color=palette.GROUND if isinstance(shape, Plane) else colour,
+                flat_shading=not skin.smooth,
+                side="double",
+                cast_shadow=not isinstance(shape, Plane),
+                wxyz=wxyz(where),
+                position=where.translation,
+            )
+            mesh.on_click(lambda _, name=item.name: self._picked(name))
+            drawn.meshes.append(mesh)
+        return drawn

@@ -1,0 +1,471 @@
+"""Mirror: a page that shows a robot that is driven elsewhere, and a publisher of a run's robot."""
+
+import json
+import threading
+import time
+from dataclasses import dataclass
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from trajopt.driving import Event, EventKind
+from trajopt.driving.recording import Logbook, RecordedMoment, Watched
+from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.geometry import JointPlacements
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model, tool_frame
+from trajopt.scene.scene import Scene
+from trajopt.scene.whole_robot import whole_robot
+from trajopt.values.arrays import Floats, Value, floats, one_of
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import MissingExtra, ProblemError, TrajoptError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer import palette
+from trajopt.viewer.clearance import ClearanceQuery, Nearest
+from trajopt.viewer.drawing import PAIRS, Drawing, Ghost, NearestDrawing, Trail, telling_pairs
+from trajopt.viewer.live.handles import ObjectsDrawing
+from trajopt.viewer.live.workbench import chosen_group
+from trajopt.viewer.palette import NARROW, SAFE, TOUCHING
+from trajopt.viewer.readout import block_html, events_html
+from trajopt.viewer.run_viewer import look_from_the_best_side
+from trajopt.viewer.server import Served, open_server
+
+if TYPE_CHECKING:
+    from trajopt.viewer.guarded_server import GuardedServer
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class State(Value):
+    """State of a remote robot.
+
+    Attributes:
+        revision: Changes whenever the surroundings change.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        driven: Whether it is being driven.
+        ahead: Positions of all joints along the rest of its motion, shape (k, number of joints); None
+            if unknown.
+        events: Published events, in order.
+    """
+
+    revision: int
+    positions: Floats
+    driven: bool
+    ahead: Floats | None = None
+    events: tuple[Event, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data that JSON can hold."""
+        return {
+            "revision": self.revision,
+            "positions": self.positions.tolist(),
+            "driven": self.driven,
+            "ahead": None if self.ahead is None else self.ahead.tolist(),
+            "events": [
+                {"time": each.time, "kind": each.kind.value, "words": each.words} for each in self.events
+            ],
+        }
+
+
+def state_of(node: Node, joints: int) -> State:
+    """Return the state in a document.
+
+    Args:
+        node: The document.
+        joints: Number of the robot's joints.
+
+    Raises:
+        FileFormatError: If its content is invalid.
+        ShapeError: If the positions are not one finite number for each joint.
+    """
+    ahead = node["ahead"]
+    return State(
+        revision=int(node["revision"].number()),
+        positions=floats("positions", cast("Any", node["positions"].value), (joints,)),
+        driven=node["driven"].flag(),
+        ahead=None if ahead.missing else floats("ahead", cast("Any", ahead.value), (None, joints)),
+        events=tuple(_event(each) for each in node["events"].elements()),
+    )
+
+
+def _event(node: Node) -> Event:
+    name = node["kind"].text()
+    if name not in {each.value for each in EventKind}:
+        raise node["kind"].error(f"{name!r} is not a kind of event")
+    return Event(node["time"].number(), EventKind(name), node["words"].text(""))
+
+
+PATIENCE = 5.0
+"""Time-out of a request [s]."""
+
+
+class Source:
+    """A mirrored address.
+
+    Attributes:
+        url: The address.
+        robot: The robot there.
+    """
+
+    def __init__(self, url: str, *, token: str = "") -> None:
+        """Request the robot.
+
+        Args:
+            url: Of a session of a server ("http://127.0.0.1:8080/sessions/ID"), or of a run.
+            token: Access token of the server.
+
+        Raises:
+            MissingExtra: If httpx is not installed.
+            ServerError: If the address does not answer, or refuses.
+            FileFormatError: If the answer cannot be mirrored.
+        """
+        try:
+            from trajopt.server.client import Client
+            from trajopt.server.client.calls import Call
+        except ImportError as error:
+            raise MissingExtra("httpx", "server") from error
+        self.url = url.rstrip("/")
+        self._client, self._call = Client(self.url, token=token, patience=0.0, timeout=PATIENCE), Call
+        try:
+            self.robot = value_of_message(self._asked("POST", "robot"), {}, Robot)
+        except BaseException:
+            self._client.close()
+            raise
+
+    def state(self) -> State:
+        """Return the present state of the robot.
+
+        Raises:
+            ServerError: If the address does not answer.
+            FileFormatError: If the answer is invalid.
+        """
+        return state_of(self._asked("GET", "state"), len(self.robot.joint_names))
+
+    def scene(self) -> Scene:
+        """Return the present surroundings.
+
+        Raises:
+            ServerError: If the address does not answer.
+            FileFormatError: If the answer is invalid.
+        """
+        known = {"robot": self.robot}
+        return value_of_message(self._asked("POST", "scene"), known, Scene).still_at(0.0)
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._client.close()
+
+    def _asked(self, method: str, path: str) -> Node:
+        body: dict[str, object] | None = {} if method == "POST" else None
+        answer: object = self._client.send(self._call(method, f"/{path}", body))
+        return Node(answer, f"{self.url}/{path}")
+
+
+PERIOD = 1 / 15
+"""Polling period [s]: a server updates its robot's state ten times a second."""
+AGAIN = 1.0
+"""Delay before another request without an answer [s]."""
+OLD = 1.0
+"""Age from which a state is marked as old [s]."""
+LONG = 1e6
+"""Assumed duration of a posture [s]."""
+EVENTS = 8
+"""Number of listed events, the latest ones."""
+
+
+@checked
+def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127.0.0.1") -> "MirrorView":
+    """Serve a page that shows a remote robot and its known surroundings; returns immediately.
+
+    Args:
+        url: Of a session of `trajopt serve` ("http://127.0.0.1:8080/sessions/ID"), or of a published run
+            (`trajopt run --publish`, or a `Publisher`).
+        token: Access token of the server.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
+
+    Raises:
+        MissingExtra: If viser or httpx is not installed.
+        ServerError: If the address does not answer, or refuses.
+        FileFormatError: If the answer cannot be mirrored.
+        ProblemError: If the port cannot be opened on this host.
+    """
+    source = Source(url, token=token)
+    try:
+        state, scene = source.state(), source.scene()
+        return MirrorView(open_server(host, port), source, state, scene)
+    except BaseException:
+        source.close()
+        raise
+
+
+class MirrorView(Served):
+    """A page that shows a remote robot; `mirror_view` opens one.
+
+    Attributes:
+        url: Address of the page.
+        state: The latest state.
+        scene: The known surroundings of the robot.
+        nearest: The nearest pairs, the nearest first.
+    """
+
+    def __init__(self, server: "GuardedServer", source: Source, state: State, scene: Scene) -> None:
+        """Draw the robot, and start polling."""
+        super().__init__(server)
+        self._source, self.state, self.scene = source, state, scene
+        self._joints = tuple(name for name in scene.robot.joint_names if name not in scene.robot.mimics)
+        self._heard, self._lost = time.monotonic(), ""
+        self.nearest: tuple[Nearest, ...] = ()
+        self._take(scene)
+        reduced, robot = self._reduced, scene.robot
+        self._hand = tool_frame(reduce_model(scene, chosen_group(robot), state.positions))
+        look_from_the_best_side(server, reduced, None, back=1.35, aside=0.16)
+        here = self._clearance.query.kinematics(reduced.start_positions[None])
+        self._robot = Drawing(server, reduced, here, objects=False)
+        self._objects = ObjectsDrawing(server, lambda _: None, lambda _: None)
+        self._objects.show(reduced, here)
+        self._near = NearestDrawing(server)
+        self._ghost = Ghost(server, reduced, "ahead", palette.TOOL_PATH)
+        self._trail = Trail(server, "/ahead_path", palette.TOOL_PATH, 3.0)
+        self._text = server.gui.add_html("")
+        self._events = server.gui.add_html("")
+        self._show()
+        self._follower = threading.Thread(target=self._follow, name="trajopt mirror", daemon=True)
+        self._follower.start()
+
+    @property
+    def lost(self) -> str:
+        """The reason why the connection is lost; empty while it works."""
+        return self._lost
+
+    def _end(self) -> None:
+        self._follower.join()
+        self._source.close()
+
+    def _follow(self) -> None:
+        """Poll, and show changes (body of the thread)."""
+        wait = PERIOD
+        while not self._closed.wait(wait):
+            try:
+                self._hear()
+                wait, self._lost = PERIOD, ""
+            except TrajoptError as error:
+                wait, self._lost = AGAIN, str(error)
+            self._say()
+
+    def _hear(self) -> None:
+        state = self._source.state()
+        self._heard = time.monotonic()
+        before, self.state = self.state, state
+        if state.revision != before.revision:
+            self.scene = self._source.scene()
+            self._take(self.scene)
+            self._objects.show(self._reduced, self._at(state.positions[None]))
+        elif _same(before, state):
+            return
+        self._show()
+
+    def _take(self, scene: Scene) -> None:
+        self._reduced: ReducedModel = whole_robot(scene, self._joints, self.state.positions)
+        self._clearance = ClearanceQuery(self._reduced, LONG)
+
+    def _at(self, positions: Floats) -> JointPlacements:
+        """Return the configurations for positions of all joints, shape (k, number of joints)."""
+        columns = self.scene.robot.index(self._joints)
+        return self._clearance.query.kinematics(positions[:, columns])
+
+    def _show(self) -> None:
+        state, columns = self.state, self.scene.robot.index(self._joints)
+        here = self._at(state.positions[None])
+        self.nearest = telling_pairs(self._clearance, state.positions[columns], PAIRS)
+        with self._server.atomic():
+            self._robot.move(here)
+            self._objects.move(self._reduced, here)
+            self._near.show(self.nearest)
+            ahead = None if state.ahead is None else self._at(state.ahead)
+            self._ghost.stand(ahead)
+            self._trail.show(None if ahead is None else self._line(ahead))
+        self._events.content = events_html(state.events, EVENTS) if state.events else ""
+        self._say()
+
+    def _line(self, along: JointPlacements) -> Floats:
+        joint, held = self._reduced.attachment(self._hand)
+        return along.rotation[:, joint] @ held.translation + along.translation[:, joint]
+
+    def _say(self) -> None:
+        """Show whether the robot moves, or that the state is old."""
+        since = time.monotonic() - self._heard
+        if self._lost and since > OLD:
+            words = [f"Nothing was heard for {since:.0f} s: what is shown is old.", self._lost]
+            self._text.content = block_html("No answer", words, TOUCHING)
+            return
+        title, colour = (
+            ("The robot is being driven", NARROW) if self.state.driven else ("The robot stands", SAFE)
+        )
+        self._text.content = block_html(title, [f"As it is at {self._source.url}"], colour)
+
+
+def _same(one: State, other: State) -> bool:
+    return (
+        np.array_equal(one.positions, other.positions)
+        and one.driven == other.driven
+        and len(one.events) == len(other.events)
+        and (one.ahead is None) == (other.ahead is None)
+    )
+
+
+AHEAD = 25
+"""Number of configurations along the rest of a motion: enough for a smooth line of the hand."""
+PUBLISHED_EVENTS = 12
+"""Number of published events, the latest ones."""
+TIMEOUT = 10.0
+"""Time-out of a silent connection [s]."""
+LARGEST = 4096
+"""Largest body of a request [bytes]; none is needed."""
+LOCAL = ("127.0.0.1", "localhost", "[::1]")
+
+
+class Publisher:
+    """Publishes a run: `run(problem, watch=publisher.look)`. A context manager; or call `close`.
+
+    Attributes:
+        url: Address for `trajopt view --mirror`.
+    """
+
+    @checked
+    def __init__(self, problem: Problem, *, port: int = 8090, host: str = "127.0.0.1") -> None:
+        """Start to answer.
+
+        Args:
+            problem: The problem of the run.
+            port: Port; any free one if 0.
+            host: Address to answer on; "0.0.0.0" lets other machines connect too.
+
+        Raises:
+            ProblemError: If the port cannot be opened on this host.
+        """
+        self._problem, self._logbook = one_of("problem", problem, Problem), Logbook()
+        self._lock, self._revision = threading.Lock(), 0
+        self._told: tuple[object, float] = (None, 0.0)
+        try:
+            self._server = ThreadingHTTPServer((host, port), _handler_of(self, host))
+        except (OSError, OverflowError) as error:
+            raise ProblemError(f"nothing can be served on {shown(host)}, port {port}: {error}") from error
+        self._server.daemon_threads = True
+        name = "localhost" if host == "0.0.0.0" else host
+        self.url = f"http://{name}:{self._server.server_address[1]}"
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, name="trajopt publisher", daemon=True
+        )
+        self._thread.start()
+
+    def __enter__(self) -> "Publisher":
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop answering."""
+        self.close()
+
+    @checked
+    def look(self, watched: Watched) -> None:
+        """Read the state of the supervisor, after each cycle.
+
+        Raises:
+            ProblemError: If it is another supervisor than before.
+        """
+        self._logbook.look(watched)
+
+    def close(self) -> None:
+        """Stop answering."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+    def robot(self) -> dict[str, object]:
+        """Return the robot as a message."""
+        return message_of(self._problem.scene.robot, {})
+
+    def scene(self) -> dict[str, object]:
+        """Return the present surroundings as a message, without the robot."""
+        return message_of(self._scene(), {"robot": self._problem.scene.robot})
+
+    def state(self) -> State:
+        """Return the present state."""
+        moment, reduced = self._moment(), self._problem.reduced
+        if moment is None:
+            return State(revision=0, positions=self._problem.start_positions, driven=False)
+        return State(
+            revision=self._revised(moment),
+            positions=reduced.all_positions(moment.positions),
+            driven=moment.stop is not None,
+            ahead=None if moment.plan is None else self._ahead(moment.plan),
+            events=moment.events[-PUBLISHED_EVENTS:],
+        )
+
+    def _moment(self) -> RecordedMoment | None:
+        return self._logbook.moment if self._logbook.samples else None
+
+    def _scene(self) -> Scene:
+        moment = self._moment()
+        if moment is None:
+            return self._problem.scene.still_at(0.0)
+        world = moment.sighting.world
+        return world.scene.still_at(moment.time - world.stamp)
+
+    def _revised(self, moment: RecordedMoment) -> int:
+        """Return the revision of the surroundings, which changes with them."""
+        scene = moment.sighting.world.scene
+        now = (moment.sighting, moment.time if scene.changing else 0.0)
+        with self._lock:
+            if now[0] is not self._told[0] or now[1] != self._told[1]:
+                self._told, self._revision = now, self._revision + 1
+            return self._revision
+
+    def _ahead(self, plan: Trajectory) -> Floats:
+        along = plan(np.linspace(0.0, plan.duration, AHEAD))
+        return np.array([self._problem.reduced.all_positions(each) for each in along])
+
+
+def _handler_of(publisher: Publisher, host: str) -> type[BaseHTTPRequestHandler]:
+    """Return the handler of requests; on this machine only for its own host names.
+
+    Otherwise a page of another site could use a name that resolves to this machine.
+    """
+
+    class Handler(BaseHTTPRequestHandler):
+        timeout = TIMEOUT
+
+        def do_GET(self) -> None:
+            self._answer({"/state": lambda: publisher.state().as_dict()})
+
+        def do_POST(self) -> None:
+            self._answer({"/robot": publisher.robot, "/scene": publisher.scene})
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Do not log to standard error."""
+
+        def _answer(self, known: dict[str, Any]) -> None:
+            # What comes with a request says nothing here; unread, it would have the connection reset.
+            length = self.headers.get("content-length", "0")
+            self.rfile.read(min(int(length), LARGEST) if length.isdigit() else 0)
+            called = self.headers.get("host", "").rpartition(":")[0].lower()
+            if host in LOCAL and called not in LOCAL:
+                self._send(421, {"error": {"kind": "malformed", "reason": "not known by that name"}})
+            elif self.path not in known:
+                self._send(404, {"error": {"kind": "unknown", "reason": "there is nothing at this address"}})
+            else:
+                self._send(200, known[self.path]())
+
+        def _send(self, status: int, document: dict[str, Any]) -> None:
+            body = json.dumps(document).encode()
+            self.send_response(status)
+            self.send_header("content-type", "application/json")
+            self.send_header("content-length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+    return Handler
