@@ -48,7 +48,7 @@ WORKSPACES = {
     "DynamicObstacles", "WorkCounts", "PlanningWorkspace", "ObstacleContacts", "Player",
     "Experience",
     "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
-    "MirrorView", "MoveGroupCommander", "Publisher",
+    "MirrorView", "MoveGroupCommander", "RunPublisher",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",
     "Search", "Service", "Servo", "ServoPage", "Session", "SimulatedExecutor", "Supervisor",
     "SymbolicKinematics", "Timeline", "Value", "Viewer", "Warehouse", "Watch", "Workspace", "World",

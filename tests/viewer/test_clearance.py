@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trajopt.scene.reducing import reduce_model
-from trajopt.viewer.clearance import ClearanceQuery, PairKind, sample_motion
+from trajopt.viewer.clearance import ClearanceKind, ClearanceQuery, sample_motion
 from trajopt.viewer.readout import clearance_html
 
 from .conftest import Motion
@@ -16,11 +16,11 @@ def test_kinds_name_every_pair(motion: Motion) -> None:
     for kind, a, b in zip(query.kinds(), pairs.first, pairs.second, strict=True):
         owners = {bodies[a].owner, bodies[b].owner}
         if "cup" in owners:
-            assert kind is PairKind.CARRIED
+            assert kind is ClearanceKind.CARRIED
         elif owners & {"post", "table"}:
-            assert kind is PairKind.SURROUNDINGS
+            assert kind is ClearanceKind.SURROUNDINGS
         else:
-            assert kind is PairKind.SELF
+            assert kind is ClearanceKind.SELF
 
 
 def test_nearest_is_the_smallest_of_all_kinds(motion: Motion) -> None:
@@ -78,4 +78,4 @@ def test_beyond_reach_is_infinite(motion: Motion) -> None:
     query = ClearanceQuery(motion.reduced, motion.trajectory.duration)
     times = np.array([0.0])
     smallest = query.smallest(times, motion.trajectory(times), 1e-6)
-    assert np.isinf(smallest[PairKind.SURROUNDINGS]).all()
+    assert np.isinf(smallest[ClearanceKind.SURROUNDINGS]).all()

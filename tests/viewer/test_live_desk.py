@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from trajopt.values.errors import ProblemError
-from trajopt.viewer.live.background import Planned, Planning
+from trajopt.viewer.live.background import Planning, PlanningOutcome
 from trajopt.viewer.live.panels import Desk
 from trajopt.viewer.readout import planned_html
 
@@ -51,7 +51,7 @@ def test_what_is_refused_is_said_and_the_desk_goes_on(desk: Desk, refused: list[
     assert refused == ["no such box", "a fault of this page (ValueError: odd)"] and done == [1]
 
 
-def planned(asked: to.Problem | to.Result) -> tuple[Planned, list[str]]:
+def planned(asked: to.Problem | to.Result) -> tuple[PlanningOutcome, list[str]]:
     told, over = list[str](), threading.Event()
 
     def hear(planning: Planning) -> None:
@@ -87,7 +87,7 @@ def test_a_failure_says_what_stands_in_the_way_and_what_would_help() -> None:
 
 
 def test_a_problem_that_is_none_is_said_too() -> None:
-    words = planned_html(Planned(None, None, "the <start> is odd"))
+    words = planned_html(PlanningOutcome(None, None, "the <start> is odd"))
     assert "This cannot be planned" in words and "&lt;start&gt;" in words
 
 

@@ -15,8 +15,8 @@ from tests.viewer.test_page import CHROMIUM, FLAGS, until
 from trajopt.driving import IdealExecutor, Supervisor
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError, ProblemError, ShapeError
-from trajopt.viewer import MirrorView, Publisher, mirror_view
-from trajopt.viewer.mirror import Source, State, state_of
+from trajopt.viewer import MirrorView, RunPublisher, mirror_view
+from trajopt.viewer.mirror import MirrorClient, RemoteState, state_of
 
 from .test_viewer import free_port
 
@@ -33,12 +33,12 @@ def problem() -> to.Problem:
 
 
 @pytest.fixture
-def publisher(problem: to.Problem) -> Iterator[Publisher]:
-    with Publisher(problem, port=0) as opened:
+def publisher(problem: to.Problem) -> Iterator[RunPublisher]:
+    with RunPublisher(problem, port=0) as opened:
         yield opened
 
 
-def driven(problem: to.Problem, publisher: Publisher) -> tuple[Supervisor, IdealExecutor]:
+def driven(problem: to.Problem, publisher: RunPublisher) -> tuple[Supervisor, IdealExecutor]:
     arm = IdealExecutor(problem.reduced.joint_names, problem.reduced.start_positions)
     supervisor = Supervisor(arm, problem)
     supervisor.go(problem)
@@ -46,7 +46,7 @@ def driven(problem: to.Problem, publisher: Publisher) -> tuple[Supervisor, Ideal
     return supervisor, arm
 
 
-def cycles(supervisor: Supervisor, arm: IdealExecutor, publisher: Publisher, count: int) -> None:
+def cycles(supervisor: Supervisor, arm: IdealExecutor, publisher: RunPublisher, count: int) -> None:
     for _ in range(count):
         supervisor.cycle()
         publisher.look(supervisor)
@@ -57,7 +57,7 @@ def shows(mirror: MirrorView, positions: np.ndarray) -> bool:
     return bool(np.allclose(mirror.state.positions, positions, atol=1e-12))
 
 
-def test_a_run_is_mirrored_while_it_goes_on(problem: to.Problem, publisher: Publisher) -> None:
+def test_a_run_is_mirrored_while_it_goes_on(problem: to.Problem, publisher: RunPublisher) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     mirror = mirror_view(publisher.url, port=free_port())
     try:
@@ -81,14 +81,14 @@ def test_a_run_is_mirrored_while_it_goes_on(problem: to.Problem, publisher: Publ
 
 def test_a_mirror_says_that_what_it_shows_is_old_and_comes_back(problem: to.Problem) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
-    publisher, port = Publisher(problem, port=0), free_port()
+    publisher, port = RunPublisher(problem, port=0), free_port()
     there = int(publisher.url.rpartition(":")[2])
     mirror = mirror_view(publisher.url, port=port)
     try:
         publisher.close()
         until(lambda: "what is shown is old" in mirror._text.content, "nobody said so")
         assert mirror.lost
-        publisher = Publisher(problem, port=there)
+        publisher = RunPublisher(problem, port=there)
         until(lambda: not mirror.lost and "The robot stands" in mirror._text.content, "it never came back")
     finally:
         mirror.close()
@@ -146,7 +146,7 @@ def test_where_nobody_answers_is_said_at_once() -> None:
         mirror_view(f"http://127.0.0.1:{free_port()}")
 
 
-def test_a_publisher_answers_nobody_who_calls_it_by_another_name(publisher: Publisher) -> None:
+def test_a_publisher_answers_nobody_who_calls_it_by_another_name(publisher: RunPublisher) -> None:
     for path, host, status in (("/state", "evil.example", 421), ("/nothing", "127.0.0.1:1", 404)):
         request = urllib.request.Request(publisher.url + path, headers={"host": host})
         with pytest.raises(urllib.error.HTTPError) as caught:
@@ -160,18 +160,18 @@ def test_a_publisher_answers_nobody_who_calls_it_by_another_name(publisher: Publ
 def test_a_robot_with_meshes_and_what_is_around_it_come_whole() -> None:
     scene = to.Scene(to.load("panda")).add("cup", to.Cylinder(0.03, 0.1), to.placement((0.5, 0.0, 0.05)))
     problem = to.Problem(scene=scene, group="panda_arm", start="ready", goal="extended")
-    with Publisher(problem, port=0) as publisher:
-        source = Source(publisher.url)
+    with RunPublisher(problem, port=0) as publisher:
+        source = MirrorClient(publisher.url)
         assert source.robot.joint_names == scene.robot.joint_names and set(source.scene().objects) == {"cup"}
         source.close()
 
 
-def test_a_port_that_is_taken_is_refused(problem: to.Problem, publisher: Publisher) -> None:
+def test_a_port_that_is_taken_is_refused(problem: to.Problem, publisher: RunPublisher) -> None:
     with pytest.raises(ProblemError, match="port"):
-        Publisher(problem, port=int(publisher.url.rpartition(":")[2]))
+        RunPublisher(problem, port=int(publisher.url.rpartition(":")[2]))
 
 
-def test_a_state_is_read_as_it_was_told(publisher: Publisher, problem: to.Problem) -> None:
+def test_a_state_is_read_as_it_was_told(publisher: RunPublisher, problem: to.Problem) -> None:
     driven(problem, publisher)
     told = publisher.state()
     read = state_of(Node(json.loads(json.dumps(told.as_dict())), "state"), 2)
@@ -192,7 +192,7 @@ def test_a_state_is_read_as_it_was_told(publisher: Publisher, problem: to.Proble
     ],
 )
 def test_a_state_that_is_none_is_refused(changed: dict[str, object], error: type[Exception]) -> None:
-    right = State(revision=1, positions=np.zeros(2), driven=False).as_dict()
+    right = RemoteState(revision=1, positions=np.zeros(2), driven=False).as_dict()
     with pytest.raises(error):
         state_of(Node({**right, **changed}, "state"), 2)
 
@@ -213,7 +213,9 @@ def test_what_moves_stands_where_it_is_at_a_moment() -> None:
     assert rest.still_at(5.0) is rest
 
 
-def test_in_a_browser_the_mirror_shows_where_the_robot_is(problem: to.Problem, publisher: Publisher) -> None:
+def test_in_a_browser_the_mirror_shows_where_the_robot_is(
+    problem: to.Problem, publisher: RunPublisher
+) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     if not CHROMIUM.is_file():

@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from trajopt.scene.reducing import reduce_model
 from trajopt.viewer import Viewer, plot_motion, view
-from trajopt.viewer.clearance import ClearanceQuery, PairKind, sample_motion
+from trajopt.viewer.clearance import ClearanceKind, ClearanceQuery, sample_motion
 from trajopt.viewer.readout import clearance_html
 
 from .conftest import Motion
@@ -77,10 +77,10 @@ def test_what_moves_counts_as_surroundings_in_plots(motion: Motion, among: Motio
     query = ClearanceQuery(among.reduced, 1.5)
     for kind, pair in zip(query.kinds(), range(len(query.reduced.pairs.first)), strict=True):
         if {"ball", "flag"} & set(query.reduced.owners(pair)) and "cup" not in query.reduced.owners(pair):
-            assert kind is PairKind.SURROUNDINGS
+            assert kind is ClearanceKind.SURROUNDINGS
     limits = motion.reduced.limits
     before, after = (sample_motion(each.reduced, each.trajectory, limits, ()) for each in (motion, among))
-    kind = PairKind.SURROUNDINGS
+    kind = ClearanceKind.SURROUNDINGS
     assert (after.clearances[kind] <= before.clearances[kind] + 1e-9).all()
     assert (after.clearances[kind] < before.clearances[kind] - 0.01).any()
 

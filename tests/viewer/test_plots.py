@@ -8,7 +8,7 @@ import trajopt as to
 from trajopt.values.errors import FileFormatError, ShapeError
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import plot_motion
-from trajopt.viewer.clearance import PairKind, sample_motion
+from trajopt.viewer.clearance import ClearanceKind, sample_motion
 from trajopt.viewer.palette import LINES
 
 from .conftest import Motion
@@ -73,7 +73,7 @@ def test_samples_are_shares_of_limits(motion: Motion) -> None:
     # Only the wrist, about the arm's axis, tilts the cup.
     np.testing.assert_allclose(samples.tilts[0].angles, np.abs(trajectory(samples.times)[:, 2]), atol=1e-9)
     assert samples.tilts[0].bound == UPRIGHT.tolerance
-    assert set(samples.clearances) == {PairKind.SURROUNDINGS, PairKind.CARRIED, PairKind.SELF}
+    assert set(samples.clearances) == {ClearanceKind.SURROUNDINGS, ClearanceKind.CARRIED, ClearanceKind.SELF}
     assert samples.windows == ((0.0, 0.2, "cup on the table"),)
     assert samples.tightest is not None
     assert samples.tightest[1] == pytest.approx(min(c.min() for c in samples.clearances.values()), abs=1e-9)

@@ -10,7 +10,7 @@ import numpy as np
 from trajopt.cli.options import read_files
 from trajopt.files.moveit import read_scene
 from trajopt.lab.campaign import (
-    Source,
+    ProblemSource,
     base_placements,
     from_folder,
     from_table,
@@ -68,7 +68,7 @@ class Words:
     sets: Sequence[str]
     limit: int | None
 
-    def made(self) -> Source:
+    def made(self) -> ProblemSource:
         """Return the source.
 
         Raises:

@@ -10,7 +10,7 @@ import typer
 
 from trajopt.driving.recording import Logbook, Recording, Watched
 from trajopt.problem.problem import Problem
-from trajopt.viewer.mirror import Publisher
+from trajopt.viewer.mirror import RunPublisher
 from trajopt.viewer.run_viewer import RunViewer, watch_run
 
 PortOption = Annotated[int, typer.Option("--port", help="Port of the page.")]
@@ -23,7 +23,7 @@ SecondsOption = Annotated[
 class Watching:
     """The observer of a run, called after each cycle."""
 
-    def __init__(self, viewer: RunViewer | None, publisher: Publisher | None = None) -> None:
+    def __init__(self, viewer: RunViewer | None, publisher: RunPublisher | None = None) -> None:
         """Record the run, optionally with a page and a publisher."""
         self._viewer, self._publisher, self._logbook = viewer, publisher, Logbook()
         self._begun: tuple[float, float] | None = None
@@ -64,7 +64,7 @@ def watched(
     with ExitStack() as opened:
         viewer = publisher = None
         if publish is not None:
-            publisher = opened.enter_context(Publisher(problem, port=publish, host=host))
+            publisher = opened.enter_context(RunPublisher(problem, port=publish, host=host))
             say_where(f"trajopt view --mirror {publisher.url}", as_json=as_json, how="mirror with:")
         if view:
             viewer = watch_run(problem, port=port, host=host)

@@ -2,7 +2,7 @@
 
 `view` serves a page with the robot, its surroundings and a time slider (extra `view`), `watch_run` a page of
 a running execution, `view_run` of its recording, `live_view` a page for planning by hand, `mirror_view` a
-page of a remote robot, published by a `Publisher` or a server; `plot_motion` writes an image,
+page of a remote robot, published by a `RunPublisher` or a server; `plot_motion` writes an image,
 `plot_path_time` the blocked intervals of a path, `plot_reach` a reach map, `draw_explanation` the cause of a
 failure. No other room depends on this one, except the command line and `ros`.
 """
@@ -11,7 +11,7 @@ from trajopt.viewer.explained import draw_explanation as draw_explanation
 from trajopt.viewer.live import LiveView as LiveView
 from trajopt.viewer.live import live_view as live_view
 from trajopt.viewer.mirror import MirrorView as MirrorView
-from trajopt.viewer.mirror import Publisher as Publisher
+from trajopt.viewer.mirror import RunPublisher as RunPublisher
 from trajopt.viewer.mirror import mirror_view as mirror_view
 from trajopt.viewer.plots import plot_motion as plot_motion
 from trajopt.viewer.plots import plot_path_time as plot_path_time

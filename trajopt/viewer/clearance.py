@@ -18,7 +18,7 @@ REACHES = (0.03, 0.15, 0.6, np.inf)
 """Increasing search distances for the nearest pair [m]."""
 
 
-class PairKind(Enum):
+class ClearanceKind(Enum):
     """Kinds of pairs of bodies."""
 
     SURROUNDINGS = "links to surroundings"
@@ -111,7 +111,7 @@ class ClearanceQuery:
                     return tuple(nearest.values())
         return tuple(nearest.values())
 
-    def smallest(self, times: Floats, positions: Floats, reach: float) -> Mapping[PairKind, Floats]:
+    def smallest(self, times: Floats, positions: Floats, reach: float) -> Mapping[ClearanceKind, Floats]:
         """Return the smallest clearance of each kind of pair over time.
 
         Args:
@@ -127,8 +127,8 @@ class ClearanceQuery:
         found = self.query.close_pairs(self.positions(times, positions), reach + errors.max(axis=0))
         distance = found.distance - errors[found.sample, found.pair]
         counted = ~self.meant(times)[found.sample, found.pair] & (distance < reach)
-        result: dict[PairKind, Floats] = {}
-        for kind in PairKind:
+        result: dict[ClearanceKind, Floats] = {}
+        for kind in ClearanceKind:
             mine = np.array([other is kind for other in kinds], dtype=bool)
             if mine.any():
                 chosen = counted & mine[found.pair]
@@ -154,16 +154,16 @@ class ClearanceQuery:
             return np.zeros((len(times), len(self.reduced.pairs.first)))
         return self._changing.error_at(times[:, None], slice(None))
 
-    def kinds(self) -> tuple[PairKind, ...]:
+    def kinds(self) -> tuple[ClearanceKind, ...]:
         """Return the kind of each pair."""
         bodies, objects, robot = self.reduced.bodies, self.reduced.scene.objects, self._robot_joints
-        result: list[PairKind] = []
+        result: list[ClearanceKind] = []
         for a, b in zip(self.reduced.pairs.first, self.reduced.pairs.second, strict=True):
             things = [body for body in (bodies[int(a)], bodies[int(b)]) if body.owner in objects]
             if any(0 < thing.joint < robot for thing in things):
-                result.append(PairKind.CARRIED)
+                result.append(ClearanceKind.CARRIED)
             else:
-                result.append(PairKind.SURROUNDINGS if things else PairKind.SELF)
+                result.append(ClearanceKind.SURROUNDINGS if things else ClearanceKind.SELF)
         return tuple(result)
 
     @property
@@ -222,7 +222,7 @@ class MotionSamples:
     acceleration_shares: Floats
     unlimited: tuple[str, ...]
     clearance_times: Floats
-    clearances: Mapping[PairKind, Floats]
+    clearances: Mapping[ClearanceKind, Floats]
     required: tuple[float, ...]
     margins: tuple[float, ...]
     windows: tuple[tuple[float, float, str], ...]
@@ -284,7 +284,7 @@ def _windows(reduced: ReducedModel, duration: float) -> tuple[tuple[float, float
 
 
 def _tightest(
-    query: ClearanceQuery, times: Floats, clearances: Mapping[PairKind, Floats], along: Floats
+    query: ClearanceQuery, times: Floats, clearances: Mapping[ClearanceKind, Floats], along: Floats
 ) -> tuple[float, float, tuple[str, str]] | None:
     """Return time, clearance and names of the tightest pair of all samples."""
     overall = np.min([*clearances.values(), np.full(len(times), np.inf)], axis=0)

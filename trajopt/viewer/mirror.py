@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class State(Value):
+class RemoteState(Value):
     """State of a remote robot.
 
     Attributes:
@@ -70,7 +70,7 @@ class State(Value):
         }
 
 
-def state_of(node: Node, joints: int) -> State:
+def state_of(node: Node, joints: int) -> RemoteState:
     """Return the state in a document.
 
     Args:
@@ -82,7 +82,7 @@ def state_of(node: Node, joints: int) -> State:
         ShapeError: If the positions are not one finite number for each joint.
     """
     ahead = node["ahead"]
-    return State(
+    return RemoteState(
         revision=int(node["revision"].number()),
         positions=floats("positions", cast("Any", node["positions"].value), (joints,)),
         driven=node["driven"].flag(),
@@ -102,7 +102,7 @@ PATIENCE = 5.0
 """Time-out of a request [s]."""
 
 
-class Source:
+class MirrorClient:
     """A mirrored address.
 
     Attributes:
@@ -135,7 +135,7 @@ class Source:
             self._client.close()
             raise
 
-    def state(self) -> State:
+    def state(self) -> RemoteState:
         """Return the present state of the robot.
 
         Raises:
@@ -182,7 +182,7 @@ def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127
 
     Args:
         url: Of a session of `trajopt serve` ("http://127.0.0.1:8080/sessions/ID"), or of a published run
-            (`trajopt run --publish`, or a `Publisher`).
+            (`trajopt run --publish`, or a `RunPublisher`).
         token: Access token of the server.
         port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
@@ -193,7 +193,7 @@ def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127
         FileFormatError: If the answer cannot be mirrored.
         ProblemError: If the port cannot be opened on this host.
     """
-    source = Source(url, token=token)
+    source = MirrorClient(url, token=token)
     try:
         state, scene = source.state(), source.scene()
         return MirrorView(open_server(host, port), source, state, scene)
@@ -212,7 +212,9 @@ class MirrorView(Served):
         nearest: The nearest pairs, the nearest first.
     """
 
-    def __init__(self, server: "GuardedServer", source: Source, state: State, scene: Scene) -> None:
+    def __init__(
+        self, server: "GuardedServer", source: MirrorClient, state: RemoteState, scene: Scene
+    ) -> None:
         """Draw the robot, and start polling."""
         super().__init__(server)
         self._source, self.state, self.scene = source, state, scene
@@ -308,7 +310,7 @@ class MirrorView(Served):
         self._text.content = block_html(title, [f"As it is at {self._source.url}"], colour)
 
 
-def _same(one: State, other: State) -> bool:
+def _same(one: RemoteState, other: RemoteState) -> bool:
     return (
         np.array_equal(one.positions, other.positions)
         and one.driven == other.driven
@@ -328,7 +330,7 @@ LARGEST = 4096
 LOCAL = ("127.0.0.1", "localhost", "[::1]")
 
 
-class Publisher:
+class RunPublisher:
     """Publishes a run: `run(problem, watch=publisher.look)`. A context manager; or call `close`.
 
     Attributes:
@@ -362,7 +364,7 @@ class Publisher:
         )
         self._thread.start()
 
-    def __enter__(self) -> "Publisher":
+    def __enter__(self) -> "RunPublisher":
         """Return itself."""
         return self
 
@@ -393,12 +395,12 @@ class Publisher:
         """Return the present surroundings as a message, without the robot."""
         return message_of(self._scene(), {"robot": self._problem.scene.robot})
 
-    def state(self) -> State:
+    def state(self) -> RemoteState:
         """Return the present state."""
         moment, reduced = self._moment(), self._problem.reduced
         if moment is None:
-            return State(revision=0, positions=self._problem.start_positions, driven=False)
-        return State(
+            return RemoteState(revision=0, positions=self._problem.start_positions, driven=False)
+        return RemoteState(
             revision=self._revised(moment),
             positions=reduced.all_positions(moment.positions),
             driven=moment.stop is not None,
@@ -430,7 +432,7 @@ class Publisher:
         return np.array([self._problem.reduced.all_positions(each) for each in along])
 
 
-def _handler_of(publisher: Publisher, host: str) -> type[BaseHTTPRequestHandler]:
+def _handler_of(publisher: RunPublisher, host: str) -> type[BaseHTTPRequestHandler]:
     """Return the handler of requests; on this machine only for its own host names.
 
     Otherwise a page of another site could use a name that resolves to this machine.

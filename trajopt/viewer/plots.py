@@ -23,7 +23,7 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.errors import FileFormatError, ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Interpolation, Trajectory
-from trajopt.viewer.clearance import REACH, MotionSamples, PairKind, sample_motion
+from trajopt.viewer.clearance import REACH, ClearanceKind, MotionSamples, sample_motion
 from trajopt.viewer.palette import LINES, NARROW, TOUCHING, hexadecimal
 from trajopt.viewer.readout import decimal
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 DOTS_PER_INCH = 150
 LIMIT = hexadecimal(TOUCHING)
 MARGIN = hexadecimal(NARROW)
-KIND_COLOURS = dict(zip(PairKind, (LINES[0], LINES[5], LINES[2]), strict=True))
+KIND_COLOURS = dict(zip(ClearanceKind, (LINES[0], LINES[5], LINES[2]), strict=True))
 
 
 @checked

@@ -12,7 +12,7 @@ from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_length
 from trajopt.viewer.clearance import Nearest
-from trajopt.viewer.live.background import Planned
+from trajopt.viewer.live.background import PlanningOutcome
 from trajopt.viewer.palette import NARROW, SAFE, TOUCHING, Rgb, hexadecimal
 from trajopt.why import Price
 
@@ -108,7 +108,7 @@ def block_html(title: str, lines: list[str], colour: Rgb | None = None) -> str:
     return f'<div style="{BLOCK}">{"<br>".join([*heading, *map(escape, lines)])}</div>'
 
 
-def planned_html(planned: Planned) -> str:
+def planned_html(planned: PlanningOutcome) -> str:
     """Return how planning ended."""
     result = planned.result
     if result is None:
@@ -120,7 +120,7 @@ def planned_html(planned: Planned) -> str:
     return _failure(result, planned)
 
 
-def _motion(result: Result, planned: Planned) -> str:
+def _motion(result: Result, planned: PlanningOutcome) -> str:
     certificate, lines = result.certificate, list[str]()
     if certificate is not None and certificate.closest:
         lines.append(f"Free of collisions: {certificate.closest}.")
@@ -133,7 +133,7 @@ def _motion(result: Result, planned: Planned) -> str:
     return block_html(f"A motion of {result.cost:.2f} s", lines, SAFE)
 
 
-def _failure(result: Result, planned: Planned) -> str:
+def _failure(result: Result, planned: PlanningOutcome) -> str:
     explanation, lines = planned.explanation, [f"{_sentence(result.status.value)}."]
     if result.message:
         lines.append(_sentence(result.message))

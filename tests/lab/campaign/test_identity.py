@@ -12,7 +12,7 @@ import trajopt as to
 from trajopt.lab.campaign import (
     Campaign,
     Options,
-    Source,
+    ProblemSource,
     from_problems,
     installed,
     perturbed,
@@ -33,7 +33,7 @@ print(" ".join(task.id for task in Campaign("x", sources).tasks(Packer())))
 """
 
 
-def ids(sources: Sequence[Source], **settings: object) -> list[str]:
+def ids(sources: Sequence[ProblemSource], **settings: object) -> list[str]:
     made = Campaign("x", sources, **settings)  # type: ignore[arg-type]
     return [task.id for task in made.tasks(Packer())]
 

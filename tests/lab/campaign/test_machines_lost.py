@@ -14,10 +14,10 @@ import pytest
 
 from tests.lab.campaign.rooms import rows_of
 from trajopt.lab.campaign import Campaign, CampaignFolder, Progress, resume_campaign
-from trajopt.lab.campaign.campaign import Task
+from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.cluster import RayPool
 from trajopt.lab.campaign.documents import Library
-from trajopt.lab.campaign.engine import Block, Planned, Pool, Setup
+from trajopt.lab.campaign.engine import Block, PlannedBlock, Setup, WorkerPool
 from trajopt.lab.campaign.recipes import Workshop
 from trajopt.lab.campaign.row import row_of
 from trajopt.lab.campaign.supervisor import Worked, setup_of
@@ -44,7 +44,7 @@ class Actor:
         self.ready = SimpleNamespace(remote=lambda: self.asked(None))
         self.plan = SimpleNamespace(remote=self.asked)
 
-    def asked(self, tasks: list[Task] | None) -> "Future":
+    def asked(self, tasks: list[CampaignTask] | None) -> "Future":
         self.futures.append(Future(self, tasks))
         return self.futures[-1]
 
@@ -54,8 +54,8 @@ class Future:
     """What an actor will answer."""
 
     actor: Actor
-    tasks: list[Task] | None
-    answer: Planned | None = None
+    tasks: list[CampaignTask] | None
+    answer: PlannedBlock | None = None
     done: bool = False
 
 
@@ -66,7 +66,7 @@ class Played:
         loses: Whether the machine of an actor is lost under a block.
     """
 
-    def __init__(self, folder: CampaignFolder, loses: Callable[[Sequence[Task]], bool]) -> None:
+    def __init__(self, folder: CampaignFolder, loses: Callable[[Sequence[CampaignTask]], bool]) -> None:
         self._loses, self._options = loses, folder.options
         self._shop = Workshop(Library(folder.documents))
         self.exceptions = SimpleNamespace(RayError=ActorLost, RayTaskError=Failed)
@@ -90,7 +90,7 @@ class Played:
         ended = [each for each in futures if each.done or each.actor.lost]
         return ended[: -asked["num_returns"] - 1 : -1], [each for each in futures if each not in ended]
 
-    def get(self, future: Future) -> Planned | None:
+    def get(self, future: Future) -> PlannedBlock | None:
         if not future.done:
             raise ActorLost("its machine is gone\nand more")
         return future.answer
@@ -113,10 +113,10 @@ class Played:
 class PlayedEngine:
     """Plans on the played cluster."""
 
-    loses: Callable[[Sequence[Task]], bool]
+    loses: Callable[[Sequence[CampaignTask]], bool]
 
     @contextmanager
-    def pool(self, folder: CampaignFolder) -> Iterator[Pool]:
+    def pool(self, folder: CampaignFolder) -> Iterator[WorkerPool]:
         yield RayPool(Played(folder, self.loses), setup_of(folder), 0)
 
 
@@ -130,7 +130,7 @@ def begun(small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> C
 def test_machines_that_come_and_go_often_cost_no_row(begun: CampaignFolder, planned: CampaignFolder) -> None:
     left = 12
 
-    def loses(tasks: Sequence[Task]) -> bool:
+    def loses(tasks: Sequence[CampaignTask]) -> bool:
         nonlocal left
         left -= 1
         return left >= 0

@@ -12,7 +12,7 @@ import trajopt as to
 from tests.lab.campaign.rooms import REQUEST, SCENE
 from trajopt.lab.campaign import (
     Campaign,
-    Source,
+    ProblemSource,
     base_placements,
     from_folder,
     from_problems,
@@ -29,7 +29,7 @@ from trajopt.robot.loading.pinocchio_model import root_placement
 from trajopt.values.errors import CampaignError, FileFormatError, ModelError, ProblemError, ProblemNotFound
 
 
-def made(source: Source, folder: Path) -> Sequence[to.Problem]:
+def made(source: ProblemSource, folder: Path) -> Sequence[to.Problem]:
     """Make the problems of a source as a worker does."""
     packer = Packer()
     tasks = list(Campaign("x", [source]).tasks(packer))

@@ -14,9 +14,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import trajopt as to
-from trajopt.lab.campaign import Campaign, CampaignFolder, Local, Source, installed, random_motions
-from trajopt.lab.campaign.campaign import Task
-from trajopt.lab.campaign.engine import MARK, Block, Planned, Ready
+from trajopt.lab.campaign import Campaign, CampaignFolder, Local, ProblemSource, installed, random_motions
+from trajopt.lab.campaign.campaign import CampaignTask
+from trajopt.lab.campaign.engine import MARK, Block, PlannedBlock, WorkerReady
 from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, LocalPool, Worked, WorkerSupervisor, setup_of
 from trajopt.lab.campaign.worker import BUNCH, serve
 from trajopt.values.errors import CampaignError
@@ -26,8 +26,8 @@ pytestmark = pytest.mark.timeout(200)
 
 @contextmanager
 def watched(
-    sources: list[Source], path: Path, most_seconds: float = 300.0
-) -> Iterator[tuple[WorkerSupervisor, list[Task]]]:
+    sources: list[ProblemSource], path: Path, most_seconds: float = 300.0
+) -> Iterator[tuple[WorkerSupervisor, list[CampaignTask]]]:
     """Yield a worker, and the problems of a campaign that it does not have yet."""
     folder = CampaignFolder.begin(Campaign("x", sources, most_seconds=most_seconds), path)
     supervisor = WorkerSupervisor(setup_of(folder))
@@ -132,7 +132,7 @@ def test_a_worker_tells_rows_in_bunches_or_when_time_is_up(
             served = pool.submit(serve, its, written)
             mine.send(setup_of(folder))
             mine.send(list(folder.tasks()))
-            assert mine.recv() == Ready()
+            assert mine.recv() == WorkerReady()
             told = [mine.recv() for _ in at_once]
         served.result()  # it ends with the pipe
         assert [len(each.rows) for each in told] == at_once
@@ -161,9 +161,9 @@ def test_each_worker_of_this_machine_takes_two_blocks(scene: to.Scene, tmp_path:
             assert pool.idle == 4 - count
             pool.submit(block)
         assert pool.idle == 0
-        ended: list[Planned] = []
+        ended: list[PlannedBlock] = []
         while len(ended) < 4:
-            ended += [each for each in pool.wait(1.0) if isinstance(each, Planned)]
+            ended += [each for each in pool.wait(1.0) if isinstance(each, PlannedBlock)]
         assert {id(each.block) for each in ended} == set(map(id, blocks)) and pool.idle == 4
         tables = [pq.read_table(BytesIO(each.shard)) for each in ended]
         assert sorted(Counter(table["process"][0].as_py() for table in tables).values()) == [2, 2]

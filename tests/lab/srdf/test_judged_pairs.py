@@ -11,7 +11,7 @@ import pytest
 
 import trajopt as to
 from trajopt.geometry.geometry import collision_geometry
-from trajopt.lab.srdf import Confidence, PairEvidence, Verdict, judge_pairs
+from trajopt.lab.srdf import Confidence, PairEvidence, PairVerdict, judge_pairs
 from trajopt.lab.srdf.judged_pairs import all_joints_free
 from trajopt.robot.bodies import CollisionBody
 from trajopt.robot.loading.pinocchio_model import link_placement
@@ -19,7 +19,7 @@ from trajopt.robot.loading.srdf import read_srdf
 from trajopt.values.arrays import Floats
 
 QUICK = Confidence(share=2e-3, level=0.95)
-DISABLED = (Verdict.ADJACENT, Verdict.NEVER, Verdict.ALWAYS)
+DISABLED = (PairVerdict.ADJACENT, PairVerdict.NEVER, PairVerdict.ALWAYS)
 
 
 def installed(name: str) -> to.Robot:
@@ -81,7 +81,7 @@ def assert_counts_are_plain(robot: to.Robot, count: int) -> None:
         ours, theirs = item.collisions / item.samples, hits[item.first, item.second] / count
         spread = np.sqrt(max(ours * (1 - ours), 1e-3) * (1 / count + 1 / item.samples))
         assert abs(ours - theirs) < 5.0 * spread, item
-        if item.verdict is Verdict.NEVER:
+        if item.verdict is PairVerdict.NEVER:
             assert theirs == 0.0, item
 
 
@@ -151,7 +151,7 @@ def test_descent_finds_what_few_samples_miss(tmp_path: Path) -> None:
             shy(tmp_path), rng=np.random.default_rng(seed), confidence=Confidence(share=0.2, level=0.5)
         )
         (item,) = (one for one in found if one.pair == {"mast", "arm"})
-        assert item.verdict is not Verdict.NEVER
+        assert item.verdict is not PairVerdict.NEVER
         missed += item.descended
         if item.descended:
             assert item.collisions == 0 and item.nearest <= 0.0 and "descent" in str(item)
@@ -165,10 +165,15 @@ def test_every_verdict(tmp_path: Path) -> None:
     robot = to.load(tmp_path / "always.urdf")
     found = {item.pair: item for item in judge_pairs(robot, rng=np.random.default_rng(0), confidence=QUICK)}
     verdicts = {tuple(sorted(pair)): item.verdict for pair, item in found.items()}
-    assert verdicts["base", "mast"] is verdicts["knee", "mast"] is verdicts["arm", "knee"] is Verdict.ADJACENT
-    assert verdicts["base", "knee"] is Verdict.ALWAYS
-    assert verdicts["arm", "base"] is Verdict.NEVER
-    assert verdicts["arm", "mast"] is Verdict.SOMETIMES
+    assert (
+        verdicts["base", "mast"]
+        is verdicts["knee", "mast"]
+        is verdicts["arm", "knee"]
+        is PairVerdict.ADJACENT
+    )
+    assert verdicts["base", "knee"] is PairVerdict.ALWAYS
+    assert verdicts["arm", "base"] is PairVerdict.NEVER
+    assert verdicts["arm", "mast"] is PairVerdict.SOMETIMES
     assert set(found) == {frozenset(pair) for pair in combinations(("base", "mast", "knee", "arm"), 2)}
 
 
@@ -185,7 +190,7 @@ def test_links_without_bodies_between_do_not_part(tmp_path: Path) -> None:
 </robot>"""
     )
     (item,) = judge_pairs(to.load(tmp_path / "gap.urdf"), rng=np.random.default_rng(0), confidence=QUICK)
-    assert item.verdict is Verdict.ADJACENT and item.collisions == item.samples
+    assert item.verdict is PairVerdict.ADJACENT and item.collisions == item.samples
 
 
 def test_the_same_generator_gives_the_same(planar_arm: to.Robot) -> None:
@@ -239,7 +244,7 @@ def test_a_foreign_ur5_disables_the_same(shared_data: Path) -> None:
 def test_no_pair_called_never_collides_in_long_plain_sampling(name: str) -> None:
     robot = installed(name)
     found = judge_pairs(robot, rng=np.random.default_rng(0))
-    never = [(item.first, item.second) for item in found if item.verdict is Verdict.NEVER]
+    never = [(item.first, item.second) for item in found if item.verdict is PairVerdict.NEVER]
     plain = PlainCollisions(robot, never)
     for q in draws(robot, 30_000, seed=11):
         assert not plain(q)

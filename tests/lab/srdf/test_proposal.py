@@ -10,7 +10,7 @@ import pytest
 import trajopt as to
 from tests.cli.test_commands import trajopt
 from tests.conftest import PLANAR_ARM
-from trajopt.lab.srdf import Confidence, SrdfProposal, Verdict, propose_srdf
+from trajopt.lab.srdf import Confidence, PairVerdict, SrdfProposal, propose_srdf
 from trajopt.optimise.kinematics import reduce_model, validity
 
 QUICK = Confidence(share=2e-3, level=0.95)
@@ -77,7 +77,7 @@ def test_a_plan_can_be_made_with_it(panda: to.Robot, proposal: SrdfProposal, tmp
 def test_fingers_may_meet_and_others_are_named(proposal: SrdfProposal) -> None:
     assert proposal.disabled["panda_leftfinger", "panda_rightfinger"] == "Default"
     assert ("panda_link5", "panda_hand") not in proposal.disabled
-    named = {item.pair for item in proposal.with_verdict(Verdict.DEFAULT)}
+    named = {item.pair for item in proposal.with_verdict(PairVerdict.DEFAULT)}
     assert {"panda_link5", "panda_hand"} in named
     text = str(proposal)
     assert "not checked: inside one gripper" in text and "panda_arm: panda_link0 to panda_link8" in text
@@ -87,7 +87,7 @@ def test_fingers_may_meet_and_others_are_named(proposal: SrdfProposal) -> None:
 def test_a_long_list_of_pairs_is_cut_and_a_pair_that_always_collides_does_so_in_all_samples(
     proposal: SrdfProposal,
 ) -> None:
-    one = proposal.with_verdict(Verdict.SOMETIMES)[0]
+    one = proposal.with_verdict(PairVerdict.SOMETIMES)[0]
     many = replace(proposal, evidence=(one,) * 25)
     assert str(many).count(str(one)) == 20
     assert "  and 5 more: --json, or as_dict(), has all" in str(many)

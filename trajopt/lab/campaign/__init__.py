@@ -23,7 +23,7 @@ from trajopt.lab.campaign.row import Fate as Fate
 from trajopt.lab.campaign.running import Progress as Progress
 from trajopt.lab.campaign.running import resume_campaign as resume_campaign
 from trajopt.lab.campaign.running import run_campaign as run_campaign
-from trajopt.lab.campaign.sources import Source as Source
+from trajopt.lab.campaign.sources import ProblemSource as ProblemSource
 from trajopt.lab.campaign.sources import base_placements as base_placements
 from trajopt.lab.campaign.sources import from_folder as from_folder
 from trajopt.lab.campaign.sources import from_problems as from_problems
@@ -31,8 +31,8 @@ from trajopt.lab.campaign.sources import from_table as from_table
 from trajopt.lab.campaign.sources import installed as installed
 from trajopt.lab.campaign.sources import perturbed as perturbed
 from trajopt.lab.campaign.sources import random_motions as random_motions
+from trajopt.lab.campaign.summary import CampaignSummary as CampaignSummary
 from trajopt.lab.campaign.summary import Comparison as Comparison
-from trajopt.lab.campaign.summary import Summary as Summary
 from trajopt.lab.campaign.summary import compare_campaigns as compare_campaigns
 from trajopt.lab.campaign.summary import summary as summary
 from trajopt.lab.campaign.supervisor import Local as Local

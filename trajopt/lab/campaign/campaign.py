@@ -10,7 +10,7 @@ import numpy as np
 from trajopt.files.bundle.bundle import versions
 from trajopt.lab.campaign.documents import Packer, digest
 from trajopt.lab.campaign.recipes import written
-from trajopt.lab.campaign.sources import Source
+from trajopt.lab.campaign.sources import ProblemSource
 from trajopt.optimise.methods import method_named
 from trajopt.planning.budget import Budget
 from trajopt.planning.plan import plan
@@ -86,7 +86,7 @@ SYSTEM = frozenset({"python", "machine"})
 
 
 @dataclass(frozen=True)
-class Task:
+class CampaignTask:
     """A row to be planned: a problem with its options.
 
     Attributes:
@@ -126,7 +126,7 @@ class Campaign:
     """
 
     name: str
-    sources: Sequence[Source]
+    sources: Sequence[ProblemSource]
     options: Sequence[Options] = DEFAULT_OPTIONS
     seeds: Sequence[int] = (0,)
     most_seconds: float = LONGEST
@@ -138,7 +138,7 @@ class Campaign:
             ProblemError: If there is no source, no options or no seed, or a seed is negative.
             ShapeError: If the time is not a number.
         """
-        for label, kind in (("sources", Source), ("options", Options), ("seeds", int)):
+        for label, kind in (("sources", ProblemSource), ("options", Options), ("seeds", int)):
             object.__setattr__(self, label, several(label, getattr(self, label), kind))
             if not getattr(self, label):
                 raise ProblemError(f"{label} is empty: there is nothing to plan")
@@ -155,7 +155,7 @@ class Campaign:
         """Return name and number of rows."""
         return f"Campaign({self.name!r}, {len(self)} rows)"
 
-    def tasks(self, packer: Packer) -> Iterator[Task]:
+    def tasks(self, packer: Packer) -> Iterator[CampaignTask]:
         """Yield every row to be, the same every time; the values that problems share are packed."""
         stood = {name: each for name, each in versions().items() if name not in SYSTEM}
         ways = [each.as_dict() for each in self.options]
@@ -165,7 +165,7 @@ class Campaign:
                 for seed in self.seeds:
                     problem_id = digest(text, seed)
                     for place, way in enumerate(ways):
-                        yield Task(
+                        yield CampaignTask(
                             id=digest(problem_id, way, stood),
                             problem_id=problem_id,
                             family=posed.family,

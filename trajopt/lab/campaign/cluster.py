@@ -15,9 +15,9 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from trajopt.lab.campaign.campaign import Task
+from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.documents import sent_from
-from trajopt.lab.campaign.engine import AHEAD, Block, Lost, Planned, Pool, Setup, check_workers
+from trajopt.lab.campaign.engine import AHEAD, Block, Lost, PlannedBlock, Setup, WorkerPool, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.supervisor import WorkerSupervisor, cores, planned, setup_of
 from trajopt.values.errors import CampaignError, MissingExtra
@@ -52,7 +52,7 @@ class Ray:
         check_workers(self.workers)
 
     @contextmanager
-    def pool(self, folder: CampaignFolder) -> Generator[Pool]:
+    def pool(self, folder: CampaignFolder) -> Generator[WorkerPool]:
         """Return the workers of a campaign, which end with the context.
 
         Raises:
@@ -99,7 +99,7 @@ class Planner:
     def ready(self) -> None:
         """Do nothing: who gets an answer knows that the actor is there."""
 
-    def plan(self, tasks: Sequence[Task]) -> Planned:
+    def plan(self, tasks: Sequence[CampaignTask]) -> PlannedBlock:
         """Plan a block; return its rows without the block."""
         return planned(Block(()), self._supervisor.run(tasks))
 
@@ -140,7 +140,7 @@ class RayPool:
         actor = self._free.pop(0)
         self._busy[actor.plan.remote(list(block.tasks))] = actor, block
 
-    def wait(self, seconds: float) -> Sequence[Planned | Lost]:
+    def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
         """Return finished blocks; wait at most a number of seconds.
 
         Raises:
@@ -179,7 +179,7 @@ class RayPool:
             self._actors.append(actor)
             self._starting[actor.ready.remote()] = actor
 
-    def _ended(self, future: Any) -> Sequence[Planned | Lost]:
+    def _ended(self, future: Any) -> Sequence[PlannedBlock | Lost]:
         """Return the outcomes of blocks; empty if an actor started, failed to start, or was lost before.
 
         Raises:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import Protocol
 
-from trajopt.lab.campaign.campaign import Options, Task
+from trajopt.lab.campaign.campaign import CampaignTask, Options
 from trajopt.lab.campaign.columns import Row
 from trajopt.lab.campaign.documents import Documents
 from trajopt.lab.campaign.kept import CampaignFolder
@@ -25,12 +25,12 @@ class Block:
         losses: Number of lost machines under its single problem; 0 while it has several.
     """
 
-    tasks: Sequence[Task]
+    tasks: Sequence[CampaignTask]
     losses: int = 0
 
 
 @dataclass(frozen=True, eq=False)
-class Planned:
+class PlannedBlock:
     """A finished block.
 
     Attributes:
@@ -65,7 +65,7 @@ class Lost:
     begun: bool
 
 
-class Pool(Protocol):
+class WorkerPool(Protocol):
     """Workers that plan blocks."""
 
     @property
@@ -82,7 +82,7 @@ class Pool(Protocol):
         """Pass a block to a worker, preferably an idle one."""
         ...
 
-    def wait(self, seconds: float) -> Sequence[Planned | Lost]:
+    def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
         """Return finished blocks; wait at most a number of seconds.
 
         Raises:
@@ -94,7 +94,7 @@ class Pool(Protocol):
 class Engine(Protocol):
     """Opens pools."""
 
-    def pool(self, folder: CampaignFolder) -> AbstractContextManager[Pool]:
+    def pool(self, folder: CampaignFolder) -> AbstractContextManager[WorkerPool]:
         """Return the workers of a campaign, which end with the context."""
         ...
 
@@ -131,7 +131,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Ready:
+class WorkerReady:
     """The worker is ready, or the reason why it cannot plan."""
 
     reason: str = ""

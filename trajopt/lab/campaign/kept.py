@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.files.bundle.bundle import versions
-from trajopt.lab.campaign.campaign import SYSTEM, Campaign, Options, Task
+from trajopt.lab.campaign.campaign import SYSTEM, Campaign, CampaignTask, Options
 from trajopt.lab.campaign.columns import Row, need_parquet, read_rows, write_tasks
 from trajopt.lab.campaign.documents import Packer
 from trajopt.values.documents.files import read_json
@@ -120,13 +120,13 @@ class CampaignFolder:
         """The files of the present results."""
         return sorted((self.path / RESULTS).glob("[!.]*.parquet"))
 
-    def tasks(self) -> Iterator[Task]:
+    def tasks(self) -> Iterator[CampaignTask]:
         """Yield every row to be, in order."""
         for row in read_rows(self.path / PROBLEMS):
-            yield Task(**row)
+            yield CampaignTask(**row)
 
     @checked
-    def task(self, row_id: str) -> Task:
+    def task(self, row_id: str) -> CampaignTask:
         """Return a task by its id or a prefix of it.
 
         Raises:
@@ -144,7 +144,7 @@ class CampaignFolder:
         ids = [row["id"] for shard in self.shards for row in read_rows(shard, ("id",))]
         return np.unique(np.array(ids, dtype="S32"))
 
-    def missing(self) -> Iterator[Task]:
+    def missing(self) -> Iterator[CampaignTask]:
         """Yield the rows that have no result yet, in order."""
         done = self.done()
         for task in self.tasks():

@@ -6,7 +6,7 @@ from math import ceil, floor, log10
 
 import numpy as np
 
-from trajopt.lab.campaign.summary import Change, Comparison, Estimate, Group, PlaceMap, Summary
+from trajopt.lab.campaign.summary import CampaignSummary, Comparison, Estimate, PlaceMap, RowChange, RowGroup
 from trajopt.lab.suite.html import document, table
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import aligned
@@ -23,7 +23,7 @@ LEGEND = (
 )
 
 
-def lines(found: Summary, beside: Comparison | None = None) -> list[str]:
+def lines(found: CampaignSummary, beside: Comparison | None = None) -> list[str]:
     """Return a report as aligned lines.
 
     Args:
@@ -43,7 +43,7 @@ def lines(found: Summary, beside: Comparison | None = None) -> list[str]:
     return told
 
 
-def page(found: Summary, beside: Comparison | None = None) -> str:
+def page(found: CampaignSummary, beside: Comparison | None = None) -> str:
     """Return a report as a page.
 
     Args:
@@ -113,7 +113,7 @@ def _comparison(found: Comparison) -> str:
     return f"<h2>Beside {escape(found.first)}</h2>{said}{changes}"
 
 
-def _changes(title: str, changes: Sequence[Change]) -> str:
+def _changes(title: str, changes: Sequence[RowChange]) -> str:
     if not changes:
         return ""
     rows = [[escape(cell) for cell in (each.id, each.family, each.before, each.after)] for each in changes]
@@ -121,13 +121,13 @@ def _changes(title: str, changes: Sequence[Change]) -> str:
     return f"<h3>{title}: {len(changes)}</h3>{table(head, rows[:MOST_CHANGES])}"
 
 
-def _groups(found: Summary) -> list[Group]:
+def _groups(found: CampaignSummary) -> list[RowGroup]:
     """Return the groups that differ from the whole."""
     parts = [each for each in (found.by_robot, found.by_family, found.by_options) if len(each) > 1]
     return [found.whole, *(each for part in parts for each in part)]
 
 
-def _cells(each: Group) -> tuple[str, ...]:
+def _cells(each: RowGroup) -> tuple[str, ...]:
     return (
         each.name,
         str(each.rows),

@@ -9,7 +9,7 @@ from enum import Enum
 from math import isfinite
 from typing import Any
 
-from trajopt.lab.campaign.campaign import Options, Task
+from trajopt.lab.campaign.campaign import CampaignTask, Options
 from trajopt.lab.campaign.recipes import Workshop, read
 from trajopt.lab.suite.instance import cause_of
 from trajopt.planning.result import Result
@@ -25,7 +25,7 @@ class Fate(Enum):
     RAN_OVER = "it took more wall-clock time than any problem may"
 
 
-def row_of(task: Task, options: Options, shop: Workshop) -> dict[str, Any]:
+def row_of(task: CampaignTask, options: Options, shop: Workshop) -> dict[str, Any]:
     """Make and plan a problem, and return its row.
 
     An exception affects this row only.
@@ -51,7 +51,7 @@ def row_of(task: Task, options: Options, shop: Workshop) -> dict[str, Any]:
     return {**known(task), **told, **spent, "process": f"{socket.gethostname()}:{os.getpid()}"}
 
 
-def known(task: Task) -> dict[str, Any]:
+def known(task: CampaignTask) -> dict[str, Any]:
     """Return the columns that are known before planning."""
     return {
         "id": task.id,
@@ -81,7 +81,7 @@ def fate_columns(fate: Fate, why: str) -> dict[str, Any]:
     }
 
 
-def lost_row(task: Task, fate: Fate, why: str, wall: float) -> dict[str, Any]:
+def lost_row(task: CampaignTask, fate: Fate, why: str, wall: float) -> dict[str, Any]:
     """Return the row of a lost problem.
 
     Args:

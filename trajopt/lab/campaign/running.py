@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from trajopt.lab.campaign.campaign import Campaign, Task
+from trajopt.lab.campaign.campaign import Campaign, CampaignTask
 from trajopt.lab.campaign.columns import encoded
-from trajopt.lab.campaign.engine import Block, Engine, Lost, Planned, Pool
+from trajopt.lab.campaign.engine import Block, Engine, Lost, PlannedBlock, WorkerPool
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.row import Fate, lost_row
 from trajopt.lab.campaign.supervisor import Local
@@ -131,12 +131,12 @@ class _Run:
     def __init__(
         self,
         folder: CampaignFolder,
-        pool: Pool,
+        pool: WorkerPool,
         done: int,
         progress: Callable[[Progress], None] | None,
     ) -> None:
         self._folder, self._pool, self._tell = folder, pool, progress
-        self._missing: Iterator[Task] = folder.missing()
+        self._missing: Iterator[CampaignTask] = folder.missing()
         self._left = folder.total - done
         self._again: deque[Block] = deque()
         self._running, self._failures, self._pace, self._exhausted = 0, 0, 0.0, False
@@ -157,7 +157,7 @@ class _Run:
             for ended in self._pool.wait(LOOK):
                 self._running -= 1
                 match ended:
-                    case Planned():
+                    case PlannedBlock():
                         self._keep(ended)
                     case Lost():
                         self._lost(ended)
@@ -176,7 +176,7 @@ class _Run:
         self._left, self._exhausted = self._left - len(tasks), not tasks
         return Block(tasks) if tasks else None
 
-    def _keep(self, ended: Planned) -> None:
+    def _keep(self, ended: PlannedBlock) -> None:
         """Write the rows of a block; after a failure the block is planned again.
 
         Raises:

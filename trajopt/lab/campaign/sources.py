@@ -49,7 +49,7 @@ class Posed:
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class ProblemSource:
     """Some problems of a campaign.
 
     Attributes:
@@ -64,11 +64,11 @@ class Source:
 
     def __repr__(self) -> str:
         """Return name and number."""
-        return f"Source({shown(self.name)}, {self.count})"
+        return f"ProblemProblemSource({shown(self.name)}, {self.count})"
 
 
 @checked
-def from_problems(name: str, listed: Sequence[Problem]) -> Source:
+def from_problems(name: str, listed: Sequence[Problem]) -> ProblemSource:
     """Return a source of given problems.
 
     Args:
@@ -81,13 +81,13 @@ def from_problems(name: str, listed: Sequence[Problem]) -> Source:
         for count, item in enumerate(kept):
             yield Posed(name, count, item.scene.robot.name, Stated(packer.statement(item)))
 
-    return Source(name, len(kept), pose)
+    return ProblemSource(name, len(kept), pose)
 
 
 @checked
 def from_folder(
     path: Path | str, robot: Robot, *, sets: Sequence[str] = (), limit: int | None = None
-) -> Source:
+) -> ProblemSource:
     """Return the problems of a folder of MoveIt files: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
 
     Args:
@@ -109,11 +109,11 @@ def from_folder(
             texts = dict(zip(("scene", "request", "motions"), map(read_text, item.files), strict=False))
             yield Posed(family, int(count), robot.name, FromMessages(robot=key, name=item.name, **texts))
 
-    return Source(Path(path).name, len(found), pose)
+    return ProblemSource(Path(path).name, len(found), pose)
 
 
 @checked
-def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> Source:
+def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> ProblemSource:
     """Return the problems of a Parquet table, one per row.
 
     Its columns are `scene`, `request` and optionally `motions`: MoveIt's messages as text, YAML or JSON; or
@@ -151,13 +151,13 @@ def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> S
                 start, goal = tuple(row["start"] or ()), tuple(row["goal"] or ())
                 yield Posed(family, each, robot, JointToJoint(key, moving, start, goal))
 
-    return Source(Path(path).stem, count, pose)
+    return ProblemSource(Path(path).stem, count, pose)
 
 
 @checked
 def random_motions(
     scene: Scene, count: int, *, group: str = "", seed: int = 0, name: str = "random motions"
-) -> Source:
+) -> ProblemSource:
     """Return motions between random free configurations in one scene.
 
     Args:
@@ -180,11 +180,13 @@ def random_motions(
         for each in range(total):
             yield Posed(name, each, scene.robot.name, RandomMotion(key, moving, seed, each))
 
-    return Source(name, total, pose)
+    return ProblemSource(name, total, pose)
 
 
 @checked
-def perturbed(problem: Problem, count: int, *, shift: float, turn: float = 0.0, seed: int = 0) -> Source:
+def perturbed(
+    problem: Problem, count: int, *, shift: float, turn: float = 0.0, seed: int = 0
+) -> ProblemSource:
     """Return variants of a problem with randomly displaced objects, to test robustness.
 
     Args:
@@ -209,7 +211,7 @@ def perturbed(problem: Problem, count: int, *, shift: float, turn: float = 0.0, 
             recipe = Perturbed(key, seed, each, float(shift), float(turn))
             yield Posed(problem.name, each, problem.scene.robot.name, recipe)
 
-    return Source(f"{problem.name}, perturbed", total, pose)
+    return ProblemSource(f"{problem.name}, perturbed", total, pose)
 
 
 @checked
@@ -220,7 +222,7 @@ def base_placements(
     y: Sequence[float],
     z: Sequence[float] = (0.0,),
     yaw: Sequence[float] = (0.0,),
-) -> Source:
+) -> ProblemSource:
     """Return problems for every placement of the robot's base on a grid, to find the best one.
 
     Goals and objects stay in the world, the start stays in joint space.
@@ -255,11 +257,11 @@ def base_placements(
                 recipe = BasePlaced(key, where)
                 yield Posed(task.name, count, task.scene.robot.name, recipe, parameters)
 
-    return Source("base placements", len(grid) * len(kept), pose)
+    return ProblemSource("base placements", len(grid) * len(kept), pose)
 
 
 @checked
-def installed(name: str, count: int = 1) -> Source:
+def installed(name: str, count: int = 1) -> ProblemSource:
     """Return instances of an installed problem: the fixed one, then random ones.
 
     Args:
@@ -279,7 +281,7 @@ def installed(name: str, count: int = 1) -> Source:
         for draw in range(total):
             yield Posed(name, draw, "", Installed(name, draw))
 
-    return Source(name, total, pose)
+    return ProblemSource(name, total, pose)
 
 
 def _count(count: int) -> int:

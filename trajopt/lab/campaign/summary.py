@@ -99,7 +99,7 @@ AXES = ("x", "y", "yaw")
 
 
 @dataclass(frozen=True)
-class Group:
+class RowGroup:
     """Statistics of some rows of a campaign.
 
     Attributes:
@@ -143,7 +143,7 @@ class PlaceMap(Value):
 
 
 @dataclass(frozen=True)
-class Summary(Value):
+class CampaignSummary(Value):
     """Summary of a campaign.
 
     Attributes:
@@ -160,10 +160,10 @@ class Summary(Value):
 
     name: str
     total: int
-    whole: Group
-    by_robot: Sequence[Group]
-    by_family: Sequence[Group]
-    by_options: Sequence[Group]
+    whole: RowGroup
+    by_robot: Sequence[RowGroup]
+    by_family: Sequence[RowGroup]
+    by_options: Sequence[RowGroup]
     causes: Mapping[str, int]
     times: Floats = field(repr=False)
     places: PlaceMap | None = None
@@ -184,7 +184,7 @@ class Summary(Value):
 
 
 @checked
-def summary(folder: CampaignFolder) -> Summary:
+def summary(folder: CampaignFolder) -> CampaignSummary:
     """Summarise the present results of a campaign.
 
     Args:
@@ -199,7 +199,7 @@ def summary(folder: CampaignFolder) -> Summary:
     ways = [str(each) for each in folder.options]
     times = np.sort([row["cpu_seconds"]["total"] for row in rows if row["cpu_seconds"]])
     failures = Counter(str(row["cause"]) for row in rows if not row["verified"])
-    return Summary(
+    return CampaignSummary(
         folder.name,
         folder.total,
         group("all", rows),
@@ -212,7 +212,7 @@ def summary(folder: CampaignFolder) -> Summary:
     )
 
 
-def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[Group, ...]:
+def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[RowGroup, ...]:
     """Return groups of rows by name, in the order of the names.
 
     Args:
@@ -225,7 +225,7 @@ def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[Group, ...]
     return tuple(group(each, found[each]) for each in sorted(found))
 
 
-def group(name: str, rows: Sequence[Row]) -> Group:
+def group(name: str, rows: Sequence[Row]) -> RowGroup:
     """Return statistics of rows.
 
     Args:
@@ -235,7 +235,7 @@ def group(name: str, rows: Sequence[Row]) -> Group:
     solved = [row for row in rows if row["verified"]]
     times = [row["cpu_seconds"]["total"] for row in rows if row["cpu_seconds"]]
     near = [row["clearance"] for row in solved if row["clearance"] is not None]
-    return Group(
+    return RowGroup(
         name=name,
         rows=len(rows),
         verified=len(solved),
@@ -272,7 +272,7 @@ Key = tuple[str, int]
 
 
 @dataclass(frozen=True)
-class Change:
+class RowChange:
     """A problem with another outcome in the second campaign.
 
     Attributes:
@@ -314,8 +314,8 @@ class Comparison:
     only_first: int
     only_second: int
     verified: tuple[int, int]
-    gained: tuple[Change, ...]
-    lost: tuple[Change, ...]
+    gained: tuple[RowChange, ...]
+    lost: tuple[RowChange, ...]
     chance: float
     cpu_ratio: Estimate | None
     faster: tuple[int, int]
@@ -375,8 +375,8 @@ def _rows(folder: CampaignFolder) -> Mapping[Key, Row]:
     return {(str(row["problem_id"]), 0 if one else int(row["options"])): row for row in folder.rows(COLUMNS)}
 
 
-def _changes(pairs: list[tuple[Row, Row]]) -> tuple[Change, ...]:
-    return tuple(Change(b["id"], b["family"], a["status"], b["status"]) for a, b in pairs)
+def _changes(pairs: list[tuple[Row, Row]]) -> tuple[RowChange, ...]:
+    return tuple(RowChange(b["id"], b["family"], a["status"], b["status"]) for a, b in pairs)
 
 
 def _ratio(pairs: list[tuple[float, float]]) -> Estimate | None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
 
-from trajopt.lab.campaign.campaign import Task
+from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.columns import Row, encoded
 from trajopt.lab.campaign.engine import (
     AHEAD,
@@ -21,10 +21,10 @@ from trajopt.lab.campaign.engine import (
     Block,
     Bunch,
     Lost,
-    Planned,
-    Pool,
-    Ready,
+    PlannedBlock,
     Setup,
+    WorkerPool,
+    WorkerReady,
     check_workers,
 )
 from trajopt.lab.campaign.kept import CampaignFolder
@@ -66,9 +66,9 @@ class WorkerSupervisor:
     def __init__(self, setup: Setup) -> None:
         """Start a worker; it is not yet ready when this returns."""
         self._setup = setup
-        self._blocks: deque[Sequence[Task]] = deque()  # that are not yet returned
-        self._unsent: deque[Task] = deque()
-        self._sent: deque[Task] = deque()  # those that the worker has, and has not told of
+        self._blocks: deque[Sequence[CampaignTask]] = deque()  # that are not yet returned
+        self._unsent: deque[CampaignTask] = deque()
+        self._sent: deque[CampaignTask] = deque()  # those that the worker has, and has not told of
         self._rows: dict[str, Row] = {}  # of the blocks, by id
         self._waited = 0.0
         self._deaths: dict[str, int] = {}
@@ -85,7 +85,7 @@ class WorkerSupervisor:
         """Deadline of the next message, on the monotonic clock [s]."""
         return self._until
 
-    def give(self, block: Sequence[Task]) -> None:
+    def give(self, block: Sequence[CampaignTask]) -> None:
         """Hand over problems, to be planned after those that it has."""
         self._blocks.append(block)
         self._unsent += block
@@ -114,7 +114,7 @@ class WorkerSupervisor:
         self._waited = 0.0
         return worked
 
-    def run(self, block: Sequence[Task]) -> Worked:
+    def run(self, block: Sequence[CampaignTask]) -> Worked:
         """Plan a block, and return its results.
 
         Raises:
@@ -168,7 +168,7 @@ class WorkerSupervisor:
             return
         waits = not self._sent
         letters = sum(len(task.recipe) for task in islice(self._sent, 1, None))
-        some: list[Task] = []
+        some: list[CampaignTask] = []
         while self._unsent and len(self._sent) < PIPED:
             letters += len(self._unsent[0].recipe) if self._sent else 0
             if letters > LETTERS:
@@ -199,13 +199,13 @@ class WorkerSupervisor:
         if marks:
             self._marked, self._begun = MARK.unpack(marks[-MARK.size :])
 
-    def _at(self) -> Task:
+    def _at(self) -> CampaignTask:
         """Return the index of the worker's present problem among the unreported ones."""
         self._read_marks()
         return self._sent[min(max(self._marked - self._told, 1), len(self._sent)) - 1]
 
     def _take(self, said: object) -> None:
-        if isinstance(said, Ready):
+        if isinstance(said, WorkerReady):
             if said.reason:
                 raise CampaignError(said.reason)
             self._ready, self._killed = True, 0
@@ -248,7 +248,7 @@ class WorkerSupervisor:
         self._give_up(at, Fate.RAN_OVER, f"{self._setup.most_seconds:g} s")
         self._again()
 
-    def _give_up(self, task: Task, fate: Fate, why: str) -> None:
+    def _give_up(self, task: CampaignTask, fate: Fate, why: str) -> None:
         """Write the row of a lost problem."""
         self._sent.remove(task)
         self._rows[task.id] = lost_row(task, fate, why, time.monotonic() - self._begun)
@@ -291,7 +291,7 @@ class Local:
         check_workers(self.workers)
 
     @contextmanager
-    def pool(self, folder: CampaignFolder) -> Generator[Pool]:
+    def pool(self, folder: CampaignFolder) -> Generator[WorkerPool]:
         """Return the workers of a campaign, which end with the context."""
         workers = LocalPool(setup_of(folder), self.workers or cores())
         try:
@@ -322,7 +322,7 @@ class LocalPool:
         self._blocks[least].append(block)
         least.give(block.tasks)
 
-    def wait(self, seconds: float) -> Sequence[Planned | Lost]:
+    def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
         """Return finished blocks; wait at most a number of seconds.
 
         Raises:
@@ -332,7 +332,7 @@ class LocalPool:
         soonest = min((each.until for each in pipes.values()), default=0.0) - time.monotonic()
         ready = wait(list(pipes), timeout=max(0.0, min(seconds, soonest)))
         overdue = [each for each in pipes.values() if each.until < time.monotonic()]
-        ended: list[Planned | Lost] = []
+        ended: list[PlannedBlock | Lost] = []
         for worker in dict.fromkeys((*(pipes[pipe] for pipe in ready), *overdue)):  # pyright: ignore
             while (worked := worker.advance()) is not None:  # what is told at once may end both of its blocks
                 ended.append(planned(self._blocks[worker].popleft(), worked))
@@ -344,7 +344,7 @@ class LocalPool:
             worker.close()
 
 
-def planned(block: Block, worked: Worked) -> Planned:
+def planned(block: Block, worked: Worked) -> PlannedBlock:
     """Return the report of a finished block.
 
     Args:
@@ -355,7 +355,7 @@ def planned(block: Block, worked: Worked) -> Planned:
     busy = sum(row["cpu_seconds"]["total"] for row in rows if row.get("cpu_seconds"))
     seconds = sum(row["wall_seconds"] for row in rows)
     verified = sum(bool(row["verified"]) for row in rows)
-    return Planned(block, encoded(rows), seconds, busy, worked.waited, verified)
+    return PlannedBlock(block, encoded(rows), seconds, busy, worked.waited, verified)
 
 
 def setup_of(folder: CampaignFolder) -> Setup:

@@ -15,10 +15,10 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from typing import cast
 
-from trajopt.lab.campaign.campaign import Task
+from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.columns import Row
 from trajopt.lab.campaign.documents import Library
-from trajopt.lab.campaign.engine import MARK, Bunch, Ready, Setup
+from trajopt.lab.campaign.engine import MARK, Bunch, Setup, WorkerReady
 from trajopt.lab.campaign.kept import check_versions
 from trajopt.lab.campaign.recipes import Workshop
 from trajopt.lab.campaign.row import row_of
@@ -45,9 +45,9 @@ def serve(pipe: "Connection[object, object]", marks: int) -> None:
         try:
             check_versions(setup.versions, "the campaign")
         except TrajoptError as error:
-            pipe.send(Ready(str(error)))
+            pipe.send(WorkerReady(str(error)))
             return
-        pipe.send(Ready())
+        pipe.send(WorkerReady())
         _plan(pipe, marks, setup)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         pass  # whoever started this has ended
@@ -66,7 +66,7 @@ def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
             pipe.send(Bunch(rows, waited))
             rows, waited, last = [], 0.0, time.monotonic()
         before = time.perf_counter()
-        tasks = cast("Sequence[Task]", pipe.recv())
+        tasks = cast("Sequence[CampaignTask]", pipe.recv())
         if begun:  # the first one had to be started for
             waited += time.perf_counter() - before
         for task in tasks:

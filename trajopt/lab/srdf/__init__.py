@@ -4,7 +4,7 @@ from trajopt.lab.srdf.groups import ProposedGroup as ProposedGroup
 from trajopt.lab.srdf.groups import propose_groups as propose_groups
 from trajopt.lab.srdf.judged_pairs import Confidence as Confidence
 from trajopt.lab.srdf.judged_pairs import PairEvidence as PairEvidence
-from trajopt.lab.srdf.judged_pairs import Verdict as Verdict
+from trajopt.lab.srdf.judged_pairs import PairVerdict as PairVerdict
 from trajopt.lab.srdf.judged_pairs import judge_pairs as judge_pairs
 from trajopt.lab.srdf.proposal import SrdfProposal as SrdfProposal
 from trajopt.lab.srdf.proposal import propose_srdf as propose_srdf

@@ -23,7 +23,7 @@ from trajopt.values.errors import MimicOutOfRange, ProblemError
 from trajopt.values.errors.arguments import checked
 
 
-class Verdict(Enum):
+class PairVerdict(Enum):
     """Verdict on a pair of links; the value is its reason in an SRDF, if the pair is disabled."""
 
     ADJACENT = "Adjacent"
@@ -116,7 +116,7 @@ class PairEvidence(Value):
 
     first: str
     second: str
-    verdict: Verdict
+    verdict: PairVerdict
     collisions: int
     samples: int
     lower: float
@@ -421,13 +421,13 @@ class _PairJudge:
         lower = self.confidence.lower(collisions, samples, pairs=self.pairs)
         nearest = float(counts.nearest[place])
         if self.adjacent(names):
-            verdict = Verdict.ADJACENT
+            verdict = PairVerdict.ADJACENT
         elif collisions == 0 and nearest > 0.0:
-            verdict = Verdict.NEVER
+            verdict = PairVerdict.NEVER
         elif lower >= ALWAYS_SHARE:
-            verdict = Verdict.ALWAYS
+            verdict = PairVerdict.ALWAYS
         else:
-            verdict = Verdict.DEFAULT if default else Verdict.SOMETIMES
+            verdict = PairVerdict.DEFAULT if default else PairVerdict.SOMETIMES
         return PairEvidence(
             first=names[0],
             second=names[1],
@@ -447,7 +447,7 @@ def _fixed(first: str, second: str) -> PairEvidence:
     return PairEvidence(
         first=first,
         second=second,
-        verdict=Verdict.ADJACENT,
+        verdict=PairVerdict.ADJACENT,
         collisions=0,
         samples=0,
         lower=0.0,

@@ -12,7 +12,7 @@ from trajopt.lab.srdf.judged_pairs import (
     DEFAULT_CONFIDENCE,
     Confidence,
     PairEvidence,
-    Verdict,
+    PairVerdict,
     all_joints_free,
     judge_pairs,
 )
@@ -31,7 +31,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_number
 from trajopt.values.shapes.shapes import bounding_sphere
 
-DISABLED = (Verdict.ADJACENT, Verdict.NEVER, Verdict.ALWAYS)
+DISABLED = (PairVerdict.ADJACENT, PairVerdict.NEVER, PairVerdict.ALWAYS)
 """Verdicts whose pairs are never checked for collision."""
 PRINTED = 20
 """Number of printed pairs of one verdict; a robot with two hands has thousands."""
@@ -73,7 +73,7 @@ class SrdfProposal:
         )
 
     @checked
-    def with_verdict(self, verdict: Verdict) -> tuple[PairEvidence, ...]:
+    def with_verdict(self, verdict: PairVerdict) -> tuple[PairEvidence, ...]:
         """Return the pairs of a verdict."""
         return tuple(item for item in self.evidence if item.verdict is verdict)
 
@@ -101,13 +101,13 @@ class SrdfProposal:
         lines += ["", "states", *(f"  {group}: {name}" for group, name in self.states)]
         share, level = 100.0 * self.confidence.share, 100.0 * self.confidence.level
         titles = {
-            Verdict.NEVER: f"never in collision (with {level:g} % confidence in less than {share:g} % of the "
-            "configurations, all of these together)",
-            Verdict.ALWAYS: "always in collision: a fault of their shapes",
-            Verdict.DEFAULT: "in collision where all joints are nearest to zero, but not always",
-            Verdict.SOMETIMES: "sometimes in collision: checked",
+            PairVerdict.NEVER: f"never in collision (with {level:g} % confidence in less than {share:g} % "
+            "of the configurations, all of these together)",
+            PairVerdict.ALWAYS: "always in collision: a fault of their shapes",
+            PairVerdict.DEFAULT: "in collision where all joints are nearest to zero, but not always",
+            PairVerdict.SOMETIMES: "sometimes in collision: checked",
         }
-        adjacent = len(self.with_verdict(Verdict.ADJACENT))
+        adjacent = len(self.with_verdict(PairVerdict.ADJACENT))
         lines += ["", f"pairs of links: {adjacent} adjacent"]
         for verdict, title in titles.items():
             chosen = self.with_verdict(verdict)
@@ -167,7 +167,7 @@ def propose_srdf(
         if item.verdict in DISABLED:
             disabled[item.first, item.second] = item.verdict.value
         elif any(item.pair <= links for links in grippers):
-            disabled[item.first, item.second] = Verdict.DEFAULT.value
+            disabled[item.first, item.second] = PairVerdict.DEFAULT.value
     states: dict[tuple[str, str], Mapping[str, float]] = {}
     home = home_positions(robot, frozenset(frozenset(pair) for pair in disabled), rng=rng)
     driven = [name for name in robot.joint_names if name not in robot.mimics]

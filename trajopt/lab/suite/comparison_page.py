@@ -5,7 +5,7 @@ from html import escape
 from math import inf
 
 from trajopt.lab.suite.html import document, image, table, words
-from trajopt.lab.suite.outcome import Outcome, Summary, summaries
+from trajopt.lab.suite.outcome import MethodSummary, Outcome, summaries
 
 STYLE = """
 .runs td:last-child { white-space: normal; min-width: 12rem; }
@@ -132,7 +132,7 @@ def run_cells(run: Outcome) -> tuple[str, ...]:
     )
 
 
-def summary_cells(item: Summary) -> tuple[str, ...]:
+def summary_cells(item: MethodSummary) -> tuple[str, ...]:
     """Return a method's row under `SUMMARY_HEAD`."""
     return (
         item.solver,

@@ -18,7 +18,7 @@ INSTALLED = "installed"
 
 
 @dataclass(frozen=True)
-class Moment:
+class IterationRecord:
     """One step of a solver, in the history of an outcome.
 
     Attributes:
@@ -89,7 +89,7 @@ class Outcome:
     violations: Mapping[str, float] = field(default_factory=dict[str, float])
     constraints: tuple[Check, ...] = ()
     stopped_by_clock: bool = False
-    history: tuple[Moment, ...] = ()
+    history: tuple[IterationRecord, ...] = ()
     tip: tuple[tuple[float, ...], ...] = ()
 
     @property
@@ -147,7 +147,7 @@ class Outcome:
             "violations": {name: _number(value) for name, value in broken.items()},
             "constraints": tuple(_check(item) for item in held),
             "history": tuple(
-                Moment(
+                IterationRecord(
                     _number(item["cpu_seconds"]), int(_number(item["attempt"])), _number(item["cost"]),
                     _number(item["violation"]),
                 )
@@ -178,7 +178,7 @@ def _number(value: float | None) -> float:
 
 
 @dataclass(frozen=True)
-class Summary:
+class MethodSummary:
     """One method over all valid problems.
 
     Attributes:
@@ -208,7 +208,7 @@ class Summary:
     clearance: float | None
 
 
-def summaries(runs: Sequence[Outcome]) -> tuple[Summary, ...]:
+def summaries(runs: Sequence[Outcome]) -> tuple[MethodSummary, ...]:
     """Return the summary of each method, in the order of appearance, without invalid problems."""
     asked = [run for run in runs if run.askable]
     return tuple(
@@ -217,10 +217,10 @@ def summaries(runs: Sequence[Outcome]) -> tuple[Summary, ...]:
     )
 
 
-def _summary(solver: str, mine: Sequence[Outcome], everybody: Sequence[Outcome]) -> Summary:
+def _summary(solver: str, mine: Sequence[Outcome], everybody: Sequence[Outcome]) -> MethodSummary:
     solved = [run for run in mine if run.verified]
     groups = dict.fromkeys(run.set_name for run in mine)
-    return Summary(
+    return MethodSummary(
         solver=solver,
         total=len(mine),
         good=sum(run.good for run in mine),

@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.geometry import evaluator
 from trajopt.lab.suite.instance import Instance, instances_of
-from trajopt.lab.suite.outcome import Moment, Outcome
+from trajopt.lab.suite.outcome import IterationRecord, Outcome
 from trajopt.optimise.methods import Knots, Method, method_named
 from trajopt.optimise.solvers import Iteration
 from trajopt.planning.budget import Budget
@@ -48,7 +48,7 @@ def run(
         experience: Remembers motions; see `plan`.
     """
     chosen = Knots() if method is None else method
-    history: list[Moment] = []
+    history: list[IterationRecord] = []
     attempt, fresh = 0, False
 
     def note(stage: str, step: Iteration | None) -> None:
@@ -57,7 +57,7 @@ def run(
             fresh = fresh or stage == "optimise"
             return
         attempt, fresh = attempt + fresh, False
-        history.append(Moment(time.process_time() - made, attempt, step.cost, step.violation))
+        history.append(IterationRecord(time.process_time() - made, attempt, step.cost, step.violation))
 
     begin = time.process_time()
     problem = instance.make()

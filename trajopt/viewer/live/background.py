@@ -24,7 +24,7 @@ ATTEMPT = "optimise"
 
 
 @dataclass(frozen=True, eq=False)
-class Planned(Value):
+class PlanningOutcome(Value):
     """Outcome of planning.
 
     Attributes:
@@ -56,7 +56,7 @@ class Planning:
         self._cancel, self._attempt = threading.Event(), 0
         self._stage = "beginning" if isinstance(subject, Problem) else "trying what a change would do"
         self._best: float | None = None
-        self.planned: Planned | None = None
+        self.planned: PlanningOutcome | None = None
         self._thread = threading.Thread(target=self._work, name="trajopt live planning", daemon=True)
         self._thread.start()
 
@@ -95,26 +95,26 @@ class Planning:
         self.planned = self._plan(subject) if isinstance(subject, Problem) else self._explain(subject)
         self._listener(self)
 
-    def _plan(self, problem: Problem) -> Planned:
+    def _plan(self, problem: Problem) -> PlanningOutcome:
         try:
             result = plan(problem, cancel=self._cancel, progress=self._hear, on_incumbent=self._have)
         except TrajoptError as error:
-            return Planned(None, None, str(error))
+            return PlanningOutcome(None, None, str(error))
         if self._cancel.is_set():
-            return Planned(result, None)
+            return PlanningOutcome(result, None)
         self._say("asking what it costs" if result.verified else "asking what stands in the way")
-        return Planned(result, explain(result))
+        return PlanningOutcome(result, explain(result))
 
-    def _explain(self, result: Result) -> Planned:
+    def _explain(self, result: Result) -> PlanningOutcome:
         def again(problem: Problem) -> Result:
             if self._cancel.is_set():
                 raise _CancelledError
             return plan(problem, cancel=self._cancel)
 
         try:
-            return Planned(result, explain(result, plan_again=True, plan=again))
+            return PlanningOutcome(result, explain(result, plan_again=True, plan=again))
         except _CancelledError:
-            return Planned(result, explain(result))
+            return PlanningOutcome(result, explain(result))
 
     def _hear(self, stage: str, step: Iteration | None) -> None:
         if step is None:

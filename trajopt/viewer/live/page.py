@@ -9,7 +9,7 @@ from trajopt.values.arrays import Floats, one_of
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
-from trajopt.viewer.live.background import Planned, Reach, Reaching
+from trajopt.viewer.live.background import PlanningOutcome, Reach, Reaching
 from trajopt.viewer.live.handles import COLOURS
 from trajopt.viewer.live.objects import ObjectsPanel
 from trajopt.viewer.live.panels import Desk, DrivePanel, GoalPanel, MotionPanel
@@ -118,7 +118,7 @@ class LiveView(Served):
         return self._bench.goal
 
     @property
-    def planned(self) -> Planned | None:
+    def planned(self) -> PlanningOutcome | None:
         """How planning to this goal ended; None before."""
         return self._motion.planned
 

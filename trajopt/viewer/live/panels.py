@@ -18,7 +18,7 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import TrajoptError
 from trajopt.values.trajectory import Trajectory
-from trajopt.viewer.live.background import Planned, Planning
+from trajopt.viewer.live.background import Planning, PlanningOutcome
 from trajopt.viewer.live.workbench import Workbench
 from trajopt.viewer.playback import Playback
 from trajopt.viewer.readout import block_html, events_html, planned_html
@@ -288,7 +288,7 @@ class MotionPanel:
         self._planning: Planning | None = None
         self._greets = True
         self._ending: list[Planning] = []
-        self.planned: Planned | None = None
+        self.planned: PlanningOutcome | None = None
         self.motion: Trajectory | None = None
         self._plan = Lever(server, "Plan", "Find a motion from where the robot is to its goal.", self._press)
         self._cancel = Lever(

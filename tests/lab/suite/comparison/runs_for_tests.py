@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from trajopt.lab.suite import Moment, Outcome
+from trajopt.lab.suite import IterationRecord, Outcome
 from trajopt.planning.status import Certainty, Status
 
 FAST = Outcome(
@@ -19,7 +19,7 @@ FAST = Outcome(
     path_length=3.0,
     clearance=0.0123,
     violations={},
-    history=(Moment(0.05, 1, 0.9, 0.2), Moment(0.1, 1, 1.0, 0.0)),
+    history=(IterationRecord(0.05, 1, 0.9, 0.2), IterationRecord(0.1, 1, 1.0, 0.0)),
     tip=((0.0, 0.0, 0.0), (0.5, 0.2, 0.1), (1.0, 0.0, 0.0)),
 )
 SLOW = replace(FAST, solver="chomp", cpu_seconds=0.4, cost=1.5, duration=2.2, path_length=3.3)
