@@ -42,7 +42,7 @@ def test_an_object_is_put_up_chosen_dragged_and_removed(live: LiveView) -> None:
     assert live.settle(PATIENCE)
     np.testing.assert_allclose(live._bench.placement_of(name).homogeneous, there.homogeneous, atol=1e-9)
     assert panel._where.value == (400.0, 300.0, 200.0)
-    drawn = live._picture._objects._drawn[name].frame
+    drawn = live._picture._scene._objects._drawn[name].frame
     np.testing.assert_allclose(drawn.position, (0.4, 0.3, 0.2), atol=1e-9)
     panel._press_remove(None)
     assert live.settle(PATIENCE)
@@ -70,7 +70,7 @@ def test_what_is_grasped_moves_with_the_robot(live: LiveView) -> None:
     plan(live)
     live._motion.playback.show(99.0)
     assert live.settle(PATIENCE)
-    drawn = live._picture._objects._drawn[name].frame
+    drawn = live._picture._scene._objects._drawn[name].frame
     hand = live.goal.placement.translation
     np.testing.assert_allclose(drawn.position, hand + BELOW, atol=2e-3)
 

@@ -69,12 +69,12 @@ def test_a_run_is_mirrored_while_it_goes_on(problem: to.Problem, publisher: RunP
         assert mirror.state.ahead is not None and mirror.state.events
         np.testing.assert_allclose(mirror.state.ahead[-1], (1.0, 0.3), atol=1e-3)
         until(lambda: "started" in mirror._events.content, "events are not shown")
-        drawn = mirror._robot.joint_placement("joint1").rotation
+        drawn = mirror._scene.robot.joint_placement("joint1").rotation
         assert not np.allclose(drawn, np.eye(3)), "the robot is drawn where it is"
         supervisor.see(problem.scene.add("ball", to.Sphere(0.1), to.placement((-1.5, 0.0, 0.0))))
         cycles(supervisor, arm, publisher, 2)
         until(lambda: "ball" in mirror.scene.objects, "what is seen now is not shown")
-        until(lambda: set(mirror._objects._drawn) == {"box", "ball"}, "it was never drawn")
+        until(lambda: set(mirror._scene._objects._drawn) == {"box", "ball"}, "it was never drawn")
     finally:
         mirror.close()
 

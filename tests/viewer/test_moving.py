@@ -40,7 +40,7 @@ def viewer(among: Motion) -> Iterator[Viewer]:
 def test_things_are_drawn_where_and_when_they_are(viewer: Viewer) -> None:
     for time, present in ((0.25, {"ball", "flag"}), (0.7, {"ball", "flag", "lamp"}), (1.3, {"flag", "lamp"})):
         viewer.show(time)
-        shown = {name for name, handle in viewer._drawing._objects if handle.visible}
+        shown = {name for name, handle in viewer._scene.drawing._objects if handle.visible}
         assert shown == {"post", "table", "cup"} | present
         where = viewer.joint_placement("ball along z").translation
         np.testing.assert_allclose(where, FALLS.at(time).translation, atol=1e-6)
@@ -49,7 +49,7 @@ def test_things_are_drawn_where_and_when_they_are(viewer: Viewer) -> None:
 def test_halos_are_as_large_as_the_error(viewer: Viewer) -> None:
     for time, seen in ((0.0, {"ball", "flag"}), (1.0, {"ball", "flag"}), (1.3, {"flag"})):
         viewer.show(time)
-        halos = {name: handle for name, _, handle in viewer._drawing._halos}
+        halos = {name: handle for name, _, handle in viewer._scene.drawing._halos}
         assert {name for name, handle in halos.items() if handle.visible} == seen
         if "ball" in seen:
             reach = np.linalg.norm(halos["ball"].vertices, axis=1)

@@ -101,15 +101,16 @@ def test_what_is_around_is_what_was_known_then(viewer: RunViewer, recording: Rec
     appeared = recording.sightings[-1].since - recording.begin
     for time, known in ((appeared - 0.05, False), (appeared + 0.05, True), (appeared - 0.05, False)):
         viewer.show(time)
-        shown = [around for _, around in viewer._drawing._around if around.drawing._root.visible]
+        shown = [known for known in viewer._drawing._around if known[1].drawing._root.visible]
         assert len(shown) == 1
-        names = {name for name, handle in shown[0].drawing._objects if handle.visible}
+        (sighting, around), *_ = shown
+        names = {name for name, handle in around.drawing._objects if handle.visible}
         assert names == {"post", "ball"} | ({"box"} if known else set())
-        halo = {name: handle for name, _, handle in shown[0].drawing._halos}["ball"]
+        halo = {name: handle for name, _, handle in around.drawing._halos}["ball"]
         reach = np.linalg.norm(halo.vertices, axis=1)
-        since = recording.begin + time - shown[0]._stamp
+        since = recording.begin + time - sighting.world.stamp
         np.testing.assert_allclose(reach, 0.05 + 0.02 + 0.02 * since, atol=1e-6)
-        where = shown[0].drawing.joint_placement("ball along z").translation
+        where = around.drawing.joint_placement("ball along z").translation
         np.testing.assert_allclose(where, COMES.at(since).translation, atol=1e-6)
 
 

@@ -19,7 +19,7 @@ from trajopt.values.shapes.shapes import Box
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import Viewer, view
 from trajopt.viewer.readout import clearance_html, joints_html
-from trajopt.viewer.viewer import ASPECT
+from trajopt.viewer.scene_view import ASPECT
 
 from .conftest import Motion
 
@@ -135,7 +135,7 @@ def test_what_hides_the_motion_is_translucent(motion: Motion) -> None:
     walled = reduce_model(scene, motion.reduced.group, motion.reduced.start)
     opened = view(walled, motion.trajectory, port=free_port())
     try:
-        seen_through = {name for name, handle in opened._drawing._objects if handle.opacity is not None}
+        seen_through = {name for name, handle in opened._scene.drawing._objects if handle.opacity is not None}
     finally:
         opened.close()
     expected = look_at(walled, motion_of(walled, motion.trajectory), ASPECT).hiding

@@ -25,13 +25,13 @@ from trajopt.values.errors import MissingExtra, ProblemError, TrajoptError, show
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette
-from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import PAIRS, Drawing, Ghost, NearestDrawing, Trail, telling_pairs
-from trajopt.viewer.live.handles import ObjectsDrawing
+from trajopt.viewer.clearance import Nearest
+from trajopt.viewer.drawing import Ghost, Trail
+from trajopt.viewer.live.handles import EditedScene
 from trajopt.viewer.live.workbench import chosen_group
 from trajopt.viewer.palette import NARROW, SAFE, TOUCHING
 from trajopt.viewer.readout import block_html, events_html
-from trajopt.viewer.run_viewer import look_from_the_best_side
+from trajopt.viewer.scene_view import look_from_the_best_side
 from trajopt.viewer.server import Served, open_server
 
 if TYPE_CHECKING:
@@ -170,8 +170,6 @@ AGAIN = 1.0
 """Delay before another request without an answer [s]."""
 OLD = 1.0
 """Age from which a state is marked as old [s]."""
-LONG = 1e6
-"""Assumed duration of a posture [s]."""
 EVENTS = 8
 """Number of listed events, the latest ones."""
 
@@ -209,7 +207,6 @@ class MirrorView(Served):
         url: Address of the page.
         state: The latest state.
         scene: The known surroundings of the robot.
-        nearest: The nearest pairs, the nearest first.
     """
 
     def __init__(
@@ -220,16 +217,10 @@ class MirrorView(Served):
         self._source, self.state, self.scene = source, state, scene
         self._joints = tuple(name for name in scene.robot.joint_names if name not in scene.robot.mimics)
         self._heard, self._lost = time.monotonic(), ""
-        self.nearest: tuple[Nearest, ...] = ()
-        self._take(scene)
-        reduced, robot = self._reduced, scene.robot
-        self._hand = tool_frame(reduce_model(scene, chosen_group(robot), state.positions))
+        columns, reduced = scene.robot.index(self._joints), self._whole(scene)
+        self._hand = tool_frame(reduce_model(scene, chosen_group(scene.robot), state.positions))
         look_from_the_best_side(server, reduced, None, back=1.35, aside=0.16)
-        here = self._clearance.query.kinematics(reduced.start_positions[None])
-        self._robot = Drawing(server, reduced, here, objects=False)
-        self._objects = ObjectsDrawing(server, lambda _: None, lambda _: None)
-        self._objects.show(reduced, here)
-        self._near = NearestDrawing(server)
+        self._scene = EditedScene(server, reduced, state.positions[columns])
         self._ghost = Ghost(server, reduced, "ahead", palette.TOOL_PATH)
         self._trail = Trail(server, "/ahead_path", palette.TOOL_PATH, 3.0)
         self._text = server.gui.add_html("")
@@ -264,38 +255,34 @@ class MirrorView(Served):
         before, self.state = self.state, state
         if state.revision != before.revision:
             self.scene = self._source.scene()
-            self._take(self.scene)
-            self._objects.show(self._reduced, self._at(state.positions[None]))
+            columns = self.scene.robot.index(self._joints)
+            self._scene.change(self._whole(self.scene), state.positions[columns])
         elif _same(before, state):
             return
         self._show()
 
-    def _take(self, scene: Scene) -> None:
-        self._reduced: ReducedModel = whole_robot(scene, self._joints, self.state.positions)
-        self._clearance = ClearanceQuery(self._reduced, LONG)
+    @property
+    def nearest(self) -> tuple[Nearest, ...]:
+        """The nearest pairs, the nearest first."""
+        return self._scene.nearest
+
+    def _whole(self, scene: Scene) -> ReducedModel:
+        return whole_robot(scene, self._joints, self.state.positions)
 
     def _at(self, positions: Floats) -> JointPlacements:
         """Return the configurations for positions of all joints, shape (k, number of joints)."""
         columns = self.scene.robot.index(self._joints)
-        return self._clearance.query.kinematics(positions[:, columns])
+        return self._scene.kinematics(positions[:, columns])
 
     def _show(self) -> None:
         state, columns = self.state, self.scene.robot.index(self._joints)
-        here = self._at(state.positions[None])
-        self.nearest = telling_pairs(self._clearance, state.positions[columns], PAIRS)
         with self._server.atomic():
-            self._robot.move(here)
-            self._objects.move(self._reduced, here)
-            self._near.show(self.nearest)
+            self._scene.show(state.positions[columns])
             ahead = None if state.ahead is None else self._at(state.ahead)
             self._ghost.stand(ahead)
-            self._trail.show(None if ahead is None else self._line(ahead))
+            self._trail.show(None if ahead is None else self._scene.line_of(self._hand, ahead))
         self._events.content = events_html(state.events, EVENTS) if state.events else ""
         self._say()
-
-    def _line(self, along: JointPlacements) -> Floats:
-        joint, held = self._reduced.attachment(self._hand)
-        return along.rotation[:, joint] @ held.translation + along.translation[:, joint]
 
     def _say(self) -> None:
         """Show whether the robot moves, or that the state is old."""

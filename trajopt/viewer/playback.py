@@ -1,4 +1,4 @@
-"""Playback: a slider over time, a button that plays, and a speed."""
+"""Playback: a slider over time, a button that plays, and a speed; and the pages that have one."""
 
 import threading
 import time
@@ -6,6 +6,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from trajopt.values.errors.arguments import checked
+from trajopt.viewer.server import Served
 
 if TYPE_CHECKING:
     from viser import GuiEvent, GuiSliderHandle, ViserServer
@@ -140,3 +143,35 @@ class Playback:
 def _last(duration: float, step: float) -> float:
     """Return the end of a slider that must reach a duration [s]."""
     return round(float(np.ceil(duration / step)) * step, 3)
+
+
+class PlayedPage(Served):
+    """A page with a time slider."""
+
+    _playback: Playback
+
+    @property
+    def time(self) -> float:
+        """Shown time since the start [s]."""
+        return self._playback.time
+
+    @checked
+    def show(self, t: float) -> None:
+        """Show a time since the start [s], clipped to the duration."""
+        self._leave_live()
+        self._playback.show(t)
+
+    def play(self) -> None:
+        """Play, from the beginning if it is at its end."""
+        self._leave_live()
+        self._playback.play()
+
+    def pause(self) -> None:
+        """Pause."""
+        self._playback.pause()
+
+    def _end(self) -> None:
+        self._playback.close()
+
+    def _leave_live(self) -> None:
+        """Stop following a run that goes on; other pages have nothing to leave."""

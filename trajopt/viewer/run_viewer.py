@@ -9,27 +9,24 @@ from trajopt.driving.recording import Logbook, RecordedMoment, Recording, Sighti
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.geometry import Evaluator, evaluator
 from trajopt.problem.problem import Problem
-from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette
-from trajopt.viewer.clearance import ClearanceQuery, Nearest
+from trajopt.viewer.clearance import Nearest
 from trajopt.viewer.drawing import POINTS, Drawing, Ghost, Trail
 from trajopt.viewer.palette import Rgb
-from trajopt.viewer.playback import FRAME_TIME, Playback
+from trajopt.viewer.playback import FRAME_TIME, Playback, PlayedPage
 from trajopt.viewer.readout import clearance_html, events_html
-from trajopt.viewer.server import Served, open_server
+from trajopt.viewer.scene_view import SceneView, look_from_the_best_side
+from trajopt.viewer.server import open_server
 
 if TYPE_CHECKING:
     from viser import ViserServer
 
     from trajopt.viewer.guarded_server import GuardedServer
-
-LONG = 1e6
-"""Assumed duration of a run: a contact allowance up to its end never counts [s]."""
 
 
 class RunDrawing:
@@ -59,8 +56,8 @@ class RunDrawing:
         # The plan begins with the way to the stop, or nearly: that is seen on either side of it.
         self._stop = Ahead(server, self._query, "stop", palette.STOP, 9.0)
         self._plan = Ahead(server, self._query, "plan", palette.TOOL_PATH, 3.0)
-        self._around: list[tuple[Sighting, Around]] = []
-        self._shown: Around | None = None
+        self._around: list[tuple[Sighting, SceneView]] = []
+        self._shown: SceneView | None = None
 
     def show(self, moment: RecordedMoment) -> None:
         """Show a moment."""
@@ -72,7 +69,8 @@ class RunDrawing:
                 around.drawing.show(visible=True)
                 self._shown = around
             self._robot.move(self._query.kinematics(moment.positions[None]))
-            self.nearest = around.show(moment)
+            clock = max(moment.time - moment.sighting.world.stamp, 0.0)
+            self.nearest = around.show(clock, moment.positions)
             self._stop.show(moment.stop)
             self._plan.show(moment.plan)
 
@@ -81,44 +79,17 @@ class RunDrawing:
         with self.server.atomic():
             self._stop.visible, self._plan.visible = stop, plan
 
-    def _known(self, sighting: Sighting) -> "Around":
+    def _known(self, sighting: Sighting) -> SceneView:
         """Return the known surroundings; drawn on first use."""
         scene, stamp = sighting.world.scene, sighting.world.stamp
         for known, around in self._around:
             if known.world.scene is scene and known.world.stamp == stamp:
                 return around
         reduced = reduce_model(scene, self._group, self._start)
-        around = Around(self.server, reduced, stamp, f"/seen_{len(self._around)}")
+        name = f"/seen_{len(self._around)}"
+        around = SceneView(self.server, reduced, reduced.start_positions, root=name, robot=False)
         self._around.append((sighting, around))
         return around
-
-
-class Around:
-    """What is around the robot, as it was known from one time to another.
-
-    Attributes:
-        drawing: Its objects, and what is nearest to the robot.
-    """
-
-    def __init__(self, server: "ViserServer", reduced: ReducedModel, stamp: float, name: str) -> None:
-        """Draw it; the clock of the scene shows 0 at the stamp [s]."""
-        self._clearance, self._stamp = ClearanceQuery(reduced, LONG), stamp
-        here = self._clearance.positions(np.zeros(1), reduced.start_positions[None])
-        start = self._clearance.query.kinematics(here)
-        self.drawing = Drawing(server, self._clearance.reduced, start, root=name, robot=False)
-        if self._clearance.timed is not None:
-            self.drawing.draw_halos(self._clearance.timed)
-
-    def show(self, moment: RecordedMoment) -> Nearest | None:
-        """Show it in a moment; return the nearest pair."""
-        seen, time = self._clearance, max(moment.time - self._stamp, 0.0)
-        at = seen.positions(np.array((time,)), moment.positions[None])
-        self.drawing.move(seen.query.kinematics(at))
-        if seen.timed is not None:
-            self.drawing.show_changing(seen.timed, time)
-        nearest = seen.nearest(time, moment.positions)
-        self.drawing.point_out(nearest)
-        return nearest
 
 
 class Ahead:
@@ -151,8 +122,6 @@ class Ahead:
 
 EVENTS = 8
 """Number of listed events, the latest ones."""
-ASPECT = 1.0
-"""Width over height of the area beside the controls."""
 
 
 @checked
@@ -200,7 +169,7 @@ def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") ->
     return RunViewer(drawing, Logbook(), None)
 
 
-class RunViewer(Served):
+class RunViewer(PlayedPage):
     """A page that shows a run; `watch_run` and `view_run` open one.
 
     Attributes:
@@ -233,11 +202,6 @@ class RunViewer(Served):
         self._playback.refresh(0.0)
         self._follower = threading.Thread(target=self._follow, name="trajopt run viewer", daemon=True)
         self._follower.start()
-
-    @property
-    def time(self) -> float:
-        """Shown time since the start [s]."""
-        return self._playback.time
 
     @property
     def moment(self) -> RecordedMoment | None:
@@ -275,24 +239,9 @@ class RunViewer(Served):
             raise ProblemError("this page shows a recording: watch_run shows what goes on")
         self._source.look(watched)
 
-    @checked
-    def show(self, t: float) -> None:
-        """Show a time since the start [s], clipped to the recorded range."""
-        self._leave_live()
-        self._playback.show(t)
-
-    def play(self) -> None:
-        """Play, from the beginning if it is at its end."""
-        self._leave_live()
-        self._playback.play()
-
-    def pause(self) -> None:
-        """Pause."""
-        self._playback.pause()
-
     def _end(self) -> None:
         self._follower.join()
-        self._playback.close()
+        super()._end()
 
     def _leave_live(self) -> None:
         self._live.value = False
@@ -323,35 +272,3 @@ class RunViewer(Served):
         self._drawing.show(self._moment)
         self._clearance_text.content = clearance_html(self._drawing.nearest)
         self._events_text.content = events_html(self._moment.events, EVENTS)
-
-
-def look_from_the_best_side(
-    server: "GuardedServer",
-    reduced: ReducedModel,
-    motion: Trajectory | None,
-    *,
-    back: float = 1.0,
-    aside: float = 0.0,
-) -> None:
-    """Choose the least obstructed view of a motion, or of the robot at rest.
-
-    Args:
-        server: Serves the page.
-        reduced: The robot in its scene.
-        motion: The motion; None for the robot at rest.
-        back: Factor on the distance at which everything just fits.
-        aside: Shift of the subject to the left, as a share of the picture's height.
-    """
-    from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
-    from trajopt.simulation.sampled_motion import motion_of
-    from trajopt.simulation.viewpoint import look_at
-
-    standing = np.tile(reduced.start_positions, (2, 1))
-    seen = motion or Trajectory(reduced.joint_names, np.array((0.0, 1.0)), standing)
-    view = look_at(reduced, motion_of(reduced, seen), ASPECT).camera
-    camera = server.initial_camera
-    away = back * (view.position - view.target)
-    right = np.cross(-away, (0.0, 0.0, 1.0))  # no camera looks straight down
-    moved = 2.0 * np.linalg.norm(away) * np.tan(FIELD_OF_VIEW / 2.0) * aside * right / np.linalg.norm(right)
-    camera.look_at, camera.position = view.target + moved, view.target + moved + away
-    camera.fov = float(FIELD_OF_VIEW)

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from trajopt.geometry import JointPlacements
 from trajopt.scene.planned_robot import Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
@@ -12,17 +11,14 @@ from trajopt.values.errors import ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
-from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import Drawing
-from trajopt.viewer.playback import Playback
+from trajopt.viewer.clearance import Nearest
+from trajopt.viewer.playback import Playback, PlayedPage
 from trajopt.viewer.readout import clearance_html, joints_html
-from trajopt.viewer.server import Served, open_server
+from trajopt.viewer.scene_view import SceneView
+from trajopt.viewer.server import open_server
 
 if TYPE_CHECKING:
     from trajopt.viewer.guarded_server import GuardedServer
-
-ASPECT = 1.0
-"""Width over height of the area beside the controls, for which the motion is framed."""
 
 
 @overload
@@ -61,7 +57,7 @@ def view(
     return Viewer(open_server(host, port), reduced, trajectory)
 
 
-class Viewer(Served):
+class Viewer(PlayedPage):
     """A page that shows a motion; `view` opens one.
 
     Attributes:
@@ -70,15 +66,14 @@ class Viewer(Served):
 
     def __init__(self, server: "GuardedServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
         """Draw the scene and the controls, and show the beginning."""
+        from trajopt.simulation.sampled_motion import motion_of
+
         super().__init__(server)
         self._reduced = reduced
         self._trajectory = trajectory
-        self._clearance = ClearanceQuery(reduced, trajectory.duration)
-        start = self._kinematics(0.0)
-        self._drawing = Drawing(server, self._clearance.reduced, start)
-        if self._clearance.timed is not None:
-            self._drawing.draw_halos(self._clearance.timed)
-        self._look(reduced, trajectory)
+        self._scene = SceneView(server, reduced, trajectory(0.0), duration=trajectory.duration)
+        self._scene.look(motion_of(reduced, trajectory))
+        start = self._scene.kinematics(0.0, trajectory(0.0))
         # A joint that slides has no angular velocity.
         turns = np.linalg.norm(start.jacobian[0, 3:], axis=0) > 0.5
         columns = [list(reduced.model.names).index(name) - 1 for name in reduced.joint_names]
@@ -88,11 +83,6 @@ class Viewer(Served):
         self._playback.refresh(0.0)
 
     @property
-    def time(self) -> float:
-        """Shown time [s]."""
-        return self._playback.time
-
-    @property
     def positions(self) -> Floats:
         """Shown positions of the group's joints, shape (n,) [rad | m]."""
         return self._trajectory(self.time)
@@ -100,48 +90,16 @@ class Viewer(Served):
     @property
     def nearest(self) -> Nearest | None:
         """The pair with the smallest clearance at the shown time."""
-        return self._nearest
+        return self._scene.nearest
 
     @checked
     def joint_placement(self, joint: str) -> Placement:
         """Return the drawn placement of a joint in the world."""
-        return self._drawing.joint_placement(joint)
-
-    @checked
-    def show(self, t: float) -> None:
-        """Show the motion at a time [s], clipped to its duration."""
-        self._playback.show(t)
-
-    def play(self) -> None:
-        """Play the motion, from the beginning if it is at its end."""
-        self._playback.play()
-
-    def pause(self) -> None:
-        """Pause the motion."""
-        self._playback.pause()
+        return self._scene.drawing.joint_placement(joint)
 
     def __repr__(self) -> str:
         """Return the address."""
         return f"Viewer({shown(self.url)}, {self._trajectory})"
-
-    def _end(self) -> None:
-        self._playback.close()
-
-    def _look(self, reduced: ReducedModel, trajectory: Trajectory) -> None:
-        """Draw the tools' paths, choose the view, and make obstructing objects translucent."""
-        from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
-        from trajopt.simulation.picture_model import tool_paths
-        from trajopt.simulation.sampled_motion import motion_of
-        from trajopt.simulation.viewpoint import look_at
-
-        motion = motion_of(reduced, trajectory)
-        self._drawing.draw_tool_paths(tool_paths(reduced, motion))
-        view = look_at(reduced, motion, ASPECT)
-        self._hiding = view.hiding
-        self._drawing.make_translucent(view.hiding)
-        camera = self._server.initial_camera
-        camera.look_at, camera.position = view.camera.target, view.camera.position
-        camera.fov = float(FIELD_OF_VIEW)
 
     def _add_controls(self) -> None:
         gui = self._server.gui
@@ -152,26 +110,15 @@ class Viewer(Served):
 
         @shapes.on_update
         def _(_: object) -> None:
-            self._drawing.show_collision_shapes(shapes.value)
+            self._scene.drawing.show_collision_shapes(shapes.value)
 
         @through.on_update
         def _(_: object) -> None:
             everything = self._reduced.scene.objects
-            self._drawing.make_translucent(everything if through.value else self._hiding)
+            self._scene.drawing.make_translucent(everything if through.value else self._scene.hiding)
 
     def _draw(self, t: float) -> None:
         """Show everything but the slider at a time of the motion."""
         positions = self._trajectory(t)
-        kinematics, timed = self._kinematics(t), self._clearance.timed
-        self._nearest = self._clearance.nearest(t, positions)
-        with self._server.atomic():
-            self._drawing.move(kinematics)
-            if timed is not None:
-                self._drawing.show_changing(timed, t)
-            self._drawing.point_out(self._nearest)
-        self._clearance_text.content = clearance_html(self._nearest)
+        self._clearance_text.content = clearance_html(self._scene.show(t, positions))
         self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
-
-    def _kinematics(self, t: float) -> JointPlacements:
-        seen = self._clearance
-        return seen.query.kinematics(seen.positions(np.array([t]), self._trajectory(t)[None]))

@@ -9,13 +9,25 @@ import numpy as np
 from trajopt.geometry import Evaluator, JointPlacements
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene_object import SceneObject
+from trajopt.values.arrays import Floats
 from trajopt.values.placement import Placement, placement
 from trajopt.values.shapes.shapes import Plane
 from trajopt.viewer import palette
-from trajopt.viewer.drawing import Ghost, in_world, surface, wxyz
+from trajopt.viewer.clearance import ClearanceQuery, Nearest
+from trajopt.viewer.drawing import (
+    PAIRS,
+    Drawing,
+    Ghost,
+    NearestDrawing,
+    in_world,
+    surface,
+    telling_pairs,
+    wxyz,
+)
 from trajopt.viewer.live.objects import is_carried
 from trajopt.viewer.live.workbench import Goal, Reachability
 from trajopt.viewer.palette import Rgb
+from trajopt.viewer.scene_view import LONG
 
 if TYPE_CHECKING:
     from viser import FrameHandle, MeshHandle, TransformControlsEvent, TransformControlsHandle, ViserServer
@@ -217,3 +229,63 @@ class ObjectsDrawing:
             mesh.on_click(lambda _, name=item.name: self._picked(name))
             drawn.meshes.append(mesh)
         return drawn
+
+
+class EditedScene:
+    """A scene whose objects come and go in a page: the robot, the objects and the nearest pairs.
+
+    Attributes:
+        nearest: The nearest pairs as they are drawn, the nearest first.
+        robot: The drawn robot.
+    """
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        reduced: ReducedModel,
+        positions: Floats,
+        picked: Callable[[str], None] = lambda _: None,
+        dragged: Callable[[Placement], None] = lambda _: None,
+    ) -> None:
+        """Draw it.
+
+        Args:
+            server: Serves the page.
+            reduced: Robot and scene.
+            positions: Of the group's joints, shape (n,) [rad | m].
+            picked: Receives the name of a clicked object.
+            dragged: Receives the dragged placement of the chosen object in the world.
+        """
+        self._server = server
+        self.nearest: tuple[Nearest, ...] = ()
+        self._objects = ObjectsDrawing(server, picked, dragged)
+        self._near = NearestDrawing(server)
+        self.change(reduced, positions)
+        self.robot = Drawing(server, reduced, self.kinematics(positions[None]), objects=False)
+
+    def change(self, reduced: ReducedModel, positions: Floats) -> None:
+        """Draw the objects of another scene of the robot, for the group's positions, shape (n,)."""
+        self._reduced, self.clearance = reduced, ClearanceQuery(reduced, LONG)
+        self._objects.show(reduced, self.kinematics(positions[None]))
+
+    def kinematics(self, positions: Floats) -> JointPlacements:
+        """Return the placements of all joints, for the group's positions, shape (k, n)."""
+        return self.clearance.query.kinematics(positions)
+
+    def show(self, positions: Floats, *, pairs: bool = True) -> None:
+        """Draw the robot at the group's positions, shape (n,), with or without its nearest pairs."""
+        here = self.kinematics(positions[None])
+        self.nearest = telling_pairs(self.clearance, positions, PAIRS) if pairs else ()
+        with self._server.atomic():
+            self.robot.move(here)
+            self._objects.move(self._reduced, here)
+            self._near.show(self.nearest)
+
+    def choose(self, name: str) -> None:
+        """Choose an object for dragging, or none; `show` shows it."""
+        self._objects.choose(name)
+
+    def line_of(self, frame: str, along: JointPlacements) -> Floats:
+        """Return the positions of a frame's origin in the world, shape (k, 3) [m]."""
+        joint, held = self._reduced.attachment(frame)
+        return along.rotation[:, joint] @ held.translation + along.translation[:, joint]

@@ -16,7 +16,7 @@ from trajopt.viewer.live.panels import Desk, DrivePanel, GoalPanel, MotionPanel
 from trajopt.viewer.live.picture import Picture, Shown, ShownPanel
 from trajopt.viewer.live.workbench import Goal, Workbench
 from trajopt.viewer.readout import block_html
-from trajopt.viewer.run_viewer import look_from_the_best_side
+from trajopt.viewer.scene_view import look_from_the_best_side
 from trajopt.viewer.server import Served, open_server
 
 if TYPE_CHECKING:

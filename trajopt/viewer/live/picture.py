@@ -10,10 +10,10 @@ from trajopt.values.arrays import Floats, Value
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette
-from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import PAIRS, POINTS, Drawing, NearestDrawing, Trail, in_world, telling_pairs
+from trajopt.viewer.clearance import Nearest
+from trajopt.viewer.drawing import POINTS, Trail
 from trajopt.viewer.live.background import Reach
-from trajopt.viewer.live.handles import GoalDrawing, ObjectsDrawing
+from trajopt.viewer.live.handles import EditedScene, GoalDrawing
 from trajopt.viewer.live.workbench import Workbench
 from trajopt.viewer.readout import block_html
 
@@ -81,15 +81,12 @@ class ShownPanel:
 
 DOT = 0.005
 """Size of the dots of the reach [m]: apart, so that the robot is seen between them."""
-LONG = 1e6
-"""Assumed duration of a posture: contact allowances before its end never count [s]."""
 
 
 class Picture:
     """All that is drawn.
 
     Attributes:
-        nearest: The nearest pairs as they are drawn, the nearest first.
         positions: Of the group as it is drawn, shape (n,) [rad | m].
     """
 
@@ -112,15 +109,9 @@ class Picture:
             displaced: Receives the dragged placement of the chosen object.
         """
         self._server, self._bench = server, bench
-        self._clearance = ClearanceQuery(bench.reduced, LONG)
-        self.positions, self.nearest = bench.positions, tuple[Nearest, ...]()
-        self._shown = Shown()
-        here = self._clearance.query.kinematics(self.positions[None])
-        self._robot = Drawing(server, bench.reduced, here, objects=False)
+        self.positions, self._shown = bench.positions, Shown()
+        self._scene = EditedScene(server, bench.reduced, self.positions, picked, displaced)
         self._goal = GoalDrawing(server, bench.reduced, dragged)
-        self._objects = ObjectsDrawing(server, picked, displaced)
-        self._objects.show(bench.reduced, here)
-        self._near = NearestDrawing(server)
         self._trail = Trail(server, "/trail", palette.TOOL_PATH, 3.0)
         self._motion: Trajectory | None = None
         self._reach = server.scene.add_point_cloud(
@@ -129,32 +120,31 @@ class Picture:
         self.show_goal()
         self.stand(self.positions)
 
+    @property
+    def nearest(self) -> tuple[Nearest, ...]:
+        """The nearest pairs as they are drawn, the nearest first."""
+        return self._scene.nearest
+
     def stand(self, positions: Floats) -> None:
         """Draw the robot at a posture, shape (n,) [rad | m]."""
         self.positions = positions
-        here = self._clearance.query.kinematics(positions[None])
-        self.nearest = near = telling_pairs(self._clearance, positions, PAIRS) if self._shown.nearest else ()
-        with self._server.atomic():
-            self._robot.move(here)
-            self._objects.move(self._bench.reduced, here)
-            self._near.show(near)
+        self._scene.show(positions, pairs=self._shown.nearest)
 
     def renew(self) -> None:
         """Draw the surroundings again after a change of them or of the robot's posture."""
-        self._clearance = ClearanceQuery(self._bench.reduced, LONG)
-        self._objects.show(self._bench.reduced, self._clearance.query.kinematics(self.positions[None]))
+        self._scene.change(self._bench.reduced, self.positions)
         self._goal.renew(self._bench.reduced)
         self.show_goal()
         self.stand(self.positions)
 
     def choose(self, name: str) -> None:
         """Choose an object for dragging, or none."""
-        self._objects.choose(name)
+        self._scene.choose(name)
         self.stand(self.positions)
 
     def show_goal(self) -> None:
         """Draw the goal as it is."""
-        self._goal.show(self._bench.goal, self._clearance.query, self._bench.positions)
+        self._goal.show(self._bench.goal, self._scene.clearance.query, self._bench.positions)
 
     def show_motion(self, motion: Trajectory | None) -> None:
         """Draw the line of the hand along a motion, or none."""
@@ -162,9 +152,8 @@ class Picture:
         if motion is None or not self._shown.trail:
             self._trail.show(None)
             return
-        placed = self._clearance.query.kinematics(motion(np.linspace(0.0, motion.duration, POINTS)))
-        joint, held = self._bench.reduced.attachment(self._bench.hand)
-        self._trail.show(placed.rotation[:, joint] @ held.translation + placed.translation[:, joint])
+        placed = self._scene.kinematics(motion(np.linspace(0.0, motion.duration, POINTS)))
+        self._trail.show(self._scene.line_of(self._bench.hand, placed))
 
     def show_reach(self, reach: Reach | None) -> None:
         """Draw or hide the reach of the hand."""
@@ -176,12 +165,7 @@ class Picture:
         """Show and hide items."""
         self._shown = shown
         with self._server.atomic():
-            self._robot.show_visual_shapes(shown.links)
-            self._robot.show_collision_shapes(shown.collision)
+            self._scene.robot.show_visual_shapes(shown.links)
+            self._scene.robot.show_collision_shapes(shown.collision)
             self.show_motion(self._motion)
             self.stand(self.positions)
-
-    def hand_drawn(self) -> Placement:
-        """Return the drawn placement of the hand in the world."""
-        here = self._clearance.query.kinematics(self.positions[None])
-        return in_world(self._bench.reduced, self._bench.hand, here)

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.geometry import JointPlacements, evaluator
+from trajopt.geometry import evaluator
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
-from trajopt.viewer.clearance import ClearanceQuery
-from trajopt.viewer.drawing import Drawing, Ghost
+from trajopt.viewer.drawing import Ghost
 from trajopt.viewer.palette import SAFE, SURFACES, TOUCHING, Rgb
 from trajopt.viewer.report.measured import Subject
+from trajopt.viewer.scene_view import SceneView
 from trajopt.viewer.server import close_server, open_server
 
 if TYPE_CHECKING:
@@ -130,10 +130,8 @@ class _Recording:
     ) -> None:
         self._server, self._trajectory, self._beside = server, trajectory, beside
         self._start = reduced.start_positions
-        self._clearance = ClearanceQuery(reduced, 0.0 if trajectory is None else trajectory.duration)
-        self._drawing = Drawing(server, self._clearance.reduced, self._kinematics(0.0))
-        if self._clearance.timed is not None:
-            self._drawing.draw_halos(self._clearance.timed)
+        duration = 0.0 if trajectory is None else trajectory.duration
+        self._scene = SceneView(server, reduced, self._positions(0.0), duration=duration)
         for each in beside:
             ghost = Ghost(server, reduced, each.name, each.colour)
             ghost.stand(evaluator(reduced).kinematics(each.positions[None]))
@@ -152,36 +150,20 @@ class _Recording:
         return serializer.as_html()
 
     def _look(self, reduced: ReducedModel) -> None:
-        """Choose the least obstructed view, and make remaining obstacles translucent."""
-        from trajopt.simulation.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
-        from trajopt.simulation.picture_model import tool_paths
         from trajopt.simulation.sampled_motion import SampledMotion, motion_of
-        from trajopt.simulation.viewpoint import look_at
 
         if self._trajectory is None:
             stood = np.stack([self._start, *(each.positions for each in self._beside), self._start])
             motion = SampledMotion(np.arange(len(stood), dtype=np.float64), stood)
+            self._scene.look(motion, paths=False, aspect=ASPECT)
         else:
-            motion = motion_of(reduced, self._trajectory)
-            self._drawing.draw_tool_paths(tool_paths(reduced, motion))
-        view = look_at(reduced, motion, ASPECT)
-        self._drawing.make_translucent(view.hiding)
-        camera = self._server.initial_camera
-        camera.look_at, camera.position = view.camera.target, view.camera.position
-        camera.fov = float(FIELD_OF_VIEW)
+            self._scene.look(motion_of(reduced, self._trajectory), aspect=ASPECT)
 
     def _draw(self, time: float) -> None:
-        self._drawing.move(self._kinematics(time))
-        if self._clearance.timed is not None:
-            self._drawing.show_changing(self._clearance.timed, time)
-        self._drawing.point_out(self._clearance.nearest(time, self._positions(time)))
+        self._scene.show(time, self._positions(time))
 
     def _positions(self, time: float) -> Floats:
         return self._start if self._trajectory is None else self._trajectory(time)
-
-    def _kinematics(self, time: float) -> JointPlacements:
-        seen = self._clearance
-        return seen.query.kinematics(seen.positions(np.array([time]), self._positions(time)[None]))
 
 
 WIDTH, HEIGHT = 640, 420

@@ -1,0 +1,133 @@
+"""A scene in a page at one time: bodies, halos of uncertain objects, the nearest pair and the viewpoint."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.geometry import JointPlacements
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values.arrays import Floats
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer.clearance import ClearanceQuery, Nearest
+from trajopt.viewer.drawing import Drawing
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+    from trajopt.simulation.camera import CameraView
+    from trajopt.simulation.sampled_motion import SampledMotion
+
+LONG = 1e6
+"""Assumed duration without an end: a contact allowance up to it never counts [s]."""
+ASPECT = 1.0
+"""Width over height of the area beside the controls, for which the subject is framed."""
+
+
+class SceneView:
+    """A scene drawn in a page, at one time and in one configuration.
+
+    Attributes:
+        clearance: Measures its clearances.
+        drawing: Its nodes.
+        nearest: The pair with the smallest clearance as drawn; None before, or without pairs.
+        hiding: Names of the objects that hide the motion from the chosen viewpoint.
+    """
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        reduced: ReducedModel,
+        positions: Floats,
+        *,
+        duration: float = LONG,
+        root: str = "",
+        robot: bool = True,
+    ) -> None:
+        """Draw it at time 0.
+
+        Args:
+            server: Serves the page.
+            reduced: Robot and scene.
+            positions: Of the group's joints, shape (n,) [rad | m].
+            duration: Of the shown motion [s].
+            root: Name of the root node, if a page has several scenes; empty for that of the page.
+            robot: Whether to draw the robot and the floor.
+        """
+        self._server, self._reduced = server, reduced
+        self.clearance = ClearanceQuery(reduced, duration)
+        self.nearest: Nearest | None = None
+        self.hiding: frozenset[str] = frozenset()
+        start = self.kinematics(0.0, positions)
+        self.drawing = Drawing(server, self.clearance.reduced, start, root=root, robot=robot)
+        if self.clearance.timed is not None:
+            self.drawing.draw_halos(self.clearance.timed)
+
+    def kinematics(self, time: float, positions: Floats) -> JointPlacements:
+        """Return the placements of all joints at a time [s], for the group's positions, shape (n,)."""
+        at = self.clearance.positions(np.array([time]), positions[None])
+        return self.clearance.query.kinematics(at)
+
+    def show(self, time: float, positions: Floats) -> Nearest | None:
+        """Show it at a time [s], for the group's positions, shape (n,); return the nearest pair."""
+        self.nearest = self.clearance.nearest(time, positions)
+        with self._server.atomic():
+            self.drawing.move(self.kinematics(time, positions))
+            if self.clearance.timed is not None:
+                self.drawing.show_changing(self.clearance.timed, time)
+            self.drawing.point_out(self.nearest)
+        return self.nearest
+
+    def look(self, motion: "SampledMotion", *, paths: bool = True, aspect: float = ASPECT) -> None:
+        """Choose the least obstructed view of a motion, and make remaining obstacles translucent.
+
+        Args:
+            motion: The motion.
+            paths: Whether to draw the paths of the tools.
+            aspect: Width over height of the picture.
+        """
+        from trajopt.simulation.picture_model import tool_paths  # MuJoCo takes a second to import
+        from trajopt.simulation.viewpoint import look_at
+
+        if paths:
+            self.drawing.draw_tool_paths(tool_paths(self._reduced, motion))
+        view = look_at(self._reduced, motion, aspect)
+        self.hiding = frozenset(view.hiding)
+        self.drawing.make_translucent(self.hiding)
+        aim(self._server, view.camera)
+
+
+def look_from_the_best_side(
+    server: "ViserServer",
+    reduced: ReducedModel,
+    motion: Trajectory | None,
+    *,
+    back: float = 1.0,
+    aside: float = 0.0,
+) -> None:
+    """Choose the least obstructed view of a motion, or of the robot at rest.
+
+    Args:
+        server: Serves the page.
+        reduced: The robot in its scene.
+        motion: The motion; None for the robot at rest.
+        back: Factor on the distance at which everything just fits.
+        aside: Shift of the subject to the left, as a share of the picture's height.
+    """
+    from trajopt.simulation.sampled_motion import motion_of
+    from trajopt.simulation.viewpoint import look_at
+
+    resting = np.tile(reduced.start_positions, (2, 1))
+    seen = motion or Trajectory(reduced.joint_names, np.array((0.0, 1.0)), resting)
+    aim(server, look_at(reduced, motion_of(reduced, seen), ASPECT).camera, back=back, aside=aside)
+
+
+def aim(server: "ViserServer", view: "CameraView", *, back: float = 1.0, aside: float = 0.0) -> None:
+    """Place the camera of new visitors of a page; `back` and `aside` as in `look_from_the_best_side`."""
+    from trajopt.simulation.camera import FIELD_OF_VIEW
+
+    camera = server.initial_camera
+    away = back * (view.position - view.target)
+    right = np.cross(-away, (0.0, 0.0, 1.0))  # no camera looks straight down
+    moved = 2.0 * np.linalg.norm(away) * np.tan(FIELD_OF_VIEW / 2.0) * aside * right / np.linalg.norm(right)
+    camera.look_at, camera.position = view.target + moved, view.target + moved + away
+    camera.fov = float(FIELD_OF_VIEW)
