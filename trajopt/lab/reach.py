@@ -171,7 +171,7 @@ def reach_map(
         reference: The reference frame of positions and directions.
         margin: Clearance to keep from everything [m]; the scene's own margins if None.
         length: Length of a radian in the manipulability [m].
-        progress: Called with the number drawn so far.
+        progress: Called with the number of drawn configurations.
 
     Raises:
         FrameNotFound: If a frame is unknown.
@@ -283,7 +283,7 @@ def even_directions(count: int) -> Floats:
 HOPELESS = 100 * BATCH
 """Number of draws without a clear one after which the search ends."""
 COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "manipulability", "clear")
-"""Columns after those of the joints."""
+"""Columns after the joints'."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -378,7 +378,7 @@ def sample_table(
         reference: The reference frame of placements.
         margin: Clearance of a clear configuration [m]; the scene's own margins if None.
         only_clear: Whether to draw until `count` rows are clear; otherwise rows in collision count too.
-        progress: Called with the number of rows so far.
+        progress: Called with the number of rows.
 
     Raises:
         FrameNotFound: If a frame is unknown.

@@ -129,7 +129,7 @@ def in_group_order(reduced: ReducedModel, trajectory: Trajectory) -> Trajectory:
     """Return a trajectory with its joints in the order of the group.
 
     Raises:
-        ModelError: If its joints differ from those of the group.
+        ModelError: If its joints differ from the group's.
     """
     if trajectory.joint_names == reduced.joint_names:
         return trajectory
@@ -201,7 +201,7 @@ def simulate(
     Raises:
         PlanningFailed: If the result has no plan.
         ProblemError: If there are more than a million steps.
-        ModelError: If the joints of the trajectory differ from those of the group.
+        ModelError: If the joints of the trajectory differ from the group's.
     """
     from trajopt.simulation.plant import Plant  # importing MuJoCo takes a second
 
@@ -478,7 +478,7 @@ class _Press:
         self._since, self._rest = phase.trajectory.duration, max(phase.rest, dt)
 
     def __call__(self, t: float, torques: Floats) -> Floats:
-        """Return the motor commands at a time of the phase, given those of the controller."""
+        """Return the motor commands at a time of the phase, given the controller's."""
         share = min(max((t - self._since) / self._rest, 0.0), 1.0) if self._grows else 1.0
         return np.where(self._pressing, (1.0 - share) * torques + share * self._forces, torques)
 

@@ -72,7 +72,7 @@ def render(
         MissingExtra: If a film (.mp4) is requested without the extra `film`.
         RenderingUnavailable: If OpenGL does not work; it names the packages to install.
         ShapeError: If a size, `fps` or `moments` is invalid.
-        ModelError: If the joints of the motion differ from those of the group.
+        ModelError: If the joints of the motion differ from the group's.
     """
     from trajopt.simulation.picture_files import WRITERS, check_path, write_strip
     from trajopt.simulation.sampled_motion import frame_times, moments_of

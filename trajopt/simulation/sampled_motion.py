@@ -63,7 +63,7 @@ def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog)
     """Return a planned or simulated motion as positions over time.
 
     Raises:
-        ModelError: If its joints differ from those of the group.
+        ModelError: If its joints differ from the group's.
     """
     if isinstance(motion, SequenceLog):
         columns = reduced.scene.robot.index(reduced.joint_names)

@@ -58,7 +58,7 @@ class Viewpoint:
 
 @dataclass(frozen=True, eq=False)
 class _Curves:
-    """Pieces of the rated curves at a time: first those of the tool paths, then the robot's lines.
+    """Pieces of the rated curves at a time: first the tool paths', then the robot's lines.
 
     Attributes:
         time: The time [s].

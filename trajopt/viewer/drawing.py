@@ -69,7 +69,7 @@ class Drawing:
             server: Serves the page.
             reduced: Robot and scene, with joints driven by time among dynamic obstacles.
             start: Positions of its joints.
-            root: Name of the root node, if a page has several; empty for that of the page.
+            root: Name of the root node, if a page has several; empty for the page's own.
             robot: Whether to draw the robot and the floor.
             objects: Whether to draw the objects.
         """

@@ -62,7 +62,7 @@ def draw_explanation(
         The path.
 
     Raises:
-        FileFormatError: If the suffix is not that of a picture, or the folder does not exist.
+        FileFormatError: If the suffix is not an image format, or the folder does not exist.
         RenderingUnavailable: If OpenGL does not work; the message names the packages to install.
     """
     from trajopt.simulation import Layout, render

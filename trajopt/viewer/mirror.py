@@ -288,7 +288,7 @@ class MirrorView(Served):
         """Show whether the robot moves, or that the state is old."""
         since = time.monotonic() - self._heard
         if self._lost and since > OLD:
-            words = [f"Nothing was heard for {since:.0f} s: what is shown is old.", self._lost]
+            words = [f"No answer for {since:.0f} s: the picture is old.", self._lost]
             self._text.content = block_html("No answer", words, TOUCHING)
             return
         title, colour = (
@@ -438,7 +438,7 @@ def _handler_of(publisher: RunPublisher, host: str) -> type[BaseHTTPRequestHandl
             """Do not log to standard error."""
 
         def _answer(self, known: dict[str, Any]) -> None:
-            # What comes with a request says nothing here; unread, it would have the connection reset.
+            # The body is not needed; unread, it would reset the connection.
             length = self.headers.get("content-length", "0")
             self.rfile.read(min(int(length), LARGEST) if length.isdigit() else 0)
             called = self.headers.get("host", "").rpartition(":")[0].lower()

@@ -210,7 +210,7 @@ def _bounds(axes: "Axes", bound: float, label: str) -> None:
 
 MOTION = "#222222"
 SHADE = 0.55
-"""Opacity of blocked regions, below that of the grid."""
+"""Opacity of blocked regions, fainter than the grid."""
 
 
 @checked

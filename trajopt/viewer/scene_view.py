@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LONG = 1e6
 """Assumed duration without an end: a contact allowance up to it never counts [s]."""
 ASPECT = 1.0
-"""Width over height of the area beside the controls, for which the subject is framed."""
+"""Width over height of the area left of the controls, which the subject fills."""
 
 
 class SceneView:
@@ -50,7 +50,7 @@ class SceneView:
             reduced: Robot and scene.
             positions: Of the group's joints, shape (n,) [rad | m].
             duration: Of the shown motion [s].
-            root: Name of the root node, if a page has several scenes; empty for that of the page.
+            root: Name of the root node, if a page has several scenes; empty for the page's own.
             robot: Whether to draw the robot and the floor.
         """
         self._server, self._reduced = server, reduced

@@ -73,7 +73,7 @@ def test_a_good_robot_has_no_findings(changed: Check) -> None:
             '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.9',
             Severity.WARNING,
             "arm",
-            "a box of 900 x 100 x 100 mm, what is seen one of 400 x 100 x 100 mm",
+            "a box of 900 x 100 x 100 mm, visual shapes one of 400 x 100 x 100 mm",
         ),
         (
             '<collision><origin xyz="0.2 0 0"/>',

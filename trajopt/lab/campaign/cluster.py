@@ -90,7 +90,7 @@ class Ray:
 
 
 class Planner:
-    """What an actor is: one worker process, watched."""
+    """An actor: one worker process, watched."""
 
     def __init__(self, setup: Setup) -> None:
         """Start the worker."""

@@ -200,7 +200,7 @@ def extract(folder: CampaignFolder, row_id: str, path: Path | str) -> Extracted:
     Args:
         folder: The campaign.
         row_id: The row's id, or a prefix of it.
-        path: The bundle, by convention with the suffix ".trajopt". Meshes are unpacked beside it.
+        path: The bundle, by convention with the suffix ".trajopt". Meshes are unpacked next to it.
 
     Raises:
         CampaignError: If there is no such row, or several, or the package versions differ.

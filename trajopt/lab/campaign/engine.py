@@ -1,4 +1,4 @@
-"""Engines: what a campaign's problems are planned by. Each opens a pool of workers that take blocks."""
+"""Engines: they plan a campaign's problems. Each opens a pool of workers that take blocks."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -13,7 +13,7 @@ from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.values.errors import ProblemError, shown
 
 AHEAD = 2
-"""Blocks that a worker has at once: one that it plans, and the next, for which it need not wait."""
+"""Blocks of a worker: one that it plans, and the next, for which it need not wait."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,7 +183,7 @@ class CampaignFolder:
             draft.write_bytes(shard)
 
     def check_versions(self) -> None:
-        """Check that the package versions are those of the present rows.
+        """Check that the package versions equal those in the rows.
 
         Raises:
             CampaignError: If they are not.
@@ -205,6 +205,6 @@ def check_versions(begun: Mapping[str, str], what: str) -> None:
     ]
     if changed:
         raise CampaignError(
-            f"{what} was begun with other versions ({'; '.join(changed)}): run it anew in another folder, "
+            f"{what} was begun with other versions ({'; '.join(changed)}): run it again in another folder, "
             "and compare the two"
         )

@@ -38,7 +38,7 @@ class Progress:
     """Progress of a campaign.
 
     Attributes:
-        done: Number of rows, including those of earlier runs.
+        done: Number of rows, earlier runs included.
         total: Total number of rows.
         verified: Rows of this run with a verified motion.
         planned: Rows of this run.
@@ -190,7 +190,7 @@ class _Run:
             self._failures += 1
             if self._failures >= FAILURES:
                 raise CampaignError(
-                    f"rows cannot be written: {error}; what was written before is kept: "
+                    f"rows cannot be written: {error}; the rows written before are kept: "
                     f"trajopt campaign resume {self._folder.path}"
                 ) from error
             self._again.append(ended.block)

@@ -224,7 +224,7 @@ class WorkerSupervisor:
             # A machine that lacks memory kills what has just begun; what ends by itself would do so again.
             self._killed += 1
             if self._process.returncode >= 0 or self._killed >= ATTEMPTS:
-                raise CampaignError(f"a worker ended before it was ready ({how}); what it said is above")
+                raise CampaignError(f"a worker ended before it was ready ({how}); its output is above")
         elif self._sent:
             at = self._at()
             self._deaths[at.id] = self._deaths.get(at.id, 0) + 1

@@ -27,7 +27,7 @@ def read_camera_info(path: Path | str) -> Intrinsics:
 
     Both forms are supported: the calibrator's (`image_width`, `camera_matrix`, `distortion_coefficients`) and
     the
-    message as ROS 1 or 2 prints it (`width`, `K` or `k`, `D` or `d`). The lens is that of the raw image:
+    message as ROS 1 or 2 prints it (`width`, `K` or `k`, `D` or `d`). The lens describes the raw image:
     for rectified images, remove its coefficients from the file.
 
     Args:
@@ -103,7 +103,7 @@ class Mount(Value):
     Attributes:
         frame: The link of the robot that it is fixed on: of the hand, or of the base.
         camera: The calibrated frame of the camera. A depth camera looks along z of its optical frame,
-            which differs from that of its housing.
+            which differs from its housing's.
         placement: Of the camera's frame in the link's.
     """
 

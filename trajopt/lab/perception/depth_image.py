@@ -29,7 +29,7 @@ LIKELY_MILLIMETRES = 100.0
 class DepthImage(Value):
     """A depth image.
 
-    As in ROS (REP 118), whole numbers are millimetres and 0 is no measurement; other numbers are metres, NaN
+    As in ROS (REP 118), whole numbers are millimetres and 0 means not measured; other numbers are metres, NaN
     is no measurement, and infinity is nothing within range.
 
     Attributes:

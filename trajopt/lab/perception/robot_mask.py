@@ -175,7 +175,7 @@ def _solids_of(robot: Robot) -> tuple[tuple[CollisionBody, _Solid], ...]:
 
 
 def _solid(shape: Shape) -> _Solid:
-    """Return a shape with the faces that it is asked by."""
+    """Return a shape with the planes of its faces."""
     lower, upper = bounding_box(shape)
     faces = np.empty((0, 4))
     match shape:

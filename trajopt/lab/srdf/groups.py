@@ -372,7 +372,7 @@ WHEELS = frozenset((WHEEL, "caster"))
 SIDES: Mapping[str, frozenset[str]] = {"left": frozenset(("left", "l")), "right": frozenset(("right", "r"))}
 """Words in the names of joints by the side of the body."""
 GENERAL = frozenset(("joint", "joints", "link"))
-"""Words in names of joints that tell nothing."""
+"""Words in names of joints without information."""
 ARM_JOINTS = 2
 """A chain with fewer driven joints is not an arm."""
 

@@ -129,7 +129,7 @@ class SrdfProposal:
 
 
 def _described(group: ProposedGroup) -> str:
-    """Describe in a line where a group is and which joints it has."""
+    """Describe place and joints of a group in a line."""
     if group.is_base:
         return f"{group.tip} in the plane, if to.load gets base=to.bases.planar_base(...)"
     if group.parts:
@@ -195,7 +195,7 @@ def propose_srdf(
 
 
 def gripper_findings(tree: LinkTree, groups: Sequence[ProposedGroup]) -> Iterator[Finding]:
-    """List the joints taken for a gripper's, and those of an arm that may be."""
+    """List the joints assigned to a gripper, and an arm's that may belong to it."""
     carriers = {group.parent_group for group in groups}
     for group in groups:
         if group.is_base or group.parts:

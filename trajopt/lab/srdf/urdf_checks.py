@@ -245,7 +245,9 @@ def _mismatch(link: str, solid: Floats, shown: Floats) -> Iterator[Finding]:
     if bad.any():
         one, other = (" x ".join(f"{1000.0 * edge:.0f}" for edge in size.tolist()) for size in sizes)
         yield Finding(
-            Severity.WARNING, link, f"collision shapes fill a box of {one} mm, what is seen one of {other} mm"
+            Severity.WARNING,
+            link,
+            f"collision shapes fill a box of {one} mm, visual shapes one of {other} mm",
         )
     elif (np.abs(solid.mean(axis=0) - shown.mean(axis=0)) > np.maximum(0.5 * sizes[1], SLACK)).any():
         yield Finding(Severity.WARNING, link, "collision shapes are somewhere else than what is seen")

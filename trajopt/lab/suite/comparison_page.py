@@ -48,7 +48,7 @@ def page(
         "trajopt compare",
         STYLE,
         f"<p>{len(found)} methods on {len(problems)} problems: the same first guesses, the same budget, and "
-        "the same judge, who shares no code with what it judges. "
+        "the same judge, which shares no code with the planner. "
         f"{escape(remark)}</p>"
         f"{_html_table(SUMMARY_HEAD, [summary_cells(item) for item in found])}"
         f'<p class="faint">{escape(LEGEND)}</p>{drawn}<h2>Every problem</h2>'

@@ -47,7 +47,7 @@ def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callab
         A decorator that returns the function itself; without it a problem is expected to be solved.
 
     Raises:
-        ProblemError: If the status is that of a solved problem.
+        ProblemError: If the status is `SOLVED`.
     """
     if status is Status.SOLVED:
         raise ProblemError("expected_status: SOLVED is expected of every problem without it")

@@ -172,7 +172,7 @@ def reach_of(reduced: ReducedModel, hand: str) -> Reach:
     share = found.reachability_index[tuple(cells[chosen].T)]
     words = (
         f"The hand reaches {found.volume:.2f} m³ without a collision. Dots show two planes through it: dark "
-        "where it gets from few directions, bright from many."
+        "for few directions of arrival, bright for many."
     )
     return Reach(points[chosen], _painted(share), words)
 

@@ -79,7 +79,7 @@ class Gizmo:
 
 
 HAND_GIZMO = 0.22
-"""Length of the arrows [m], about that of a hand."""
+"""Length of the arrows [m], about a hand's."""
 OPACITY = 0.45
 """Of the robot at its goal: its colour is to be read at a glance, the robot to be seen through it."""
 SAME = 5e-3

@@ -1,4 +1,4 @@
-"""Objects edited by hand: added beside the robot, moved, resized, grasped, released, removed.
+"""Objects edited by hand: added near the robot, moved, resized, grasped, released, removed.
 
 Each edit is a function from a scene to a scene.
 """
@@ -79,7 +79,7 @@ def sizes_of(scene: Scene, name: str) -> Mapping[str, float]:
 
 
 def added(reduced: ReducedModel, kind: ObjectKind) -> tuple[Scene, str]:
-    """Add an object on the ground beside the robot, at a place without contact if there is one.
+    """Add an object on the ground near the robot, without contact if possible.
 
     Returns:
         The scene with it, and its name.
@@ -104,7 +104,7 @@ def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
     """
     item = scene.object(name)
     if not sizes_of(scene, name):
-        raise ModelError(f"{shown(name)} is no single shape with sizes: it stays as large as it is")
+        raise ModelError(f"{shown(name)} is not a single shape with sizes, so it cannot be resized")
     ((shape, where),) = item.parts
     larger = replace(shape, **{key: max(value, SMALLEST) for key, value in sizes.items()})
     return replace(scene, objects={**scene.objects, name: replace(item, parts=((larger, where),))})
@@ -218,7 +218,7 @@ class ObjectsPanel:
         Args:
             server: Serves the page.
             bench: The state of the page.
-            ask: Requests a change of the state: its name, and the change.
+            ask: Queues a change of the state: its name, and the change.
             choose: Called when an object is chosen, or none.
         """
         self._server, self._bench, self._ask, self._choose = server, bench, ask, choose

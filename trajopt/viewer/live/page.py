@@ -134,7 +134,7 @@ class LiveView(Served):
 
     @property
     def robot_positions(self) -> Floats:
-        """Positions of all joints where the robot is, shape (number of joints,) [rad | m]."""
+        """Present positions of all joints, shape (number of joints,) [rad | m]."""
         driving = self._drive.driving
         now = driving.positions if driving is not None and driving.busy else self._bench.positions
         return self._bench.reduced.all_positions(now)
@@ -176,7 +176,7 @@ class LiveView(Served):
         self._ask_around("choose", lambda: self._objects.choose(name))
 
     def _ask_goal(self, name: str, change: Callable[[], None]) -> None:
-        """Have the goal changed soon, in place of a change of that name that still waits."""
+        """Queue a change of the goal; it replaces a waiting one of that name."""
         self._desk.do(name, lambda: self._change_goal(change))
 
     def _ask_around(self, name: str, change: Callable[[], None]) -> None:
@@ -210,7 +210,7 @@ class LiveView(Served):
         self._show_goal()
 
     def _ask_shown(self, shown: Shown) -> None:
-        """Have something drawn, or not."""
+        """Show or hide an item."""
 
         def switch() -> None:
             self._picture.switch(shown)

@@ -162,7 +162,7 @@ class GoalPanel:
         Args:
             server: Serves the page.
             bench: The state of the page.
-            ask: Requests a change of the state: its name, and the change.
+            ask: Queues a change of the state: its name, and the change.
         """
         self._server, self._bench, self._ask = server, bench, ask
         gui = server.gui

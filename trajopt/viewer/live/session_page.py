@@ -20,7 +20,7 @@ def page(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Serve the live page of a session until the request is cancelled.
 
     The first feedback has `port` and `path` of the page, and its `group`. Edits of the session are shown on
-    the page, and the session's robot is where the page has it.
+    the page, and the session's robot follows the page's.
 
     Raises:
         MissingExtra: If viser is not installed.
@@ -48,7 +48,7 @@ def page(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def _follow(live: LiveView, watch: Watch) -> None:
-    """Show edits of the session on the page, and tell where its robot is, until nobody wants it."""
+    """Show edits of the session on the page and report its robot's positions, until cancelled."""
     told = live.robot_positions
     while not watch.cancel.wait(PERIOD):
         scene, now = watch.changed(), live.robot_positions
@@ -60,4 +60,4 @@ def _follow(live: LiveView, watch: Watch) -> None:
 
 
 OPERATIONS: Mapping[str, Operation] = {"viewer/page": Operation(page, Lane.VIEWING)}
-"""The operation that the page of `trajopt serve` asks for."""
+"""The operation behind the 3-D view on the page of `trajopt serve`."""

@@ -199,7 +199,7 @@ class Reachability(Enum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Goal(Value):
-    """Where the hand is asked to go.
+    """The goal of the hand or the joints.
 
     Attributes:
         placement: Of the hand, in the world.
@@ -207,7 +207,7 @@ class Goal(Value):
             that which comes nearest, shape (n,) [rad | m].
         reachability: Whether the robot can stand so.
         words: The same, with the reason, in a sentence or two.
-        required: What a motion must hold at its end.
+        required: The requirements at the end of a motion.
     """
 
     placement: Placement

@@ -200,7 +200,7 @@ class Scenery(Value):
     Attributes:
         motion: The shown motion, or None.
         words: Its caption.
-        timed: Whether its time is that of a motion, not of a walk along a path.
+        timed: Whether its time is a motion's, not a walk along a path.
         ghosts: Translucent copies of the robot.
     """
 

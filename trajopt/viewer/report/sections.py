@@ -58,7 +58,7 @@ def proven(certificate: Certificate) -> str:
     notes = "".join(f"<li>{escape(note)}</li>" for note in certificate.notes)
     return (
         f"<p>{escape(_capital(certificate.verdict))}. The judge looks at the timed motion alone, and shares "
-        f"no code with what made it.</p>{table(head, rows, numbers=('worst', 'bound', 'at'), kind='checks')}"
+        f"no code with the planner.</p>{table(head, rows, numbers=('worst', 'bound', 'at'), kind='checks')}"
         + (f"<h3>Clearance by pair</h3>{near}<p class=faint>{counted}</p>" if pairs else "")
         + (f"<ul class=faint>{notes}</ul>" if notes else "")
     )
@@ -105,8 +105,8 @@ def binding(measured: Measured, end: float) -> str:
     """List the intervals of binding limits, and the extremes of each joint."""
     if measured.bindings:
         drawn = (
-            "<p>Within 1% of a limit, or no farther from something than the margin asks: what would have to "
-            f"give for a shorter motion.</p>{strips(measured.bindings, end)}"
+            "<p>Within 1% of a limit, or within the margin of a clearance: these constraints would have "
+            f"to give for a shorter motion.</p>{strips(measured.bindings, end)}"
         )
     else:
         drawn = "<p>No limit binds at any time: the motion could be faster.</p>"
@@ -294,7 +294,7 @@ STRIP = 20
 NAMES = 260
 """Width of the names of strips."""
 LONGEST = 40
-"""Characters of a name beside its strip."""
+"""Characters of a name next to its strip."""
 DASHES = ("", "6 3", "2 3", "8 3 2 3")
 """Of curves whose colours are used already."""
 TICKS = 5
