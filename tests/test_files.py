@@ -167,7 +167,7 @@ def test_json_that_no_reader_takes(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["yaml", "json"])
-def test_what_is_no_text_file(suffix: str, tmp_path: Path) -> None:
+def test_binary_files_are_refused(suffix: str, tmp_path: Path) -> None:
     folder = tmp_path / f"folder.{suffix}"
     folder.mkdir()
     binary = tmp_path / f"binary.{suffix}"
@@ -180,7 +180,7 @@ def test_what_is_no_text_file(suffix: str, tmp_path: Path) -> None:
             read_trajectory(path)
 
 
-def test_the_mark_of_byte_order_is_no_text(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
     for suffix, read in (("json", read_json), ("yaml", read_yaml)):
         path = tmp_path / f"marked.{suffix}"
         path.write_bytes(b"\xef\xbb\xbf" + json.dumps({"a": 1}).encode())
@@ -217,7 +217,7 @@ def test_a_number_with_an_exponent_and_no_point_is_a_limit(tmp_path: Path) -> No
     assert read_joint_limits(path)["j"]["max_velocity"] == 10.0
 
 
-def test_a_name_that_yaml_takes_for_a_number_is_kept_as_a_key_and_told_as_a_value(tmp_path: Path) -> None:
+def test_a_number_like_name_is_kept_as_a_key_and_reported_as_a_value(tmp_path: Path) -> None:
     file = tmp_path / "named.yaml"
     file.write_text("joints: {3: 0.1, off: 0.2, 1.50: 0.3}\nid: 3\n")
     node = read_document(file)

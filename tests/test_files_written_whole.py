@@ -11,7 +11,7 @@ from trajopt.values.documents.document import write_text
 from trajopt.values.errors import FileFormatError
 
 
-def test_two_that_write_one_bundle_at_once_leave_a_whole_one(
+def test_two_concurrent_writers_leave_one_whole_bundle(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     target, begun, written = tmp_path / "x.trajopt", list[str](), zipfile.ZipFile.writestr
@@ -30,9 +30,7 @@ def test_two_that_write_one_bundle_at_once_leave_a_whole_one(
     assert [each.name for each in tmp_path.iterdir()] == [target.name]
 
 
-def test_two_that_write_one_text_at_once_leave_a_whole_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_two_concurrent_writers_leave_one_whole_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target, begun, written = tmp_path / "x.json", list[str](), Path.write_text
 
     def in_the_midst(path: Path, text: str, **options: Any) -> int:
@@ -58,9 +56,7 @@ def test_a_name_that_no_file_can_have_is_refused_and_a_long_one_is_written(tmp_p
         write_text(tmp_path / name, "text")
 
 
-def test_what_fails_in_the_midst_leaves_what_there_was(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_write_keeps_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "x.trajopt"
     write_archive(target, {"a": b"old"})
 

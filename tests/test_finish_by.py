@@ -62,7 +62,7 @@ def test_a_deadline_that_the_limits_forbid_is_refused_with_proof(table: to.Scene
     assert "limits of the joints" in str(result.explain())
 
 
-def test_the_bound_of_a_frame_is_below_the_motion_and_refuses_what_is_far_beyond(table: to.Scene) -> None:
+def test_the_bound_of_a_frame_is_below_the_motion_and_refuses_far_goals(table: to.Scene) -> None:
     there = table.placement_of("panda_hand", table.robot.positions(GOAL))
     asked = replace(problem(table), goal=to.frame_placement("panda_hand", there))
     duration = to.plan(asked).require().trajectory.duration
@@ -70,7 +70,7 @@ def test_the_bound_of_a_frame_is_below_the_motion_and_refuses_what_is_far_beyond
     assert "panda_hand, 0.902 m away, takes 0.108 s" in too_late(replace(asked, finish_by=0.04))
 
 
-def test_a_shorter_shape_is_found_for_a_deadline_or_the_soonest_is_told(table: to.Scene) -> None:
+def test_a_deadline_gets_a_shorter_shape_or_the_soonest_end_is_reported(table: to.Scene) -> None:
     asked = problem(table.add("pillar", to.Box(0.08, 0.08, 0.9), to.placement((0.55, 0.0, 0.3))))
     best, along = (to.plan(asked, improve=improve).require().trajectory.duration for improve in (True, False))
     assert best < 0.95 * along
@@ -82,7 +82,7 @@ def test_a_shorter_shape_is_found_for_a_deadline_or_the_soonest_is_told(table: t
     assert "the soonest motion that was found takes" in missed.reason
 
 
-def test_among_what_moves_a_deadline_leaves_waiting_or_refuses(table: to.Scene) -> None:
+def test_a_deadline_among_dynamic_obstacles_allows_waiting_or_is_refused(table: to.Scene) -> None:
     scene = table.add("gate", to.Box(1.2, 0.04, 3.0), to.placement((0.75, 0.2, 0.5)), expires=1.0)
     free = to.plan(problem(scene)).require().trajectory.duration
     assert free > 1.1

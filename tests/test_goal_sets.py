@@ -36,14 +36,14 @@ def test_the_nearest_is_reached_and_named(arm: to.Robot) -> None:
     assert result.problem.goals == result.problem.goals != ()
 
 
-def test_another_is_reached_where_the_nearest_is_blocked(arm: to.Robot) -> None:
+def test_another_goal_is_reached_if_the_nearest_is_blocked(arm: to.Robot) -> None:
     scene = to.Scene(arm)
     scene = scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement(tip(scene, NEAR)))
     result = to.plan(problem(scene))
     assert result.verified and result.goal_name == "far"
 
 
-def test_the_reason_of_every_goal_is_told_where_none_can_be_reached(arm: to.Robot) -> None:
+def test_unreachable_goals_are_each_reported_with_a_reason(arm: to.Robot) -> None:
     scene = to.Scene(arm)
     for name, where in (("one", NEAR), ("other", FAR)):
         scene = scene.add(name, to.Box(0.2, 0.2, 0.2), to.placement(tip(scene, where)))

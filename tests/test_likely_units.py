@@ -69,7 +69,7 @@ def test_angles_are_taken_in_degrees(name: str) -> None:
         make(0.4, degrees="yes")
 
 
-def test_defaults_stay_what_they_are_in_degrees() -> None:
+def test_defaults_in_degrees_do_not_change() -> None:
     for make in (
         lambda **k: to.frame_placement("f", AT, **k).rotation_tolerance.tolist(),
         lambda **k: follows_curve("f", line(AT, NEXT), **k).rotation_tolerance,
@@ -133,14 +133,14 @@ def test_a_clearance_of_metres_is_warned_of(planar_arm: to.Robot, kind: str) -> 
         (5.0, -1.0, 1.0, "m", ""),
     ],
 )
-def test_what_is_meant_of_a_joint_fits(
+def test_the_suggested_joint_value_is_valid(
     value: float, lower: float, upper: float, unit: str, meant: str
 ) -> None:
     words = meant_in_joint("j", value, lower, upper, unit)
     assert (f"were {meant} meant? j at {value:g}" in words) if meant else words == ""
 
 
-def test_what_is_meant_of_a_distance_and_a_speed_fits() -> None:
+def test_the_suggested_distance_and_speed_are_valid() -> None:
     assert "millimetres" in meant_at_distance(400.0, 0.9)
     assert meant_at_distance(3.0, 0.9) == "" == meant_at_distance(5000.0, 0.9)
     assert "degrees" in meant_at_speed(90.0, 2.2, "rad/s") and "millimetres" in meant_at_speed(

@@ -48,7 +48,7 @@ def test_an_object_is_answered_with_objects(scene: to.Scene) -> None:
         scene.remove("panda_hand")
 
 
-def test_what_resembles_nothing_is_answered_with_what_there_is(scene: to.Scene) -> None:
+def test_a_name_without_near_matches_is_answered_with_the_known_ones(scene: to.Scene) -> None:
     for name in ("tool0", "wrist", "tcp"):
         with pytest.raises(FrameNotFound, match="known: panda_hand, panda_hand_tcp, ") as raised:
             scene.placement_of(name, np.zeros(9))

@@ -120,7 +120,7 @@ def test_a_plan_holds_a_line_from_a_waypoint_to_the_end() -> None:
     assert off.max() > 0.05, "the way there is free"
 
 
-def test_what_is_asked_between_waypoints_is_refused_if_they_are_not_there() -> None:
+def test_a_constraint_between_missing_waypoints_is_refused() -> None:
     panda = to.load("panda")
 
     def ask(*parts: During[Requirement]) -> to.Problem:

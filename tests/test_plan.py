@@ -122,7 +122,7 @@ def test_path_constraint_broken_at_the_start(arm: to.Robot) -> None:
     assert result.status is Status.START_BREAKS_CONSTRAINT
 
 
-def test_walled_in_is_proven_with_what_blocks(arm: to.Robot) -> None:
+def test_an_enclosed_goal_is_proven_with_the_blocking_objects(arm: to.Robot) -> None:
     sheet = to.Box(1.6, 0.02, 3.0)
     scene = to.Scene(arm).add("sheet", sheet, to.placement((0.95, 0.0, 0.0)))
     scene = scene.add("other sheet", sheet, to.placement((-0.95, 0.0, 0.0)))
@@ -161,7 +161,7 @@ def test_progress_is_reported(pillar: to.Scene) -> None:
     assert {"examine", "optimise", "retime", "verify"} <= set(seen)
 
 
-def test_problem_says_what_it_is(pillar: to.Scene) -> None:
+def test_a_problem_prints_its_contents(pillar: to.Scene) -> None:
     text = str(problem(pillar, constraints=[to.axis_alignment("tip", tolerance=0.5)], velocity_scaling=0.5))
     words = ("odd", "pillar", "tip", "0.5 of the velocity limits", "clearance 0 mm required, margin 10 mm")
     for word in (*words, "velocity", "acceleration"):
@@ -187,7 +187,7 @@ def test_malformed_problems_are_refused(pillar: to.Scene, changes: dict[str, obj
         problem(pillar, **changes)
 
 
-def test_a_mimic_joint_cannot_be_asked_to_go_where_its_leader_does_not(arm: to.Robot) -> None:
+def test_a_mimic_joint_cannot_have_a_goal_that_contradicts_its_leader(arm: to.Robot) -> None:
     goal = to.joint_positions({**GOAL, "follow": 1.0})
     result = to.plan(problem(to.Scene(arm), goal=goal))
     assert result.status is Status.CONFLICTING_CONSTRAINTS and result.certainty is Certainty.PROVEN
@@ -260,7 +260,7 @@ def test_a_goal_configuration_is_free_where_a_constraint_of_the_user_speaks_of_t
         assert abs(scene.placement_of("tip", end).translation[2] - height) < 0.012
 
 
-def test_what_each_first_guess_came_to_is_told(pillar: to.Scene) -> None:
+def test_the_outcome_of_each_seed_is_reported(pillar: to.Scene) -> None:
     result = to.plan(problem(pillar))
     assert [item.number for item in result.attempts] == list(range(1, result.counts["attempts"] + 1))
     assert result.attempts[0].kind is SeedKind.STRAIGHT

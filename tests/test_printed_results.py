@@ -147,7 +147,7 @@ def test_no_value_prints_as_a_dataclass_does() -> None:
         (0.5, np.inf, "Nm", ("0.5 Nm", "inf Nm")),
     ],
 )
-def test_two_numbers_that_differ_are_printed_so_that_it_is_seen(
+def test_different_numbers_are_printed_differently(
     value: float, other: float, unit: str, said: tuple[str, str]
 ) -> None:
     assert in_unit_apart(value, other, unit) == said

@@ -82,7 +82,7 @@ def test_a_failure_says_why(failed: to.Result, call: Callable[[to.Result], objec
         call(failed)
 
 
-def test_what_is_no_plan(result: to.Result) -> None:
+def test_results_without_a_plan_are_refused(result: to.Result) -> None:
     reduced = result.problem.reduced
     for wrong in (3, "plan", [0.0] * 10_000):
         with pytest.raises(ProblemError, match="give a plan") as refused:

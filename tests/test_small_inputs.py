@@ -42,7 +42,7 @@ def test_what_cannot_be_meant_is_refused(problem: to.Problem, name: str) -> None
     assert words in str(raised.value)
 
 
-def test_a_slow_tool_is_planned_or_told(problem: to.Problem) -> None:
+def test_a_slow_tool_is_planned_or_reported(problem: to.Problem) -> None:
     frame = problem.scene.robot.links[-1]
     slow = to.plan(replace(problem, tool_speed=to.tool_speed(frame, linear=1e-5)))
     assert slow.verified and slow.trajectory is not None and slow.trajectory.duration > 1e4
@@ -53,7 +53,7 @@ def test_a_slow_tool_is_planned_or_told(problem: to.Problem) -> None:
 
 @pytest.mark.parametrize("kind", ["velocity", "acceleration", "jerk"])
 @pytest.mark.parametrize("limit", [1e-30, 1e-300])
-def test_a_tiny_limit_of_a_joint_is_told(problem: to.Problem, kind: str, limit: float) -> None:
+def test_a_tiny_joint_limit_is_reported(problem: to.Problem, kind: str, limit: float) -> None:
     limits = problem.limits
     column = np.full(len(limits.joint_names), 1.0)
     column[0] = limit
@@ -63,7 +63,7 @@ def test_a_tiny_limit_of_a_joint_is_told(problem: to.Problem, kind: str, limit: 
     assert kind in found.reason and f"{limit:g}" in found.reason
 
 
-def test_what_would_take_too_many_steps_is_not_simulated(problem: to.Problem) -> None:
+def test_a_simulation_of_too_many_steps_is_refused(problem: to.Problem) -> None:
     found = to.plan(replace(problem, velocity_scaling=1e-5)).trajectory
     assert found is not None
     with pytest.raises(ProblemError, match="simulate a part"):

@@ -25,7 +25,7 @@ def moving(speed: float) -> to.Problem:
 
 
 @pytest.mark.parametrize("speed", [0.4, -0.3])
-def test_a_motion_starts_as_fast_as_asked(speed: float) -> None:
+def test_a_motion_starts_with_the_given_velocity(speed: float) -> None:
     problem = moving(speed)
     plan = to.plan(problem, method=FreeDuration()).require()
     velocities = plan.trajectory(0.0, 1)
@@ -62,7 +62,7 @@ def test_path_constraints_are_held_on_from_any_moment_too(problem: str) -> None:
     assert to.plan(on_the_way(asked, running, 0.6 * running.duration)).verified
 
 
-def test_what_stands_still_is_planned_as_ever() -> None:
+def test_a_start_at_rest_is_planned_as_before() -> None:
     problem = to.named_problem("past_pillar_ur5")
     for still in (problem, replace(problem, start_velocity={JOINT: 0.0})):
         result = to.plan(still)
@@ -111,7 +111,7 @@ def test_limits_of_tool_speeds_are_held_from_a_start_in_motion() -> None:
     assert refused.status is to.Status.NOT_VERIFIED and "tool speed" in refused.message
 
 
-def test_what_cannot_be_is_refused() -> None:
+def test_impossible_start_velocities_are_refused() -> None:
     with pytest.raises(ProblemError, match=r"its velocity limit is [0-9.]+ deg/s"):
         moving(1e3)
     with pytest.raises(ProblemError, match=r"its acceleration limit is [0-9.]+ deg/s\^2"):
@@ -244,7 +244,7 @@ def test_a_problem_starts_where_the_running_motion_is() -> None:
         on_the_way(replace(asked, velocity_scaling=0.05), running, half)
 
 
-def test_what_the_program_holds_the_motion_holds() -> None:
+def test_the_motion_keeps_the_constraints_of_the_program() -> None:
     """Fast random starts, at which a longer duration would move the first control points."""
     asked, rng = to.named_problem("past_pillar_ur5"), np.random.default_rng(11)
     names, limits = asked.reduced.joint_names, asked.limits

@@ -49,7 +49,7 @@ def test_a_state_is_a_goal_as_it_is_a_start(panda: to.Scene) -> None:
     to.plan(problem(panda, start="extended", goal="ready")).require()
 
 
-def test_a_state_of_other_joints_is_no_goal(panda: to.Scene) -> None:
+def test_a_state_of_other_joints_is_not_a_goal(panda: to.Scene) -> None:
     with pytest.raises(StateNotFound, match=r"no state of group 'panda_arm' named 'open'; known: extended, "):
         problem(panda, goal="open")
     both = to.Scene(to.load("two_pandas"))
@@ -146,7 +146,7 @@ def test_where_no_frame_is_the_tool_the_ends_are_named() -> None:
 
 
 @pytest.mark.parametrize("goal", [None, 3, [0.1] * 8, (0.4, 0.0, 0.3), np.zeros(8), object(), [AT, 3.0]])
-def test_what_is_no_goal_is_refused_in_words(panda: to.Scene, goal: Any) -> None:
+def test_invalid_goals_are_refused_in_words(panda: to.Scene, goal: Any) -> None:
     with pytest.raises(ProblemError, match=r"^goal must be a requirement or several, the name of a state"):
         problem(panda, goal=goal)
 
@@ -168,7 +168,7 @@ def test_of_states_of_the_same_name_the_start_is_that_of_the_group(tmp_path: Pat
         assert (at["pan"], at["elbow"], at["wrist"]) == (0.4, elbow, 0.0)
 
 
-def test_two_states_that_are_asked_together_lead_to_any_of(panda: to.Scene) -> None:
+def test_two_states_as_one_goal_suggest_any_of(panda: to.Scene) -> None:
     result = to.plan(problem(panda, goal=["ready", "extended"]))
     assert result.status is to.Status.CONFLICTING_CONSTRAINTS
     assert "panda_joint2 are 44.99 deg farther apart than" in result.message

@@ -88,7 +88,7 @@ def test_every_public_class_is_a_value_or_known_not_to_be() -> None:
 
 
 @pytest.mark.parametrize("kind", VALUES, ids=lambda kind: f"{kind.__module__}.{kind.__name__}")
-def test_what_is_computed_of_a_value_is_no_part_of_it(kind: type) -> None:
+def test_computed_properties_are_not_part_of_a_value(kind: type) -> None:
     """Each is filled with a sample of every field: a new kind of field needs a sample here."""
     value = KNOWN[kind]() if kind in KNOWN else filled(kind)
     lazy = [name for name, item in inspect.getmembers(kind) if isinstance(item, cached_property)]
@@ -308,7 +308,7 @@ def planned_and_left() -> "weakref.ref[to.Scene]":
     return weakref.ref(scene)
 
 
-def test_what_was_derived_goes_with_the_value() -> None:
+def test_derived_data_is_freed_with_its_value() -> None:
     gone = planned_and_left()
     gc.collect()
     assert gone() is None

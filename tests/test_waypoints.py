@@ -128,7 +128,7 @@ def panda_tip(plan: Plan, time: float) -> np.ndarray:
     return reduced.scene.placement_of(TCP, full).translation
 
 
-def test_what_cannot_be_passed_is_said(panda: to.Robot) -> None:
+def test_an_unreachable_waypoint_is_reported(panda: to.Robot) -> None:
     far = to.frame_placement(TCP, to.placement((3.0, 0.0, 0.5)))
     result = to.plan(problem(panda, far))
     assert result.status is to.Status.NO_WAYPOINT

@@ -36,7 +36,7 @@ def test_its_picture_is_the_one_that_is_drawn() -> None:
 
 
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.function)
-def test_each_step_of_the_picture_returns_what_is_drawn(step: Step) -> None:
+def test_each_step_of_the_picture_returns_its_drawn_value(step: Step) -> None:
     function = named(step.function)
     assert callable(function)
     names = re.findall(r"\w+", step.call.partition("(")[0]) + re.findall(r"\.(\w+)\(", step.call)
@@ -48,7 +48,7 @@ def test_each_step_of_the_picture_returns_what_is_drawn(step: Step) -> None:
 
 
 @pytest.mark.parametrize("name", [FIRST[0], *(name for name, _ in OUTER)])
-def test_what_else_is_drawn_exists(name: str) -> None:
+def test_other_drawn_functions_exist(name: str) -> None:
     assert callable(named(name))
 
 

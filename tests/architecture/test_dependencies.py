@@ -65,7 +65,7 @@ def test_every_import_is_required() -> None:
     assert undeclared == {}
 
 
-def test_what_the_tests_need_is_pinned_within_its_bounds() -> None:
+def test_packages_of_tests_are_pinned_within_their_bounds() -> None:
     lines = (ROOT / "packaging" / "locked.txt").read_text().splitlines()
     pins = {
         canonicalize_name(name): version

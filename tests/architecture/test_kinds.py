@@ -29,7 +29,7 @@ def comparisons(tree: ast.Module) -> list[int]:
     return found
 
 
-def test_nothing_is_told_by_its_name() -> None:
+def test_no_type_is_decided_by_its_name() -> None:
     found = {name: comparisons(ast.parse(path.read_text())) for name, path in modules().items()}
     assert {name: lines for name, lines in found.items() if lines} == {}
 

@@ -88,7 +88,7 @@ def missing_commands(page: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("missing", [missing_files, missing_names, dead_links, missing_commands])
-def test_pages_name_what_exists(missing: Callable[[Path], list[str]]) -> None:
+def test_pages_name_existing_files(missing: Callable[[Path], list[str]]) -> None:
     pages = [*PAGES, WORKFLOW] if missing is missing_commands else PAGES
     found = {ids(page): names for page in pages if (names := missing(page))}
     assert found == {}

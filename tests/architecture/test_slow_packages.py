@@ -139,6 +139,6 @@ def test_public_names_are_functions(first: str) -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_a_name_that_does_not_exist_is_told() -> None:
+def test_a_missing_name_is_reported() -> None:
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         _ = to.simulat  # pyright: ignore[reportAttributeAccessIssue]

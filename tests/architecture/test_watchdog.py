@@ -17,7 +17,7 @@ def test_in_compiled_code():
 """
 
 
-def test_what_hangs_is_ended_and_named(tmp_path: Path) -> None:
+def test_a_hanging_test_is_ended_and_named(tmp_path: Path) -> None:
     (tmp_path / "test_hangs.py").write_text(HANGS)
     options = ["-p", "tests.watchdog", "-p", "no:cacheprovider", "-n", "0", "-v", "--rootdir", str(tmp_path)]
     options += ["-o", "timeout=1", "-o", "timeout_method=signal", "-o", "watchdog_grace=2"]

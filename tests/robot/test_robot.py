@@ -104,7 +104,7 @@ def write(folder: Path, old: str, new: str) -> Path:
     return path
 
 
-def test_what_is_refused(tmp_path: Path) -> None:
+def test_invalid_robots_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UnsupportedJoint, match="prismatic"):
         to.load(write(tmp_path, 'name="pan" type="continuous"', 'name="pan" type="ball"'))
     box = '<box size="0.1 0.1 0.1"/>'

@@ -36,7 +36,7 @@ def test_nearest_is_the_smallest_of_all_kinds(motion: Motion) -> None:
         assert apart == pytest.approx(abs(nearest.distance), abs=1e-6)
 
 
-def test_nearest_is_what_geometry_says(motion: Motion) -> None:
+def test_the_nearest_pair_equals_the_geometry(motion: Motion) -> None:
     # The arm, 60 mm thick, points at 0.35 rad; the post, 80 mm thick, stands at (0.3, 0.3).
     query = ClearanceQuery(motion.reduced, motion.trajectory.duration)
     end = motion.trajectory.duration

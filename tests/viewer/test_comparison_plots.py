@@ -35,7 +35,7 @@ def test_without_steps_or_motions_only_the_profile_is_drawn() -> None:
     assert len(images((REFUSED,))) == 1
 
 
-def test_many_methods_are_told_apart() -> None:
+def test_many_methods_have_distinct_styles() -> None:
     many = tuple(replace(run, solver=f"{run.solver} {number}") for number in range(9) for run in ALL[:4])
     for image in images(many):
         assert all(drawn(image, colour) > 20 for colour in LINES)

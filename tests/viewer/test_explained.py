@@ -23,7 +23,7 @@ def red_share(path: Path) -> float:
 
 
 @pytest.mark.parametrize("pan", [0.0, 1.0, 2.0], ids=["in collision", "on the way", "free"])
-def test_only_what_is_in_the_way_is_red(tmp_path: Path, pan: float) -> None:
+def test_only_the_obstacle_is_red(tmp_path: Path, pan: float) -> None:
     robot = odd_arm(tmp_path)
     scene = to.Scene(robot).add("post", to.Cylinder(0.06, 1.0), to.placement((0.6, 0.0, 0.3)))
     if pan == 1.0:
@@ -53,7 +53,7 @@ def test_a_goal_out_of_reach_is_drawn_as_a_ball(tmp_path: Path) -> None:
     assert not found.problem.scene.objects, "the problem itself has no such thing"
 
 
-def test_what_changes_with_time_is_drawn_where_it_is_in_the_way(tmp_path: Path) -> None:
+def test_a_dynamic_obstacle_is_drawn_at_the_time_of_blocking(tmp_path: Path) -> None:
     robot = odd_arm(tmp_path)
     goal = {**START, "pan": 1.0}
     there = to.Scene(robot).placement_of("tip", robot.positions(goal)).translation

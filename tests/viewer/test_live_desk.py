@@ -37,7 +37,7 @@ def test_of_one_name_only_the_last_is_done(desk: Desk) -> None:
     assert done[-2:] == ["drag 99", "other 99"] and len(done) <= 4
 
 
-def test_what_is_refused_is_said_and_the_desk_goes_on(desk: Desk, refused: list[str]) -> None:
+def test_a_refused_request_is_reported_and_the_desk_continues(desk: Desk, refused: list[str]) -> None:
     def refuse() -> None:
         raise ProblemError("no such box")
 
@@ -66,7 +66,7 @@ def planned(asked: to.Problem | to.Result) -> tuple[PlanningOutcome, list[str]]:
     return planning.planned, told
 
 
-def test_planning_says_how_far_it_is_and_what_came_out() -> None:
+def test_planning_reports_progress_and_outcome() -> None:
     found, told = planned(to.named_problem("planar_fold"))
     assert found.result is not None and found.result.verified
     assert any("optimising" in words for words in told)
@@ -74,7 +74,7 @@ def test_planning_says_how_far_it_is_and_what_came_out() -> None:
     assert f"A motion of {found.result.cost:.2f} s" in words and "proven" in words
 
 
-def test_a_failure_says_what_stands_in_the_way_and_what_would_help() -> None:
+def test_a_failure_names_obstacle_and_remedies() -> None:
     arm = to.load("planar2")
     goal = to.joint_positions({"joint1": 1.2, "joint2": 0.0})
     scene = to.Scene(arm).add("wall", to.Box(2.0, 0.05, 2.0), to.placement((0.0, 0.5, 0.0)))
@@ -86,7 +86,7 @@ def test_a_failure_says_what_stands_in_the_way_and_what_would_help() -> None:
     assert "Cannot" not in words and "GOAL_IN" not in words
 
 
-def test_a_problem_that_is_none_is_said_too() -> None:
+def test_an_invalid_problem_is_reported() -> None:
     words = planned_html(PlanningOutcome(None, None, "the <start> is odd"))
     assert "This cannot be planned" in words and "&lt;start&gt;" in words
 

@@ -53,7 +53,7 @@ def test_it_is_stopped_on_its_way(problem: to.Problem) -> None:
     assert 0.1 < driving.positions[0] < 0.9
 
 
-def test_what_is_put_up_on_the_way_is_not_touched(problem: to.Problem) -> None:
+def test_an_object_added_on_the_way_is_not_touched(problem: to.Problem) -> None:
     over, put = threading.Event(), threading.Event()
     wall = problem.scene.add("wall", to.Box(0.6, 0.02, 1.6), to.placement((0.4, 0.38, 0.5)))
 

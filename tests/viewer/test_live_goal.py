@@ -27,7 +27,7 @@ def test_the_robot_begins_at_its_goal(bench: Workbench) -> None:
     assert bench.at_goal and "drag the arrows" in bench.refusal
 
 
-def test_a_goal_in_reach_has_the_hand_where_it_is_asked_for(bench: Workbench) -> None:
+def test_a_goal_in_reach_places_the_hand_as_requested(bench: Workbench) -> None:
     asked = moved(bench, (0.1, -0.2, -0.1))
     bench.move_hand(asked)
     assert bench.goal.reachability is Reachability.REACHABLE and not bench.refusal
@@ -87,7 +87,7 @@ def test_named_states_are_goals(bench: Workbench) -> None:
     assert bench.at_goal
 
 
-def test_an_arm_of_few_joints_is_asked_for_positions_alone(motion: Motion) -> None:
+def test_an_arm_of_few_joints_gets_position_goals(motion: Motion) -> None:
     robot = motion.reduced.scene.robot
     bench = Workbench(to.Scene(robot), start={"slide": 0.12, "turn": -0.8, "wrist": 0.0})
     assert not bench.turned
@@ -98,14 +98,14 @@ def test_an_arm_of_few_joints_is_asked_for_positions_alone(motion: Motion) -> No
     assert bench.goal.reachability is Reachability.REACHABLE  # it is not turned
 
 
-def test_when_something_is_put_up_the_goal_is_judged_anew(bench: Workbench) -> None:
+def test_adding_an_object_checks_the_goal_again(bench: Workbench) -> None:
     bench.move_hand(moved(bench, (0.1, -0.2, -0.1)))
     goal = bench.goal.placement
     bench.change(bench.scene.add("crate", to.Box(0.5, 0.5, 0.5), to.placement(goal.translation)))
     assert bench.goal.reachability is Reachability.COLLIDING and "crate" in bench.goal.words
 
 
-def test_what_cannot_be_worked_on_is_refused() -> None:
+def test_invalid_groups_are_refused() -> None:
     scene = to.Scene(to.load("panda"))
     with pytest.raises(GroupNotFound, match="panda_arm"):
         Workbench(scene, "panda_amr")
@@ -113,7 +113,7 @@ def test_what_cannot_be_worked_on_is_refused() -> None:
         Workbench(scene, start=3.0)  # pyright: ignore
 
 
-def test_labels_leave_out_what_all_names_begin_with() -> None:
+def test_labels_omit_the_common_prefix() -> None:
     assert short("panda_joint1", ("panda_joint1", "panda_joint2")) == "joint1"
     assert short("shoulder_pan_joint", ("shoulder_pan_joint", "shoulder_lift_joint")) == "pan_joint"
     assert short("a/b_c", ("a/b_c", "d")) == "a/b_c"

@@ -25,7 +25,7 @@ def added(bench: Workbench, kind: ObjectKind) -> str:
     return name
 
 
-def test_what_is_put_up_touches_nothing_and_stands_on_the_ground(bench: Workbench) -> None:
+def test_an_added_object_touches_nothing_and_is_on_the_ground(bench: Workbench) -> None:
     kinds = (ObjectKind.BOX, ObjectKind.BOX, ObjectKind.CYLINDER, ObjectKind.SPHERE)
     names = [added(bench, kind) for kind in kinds]
     assert names == ["box", "box 2", "cylinder", "sphere"]
@@ -38,7 +38,7 @@ def test_what_is_put_up_touches_nothing_and_stands_on_the_ground(bench: Workbenc
 
 
 @pytest.mark.parametrize("kind", list(ObjectKind))
-def test_sizes_are_changed_and_what_may_touch_stays(bench: Workbench, kind: ObjectKind) -> None:
+def test_resizing_keeps_allowed_contacts(bench: Workbench, kind: ObjectKind) -> None:
     name = added(bench, kind)
     bench.change(bench.scene.allow(name, "table"))
     sizes = objects.sizes_of(bench.scene, name)
@@ -51,7 +51,7 @@ def test_sizes_are_changed_and_what_may_touch_stays(bench: Workbench, kind: Obje
     assert min(objects.sizes_of(none, name).values()) > 0.0
 
 
-def test_what_has_no_sizes_stays_as_large_as_it_is(bench: Workbench) -> None:
+def test_a_shape_without_sizes_cannot_be_resized(bench: Workbench) -> None:
     hull = to.convex(np.random.default_rng(0).uniform(-0.1, 0.1, (20, 3)))
     scene = bench.scene.add("stone", hull, to.placement((0.0, 0.9, 0.1)))
     assert objects.sizes_of(scene, "stone") == {}

@@ -78,7 +78,7 @@ def test_a_motion_is_planned_shown_and_dropped_when_the_goal_moves(live: LiveVie
     assert live.planned is None and not live._motion._folder.visible and live.time == 0.0
 
 
-def test_what_was_planned_for_another_goal_is_not_shown(live: LiveView) -> None:
+def test_a_motion_to_an_earlier_goal_is_not_shown(live: LiveView) -> None:
     drag(live, lifted(live))
     live._motion._press(None)
     drag(live, lifted(live, 0.15))
@@ -87,7 +87,7 @@ def test_what_was_planned_for_another_goal_is_not_shown(live: LiveView) -> None:
     assert live.settle(PATIENCE) and live.planned is None and live._motion.motion is None
 
 
-def test_a_fault_of_a_callback_is_said_on_the_page(live: LiveView) -> None:
+def test_a_fault_of_a_callback_is_reported_on_the_page(live: LiveView) -> None:
     def refuse() -> None:
         raise ProblemError("it is <odd>")
 

@@ -49,7 +49,7 @@ def test_an_object_is_put_up_chosen_dragged_and_removed(live: LiveView) -> None:
     assert name not in live._bench.scene.objects and not panel._about.visible
 
 
-def test_what_is_put_where_the_goal_is_makes_it_collide(live: LiveView) -> None:
+def test_an_object_at_the_goal_makes_it_collide(live: LiveView) -> None:
     drag(live, lifted(live))
     plan(live)
     put_up(live)
@@ -59,7 +59,7 @@ def test_what_is_put_where_the_goal_is_makes_it_collide(live: LiveView) -> None:
     assert live.planned is None and "in collision" in live._motion._plan.refusal
 
 
-def test_what_is_grasped_moves_with_the_robot(live: LiveView) -> None:
+def test_an_attached_object_moves_with_the_robot(live: LiveView) -> None:
     name = put_up(live)
     live._displace(to.placement(live._bench.hand_now.translation + BELOW))
     assert live.settle(PATIENCE)

@@ -79,14 +79,14 @@ def test_a_run_is_mirrored_while_it_goes_on(problem: to.Problem, publisher: RunP
         mirror.close()
 
 
-def test_a_mirror_says_that_what_it_shows_is_old_and_comes_back(problem: to.Problem) -> None:
+def test_a_mirror_reports_an_old_state_and_recovers(problem: to.Problem) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     publisher, port = RunPublisher(problem, port=0), free_port()
     there = int(publisher.url.rpartition(":")[2])
     mirror = mirror_view(publisher.url, port=port)
     try:
         publisher.close()
-        until(lambda: "what is shown is old" in mirror._text.content, "nobody said so")
+        until(lambda: "the picture is old" in mirror._text.content, "nobody said so")
         assert mirror.lost
         publisher = RunPublisher(problem, port=there)
         until(lambda: not mirror.lost and "The robot stands" in mirror._text.content, "it never came back")
@@ -138,7 +138,7 @@ def server() -> Iterator["Serving"]:
         yield up
 
 
-def test_where_nobody_answers_is_said_at_once() -> None:
+def test_an_address_without_a_server_is_reported() -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     from trajopt.server.client import ServerError
 
@@ -146,7 +146,7 @@ def test_where_nobody_answers_is_said_at_once() -> None:
         mirror_view(f"http://127.0.0.1:{free_port()}")
 
 
-def test_a_publisher_answers_nobody_who_calls_it_by_another_name(publisher: RunPublisher) -> None:
+def test_a_publisher_refuses_other_host_names(publisher: RunPublisher) -> None:
     for path, host, status in (("/state", "evil.example", 421), ("/nothing", "127.0.0.1:1", 404)):
         request = urllib.request.Request(publisher.url + path, headers={"host": host})
         with pytest.raises(urllib.error.HTTPError) as caught:
@@ -157,7 +157,7 @@ def test_a_publisher_answers_nobody_who_calls_it_by_another_name(publisher: RunP
         assert json.load(answer)["driven"] is False
 
 
-def test_a_robot_with_meshes_and_what_is_around_it_come_whole() -> None:
+def test_a_robot_with_meshes_and_its_scene_are_transferred_whole() -> None:
     scene = to.Scene(to.load("panda")).add("cup", to.Cylinder(0.03, 0.1), to.placement((0.5, 0.0, 0.05)))
     problem = to.Problem(scene=scene, group="panda_arm", start="ready", goal="extended")
     with RunPublisher(problem, port=0) as publisher:
@@ -171,7 +171,7 @@ def test_a_port_that_is_taken_is_refused(problem: to.Problem, publisher: RunPubl
         RunPublisher(problem, port=int(publisher.url.rpartition(":")[2]))
 
 
-def test_a_state_is_read_as_it_was_told(publisher: RunPublisher, problem: to.Problem) -> None:
+def test_a_published_state_is_read_back(publisher: RunPublisher, problem: to.Problem) -> None:
     driven(problem, publisher)
     told = publisher.state()
     read = state_of(Node(json.loads(json.dumps(told.as_dict())), "state"), 2)
@@ -197,7 +197,7 @@ def test_a_state_that_is_none_is_refused(changed: dict[str, object], error: type
         state_of(Node({**right, **changed}, "state"), 2)
 
 
-def test_what_moves_stands_where_it_is_at_a_moment() -> None:
+def test_a_scene_at_one_time_has_dynamic_obstacles_at_rest() -> None:
     scene = to.Scene(to.load("planar2"))
     track = to.Track.constant_velocity(to.placement((2.0, 0.0, 0.0)), velocity=(0.5, 0.0, 0.0))
     scene = (

@@ -37,7 +37,7 @@ def viewer(among: Motion) -> Iterator[Viewer]:
     opened.close()
 
 
-def test_things_are_drawn_where_and_when_they_are(viewer: Viewer) -> None:
+def test_dynamic_obstacles_are_drawn_at_their_places_and_times(viewer: Viewer) -> None:
     for time, present in ((0.25, {"ball", "flag"}), (0.7, {"ball", "flag", "lamp"}), (1.3, {"flag", "lamp"})):
         viewer.show(time)
         shown = {name for name, handle in viewer._scene.drawing._objects if handle.visible}
@@ -56,7 +56,7 @@ def test_halos_are_as_large_as_the_error(viewer: Viewer) -> None:
             np.testing.assert_allclose(reach, 0.05 + 0.01 + 0.02 * time, atol=1e-6)
 
 
-def test_nearest_counts_the_error_and_only_what_is_there(among: Motion) -> None:
+def test_the_nearest_pair_includes_errors_and_only_present_objects(among: Motion) -> None:
     query = ClearanceQuery(among.reduced, among.trajectory.duration)
     times = np.linspace(0.0, 1.5, 16)
     along = among.trajectory(times)
@@ -73,7 +73,7 @@ def test_nearest_counts_the_error_and_only_what_is_there(among: Motion) -> None:
             assert "off its track" in clearance_html(nearest)
 
 
-def test_what_moves_counts_as_surroundings_in_plots(motion: Motion, among: Motion) -> None:
+def test_dynamic_obstacles_count_as_surroundings_in_plots(motion: Motion, among: Motion) -> None:
     query = ClearanceQuery(among.reduced, 1.5)
     for kind, pair in zip(query.kinds(), range(len(query.reduced.pairs.first)), strict=True):
         if {"ball", "flag"} & set(query.reduced.owners(pair)) and "cup" not in query.reduced.owners(pair):

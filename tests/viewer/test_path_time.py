@@ -32,7 +32,7 @@ def shaded(path: Path) -> float:
     return float((np.abs(pixels - colour).max(axis=2) < 2.0).mean())
 
 
-def test_what_passes_is_drawn_as_large_as_it_is(tmp_path: Path) -> None:
+def test_a_passing_obstacle_blocks_its_true_region(tmp_path: Path) -> None:
     turning = to.Track.constant_velocity(
         to.placement((0.75, 0.0, 0.12)), (0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 1.2), end=60.0
     )
@@ -53,7 +53,7 @@ def test_without_anything_that_changes_there_is_the_motion_alone(tmp_path: Path)
     assert plot_path_time(swing(), tmp_path / "still.svg").read_text().startswith("<?xml")
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+def test_results_without_a_plan_are_not_drawn(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match="is not an image format"):
         plot_path_time(swing(), tmp_path / "a.urdf")
     with pytest.raises(ShapeError, match="until"):

@@ -13,7 +13,7 @@ from trajopt.optimise.kinematics import reduce_model
 from trajopt.viewer import plot_reach
 
 
-def test_cuts_show_what_was_met(tmp_path: Path) -> None:
+def test_cuts_show_reached_cells(tmp_path: Path) -> None:
     robot = odd_arm(tmp_path)
     reduced = reduce_model(to.Scene(robot), "all", robot.positions())
     few, many = (reach_map(reduced, "tip", n, rng=np.random.default_rng(0), cell=0.1) for n in (5, 5000))

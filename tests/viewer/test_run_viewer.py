@@ -97,7 +97,7 @@ def test_any_time_of_a_recording_is_shown(viewer: RunViewer, recording: Recordin
     assert not drawing._stop._trail._line.visible and not drawing._plan._ghost._root.visible
 
 
-def test_what_is_around_is_what_was_known_then(viewer: RunViewer, recording: Recording) -> None:
+def test_the_shown_surroundings_are_those_known_at_that_time(viewer: RunViewer, recording: Recording) -> None:
     appeared = recording.sightings[-1].since - recording.begin
     for time, known in ((appeared - 0.05, False), (appeared + 0.05, True), (appeared - 0.05, False)):
         viewer.show(time)

@@ -72,7 +72,7 @@ def test_nothing_is_commanded_unless_the_button_is_held(
     assert said(opened).released, "the line to the page is gone"
 
 
-def test_each_control_says_what_it_is_for(opened: ServoPage) -> None:
+def test_each_control_gives_its_command(opened: ServoPage) -> None:
     opened._hold(None)
     assert said(opened).speed is None
     opened._speeds.value = 0.4
@@ -113,7 +113,7 @@ def held(page: "Page", name: str) -> None:
     page.mouse.down()
 
 
-def test_a_mouse_leads_the_robot_and_what_it_said_leads_it_again(
+def test_a_mouse_leads_the_robot_and_its_recording_repeats_the_motion(
     opened: ServoPage, problem: to.Problem
 ) -> None:
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")

@@ -77,7 +77,7 @@ def test_the_page_asks_for_its_secret_origin_and_host(server: Serving, session: 
         assert status(at + found["path"], Host="evil.example") == HTTPStatus.MISDIRECTED_REQUEST
 
 
-def test_it_ends_with_whoever_opened_it(server: Serving, session: Session) -> None:
+def test_it_ends_with_its_request(server: Serving, session: Session) -> None:
     with opened(server, session.id) as found:
         with opened(server, session.id) as again:
             assert again["error"]["kind"] == "busy" and "3-D page is open" in again["error"]["reason"]
@@ -94,7 +94,7 @@ def test_it_ends_with_whoever_opened_it(server: Serving, session: Session) -> No
     until(lambda: not httpx.get(state).json()["driven"], "the page still has the robot")
 
 
-def test_there_are_no_more_pages_than_may_be(server: Serving) -> None:
+def test_the_number_of_pages_is_limited(server: Serving) -> None:
     with Client(server.url) as client:
         one, two, three = (client.session("tiny").id for _ in range(3))
         with opened(server, one) as first, opened(server, two) as second, opened(server, three) as refused:
@@ -125,7 +125,7 @@ def test_the_policy_frames_these_ports_of_this_host_only(server: Serving) -> Non
         assert httpx.post(f"{guarded.url}/sessions/x/view", json={}).status_code == HTTPStatus.UNAUTHORIZED
 
 
-def test_without_the_extra_the_reason_says_what_to_install(
+def test_without_the_extra_the_reason_names_the_package(
     motion: Motion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from trajopt.viewer.live.session_page import page
@@ -138,7 +138,7 @@ def test_without_the_extra_the_reason_says_what_to_install(
         page(state, where, Watch(1.0))
 
 
-def test_the_session_is_told_where_the_page_has_its_robot(motion: Motion) -> None:
+def test_the_session_receives_the_robots_positions_from_the_page(motion: Motion) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     from trajopt.viewer.live.session_page import page
 

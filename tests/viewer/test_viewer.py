@@ -125,7 +125,7 @@ def test_the_page_is_seen_from_where_pictures_are(motion: Motion, viewer: Viewer
     assert camera.fov == pytest.approx(FIELD_OF_VIEW)
 
 
-def test_what_hides_the_motion_is_translucent(motion: Motion) -> None:
+def test_objects_that_hide_the_motion_are_translucent(motion: Motion) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     scene = motion.reduced.scene
     for name, x in (("front", 0.68), ("back", -0.3)):
@@ -142,7 +142,7 @@ def test_what_hides_the_motion_is_translucent(motion: Motion) -> None:
     assert seen_through == expected and expected and expected <= {"front", "back", "left", "right"}
 
 
-def test_nothing_but_what_we_say_is_printed(motion: Motion, capsys: pytest.CaptureFixture[str]) -> None:
+def test_viser_prints_nothing(motion: Motion, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     view(motion.reduced, motion.trajectory, port=free_port()).close()
     assert capsys.readouterr() == ("", "")

@@ -14,16 +14,14 @@ from trajopt.optimise.transcription import fixed_goal
 from trajopt.planning.attempt import plan_once
 from trajopt.planning.endpoints import EndpointChecks
 from trajopt.planning.result import Result
-from trajopt.planning.schedule import NEAREST, Round, Row
+from trajopt.planning.schedule import NEAREST, SOURCES, Round, Row
 from trajopt.planning.seeds import (
     Blocked,
     Bumps,
-    DetourLines,
     GivenPaths,
     GivenSeed,
     MakeSeed,
     NoSeed,
-    SampledPaths,
     SeedContext,
     SeedKind,
     SeedSource,
@@ -110,14 +108,6 @@ BRANCHES = 12
 """Goal configurations that are planned to at most."""
 CLOSE_BEND = 0.15
 """Bends of lines around the best motion so far, in ordinary steps."""
-SOURCES: dict[SeedKind, SeedSource] = {
-    SeedKind.AROUND: DetourLines(),
-    SeedKind.BUMP: Bumps(),
-    SeedKind.SAMPLED: SampledPaths(),
-}
-"""Sources of the seeds of each kind, except straight lines, whose kind each branch names itself, and the
-caller's paths.
-"""
 
 
 @dataclass(frozen=True, eq=False)

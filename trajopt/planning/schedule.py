@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import chain, repeat
 
-from trajopt.planning.seeds import SeedKind
+from trajopt.planning.seeds import Bumps, DetourLines, SampledPaths, SeedKind, SeedSource
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,15 @@ CYCLE: tuple[Round, ...] = (
 CYCLES = 3
 """Number of repetitions without a budget."""
 
+
+SOURCES: dict[SeedKind, SeedSource] = {
+    SeedKind.AROUND: DetourLines(),
+    SeedKind.BUMP: Bumps(),
+    SeedKind.SAMPLED: SampledPaths(),
+}
+"""Sources of the seeds of each kind, except straight lines, whose kind each branch names itself, and the
+caller's paths.
+"""
 
 GIVEN: Round = (Row(SeedKind.GIVEN, to_any=True),)
 """Seeds before all others, if the caller passes paths."""

@@ -33,7 +33,7 @@ def test_a_row_becomes_a_bundle_with_its_motion(planned: CampaignFolder, tmp_pat
     assert kept.judged().verified and kept.problem.name == "random motion 0"
 
 
-def test_a_motion_is_judged_anew_from_its_row_alone(planned: CampaignFolder) -> None:
+def test_a_motion_is_judged_again_from_its_row_alone(planned: CampaignFolder) -> None:
     row = next(iter(planned.rows()))
     motion = motion_of(row)
     assert motion is not None
@@ -58,7 +58,7 @@ def test_rows_that_are_not_there_are_named(planned: CampaignFolder, tmp_path: Pa
 
 
 @pytest.mark.timeout(200)
-def test_what_crashed_is_kept_as_a_problem(faulty: Path, tmp_path: Path) -> None:
+def test_a_crashed_problem_is_kept(faulty: Path, tmp_path: Path) -> None:
     folder = run_campaign(Campaign("harm", [installed("ends_planning")]), tmp_path / "harm", Local(1))
     (row,) = folder.rows()
     assert row["status"] == "CRASHED"
@@ -91,7 +91,7 @@ def test_shares_are_apart_and_batches_are_whole(planned: CampaignFolder) -> None
     assert sorted(key for batch in batches for key in batch.ids.tolist()) == sorted(found.ids.tolist())
 
 
-def test_what_is_no_data_set_is_refused(planned: CampaignFolder, tmp_path: Path) -> None:
+def test_files_of_other_formats_are_refused_as_data_sets(planned: CampaignFolder, tmp_path: Path) -> None:
     found = dataset(planned, 2)
     with pytest.raises(FileFormatError, match=r"written as \.npz"):
         found.write(tmp_path / "set.csv")

@@ -46,14 +46,14 @@ def test_another_process_gives_the_same(scene: to.Scene, task: to.Problem, hashi
     assert done.stdout.split() == ids([random_motions(scene, 3), perturbed(task, 2, shift=0.05)])
 
 
-def test_the_first_stay_the_same_whatever_the_count_and_the_order(scene: to.Scene, task: to.Problem) -> None:
+def test_first_problems_do_not_depend_on_count_and_order(scene: to.Scene, task: to.Problem) -> None:
     few, many = random_motions(scene, 3), random_motions(scene, 30)
     own = from_problems("own", [task])
     assert ids([few]) == ids([many])[:3]
     assert sorted(ids([few, own])) == sorted(ids([own, few]))
 
 
-def test_what_is_asked_changes_the_id_and_not_the_problem(scene: to.Scene) -> None:
+def test_options_change_the_id_and_not_the_problem(scene: to.Scene) -> None:
     source = random_motions(scene, 2)
     both = Campaign("x", [source], [Options(), Options(work=10_000)])
     tasks = list(both.tasks(Packer()))
@@ -79,7 +79,7 @@ def test_contents_change_the_problem(scene: to.Scene, task: to.Problem) -> None:
     assert len(set(found)) == len(found)
 
 
-def test_what_is_only_drawn_does_not_count(scene: to.Scene) -> None:
+def test_visual_shapes_do_not_change_the_id(scene: to.Scene) -> None:
     bare = replace(scene, robot=replace(scene.robot, visuals={}))
     assert ids([random_motions(bare, 1)]) == ids([random_motions(scene, 1)])
 
@@ -97,7 +97,7 @@ def test_versions_change_the_id_and_not_the_problem(scene: to.Scene, monkeypatch
     assert before.problem_id == after.problem_id and before.id != after.id
 
 
-def test_what_has_nothing_to_plan_is_refused(scene: to.Scene) -> None:
+def test_invalid_campaigns_are_refused(scene: to.Scene) -> None:
     source = random_motions(scene, 1)
     with pytest.raises(ProblemError, match="sources is empty"):
         Campaign("x", [])

@@ -46,7 +46,7 @@ def test_the_files_that_rows_are_in_do_not_matter(
         assert np.array_equal(memory.knots, second.storage.all()[number].knots)
 
 
-def test_what_was_learnt_before_stays_when_it_is_full(planned: CampaignFolder) -> None:
+def test_earlier_memories_stay_when_the_memory_is_full(planned: CampaignFolder) -> None:
     experience = Experience(most=5)
     assert remember(planned, experience) == 5
     assert sorted(experience.storage.all()) == [1, 2, 3, 4, 5]

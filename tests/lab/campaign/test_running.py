@@ -41,7 +41,7 @@ def test_every_problem_has_a_verified_row(planned: CampaignFolder, small: Campai
         assert row["duration"] == row["times"][-1] and row["cpu_seconds"]["total"] > 0.0
 
 
-def test_a_row_is_what_plan_answers(planned: CampaignFolder, task: to.Problem, tmp_path: Path) -> None:
+def test_a_row_equals_the_result_of_plan(planned: CampaignFolder, task: to.Problem, tmp_path: Path) -> None:
     (row,) = run_campaign(Campaign("own", [from_problems("own", [task])]), tmp_path / "own", Local(1)).rows()
     plan = to.plan(task).require()
     assert np.array_equal(row["times"], plan.trajectory.times)
@@ -53,9 +53,7 @@ def test_two_workers_give_the_same_rows(planned: CampaignFolder, small: Campaign
     assert rows_of(run_campaign(small, tmp_path / "two", Local(2))) == rows_of(planned)
 
 
-def test_what_is_missing_is_planned_and_nothing_else(
-    planned: CampaignFolder, small: Campaign, tmp_path: Path
-) -> None:
+def test_only_missing_rows_are_planned(planned: CampaignFolder, small: Campaign, tmp_path: Path) -> None:
     begun = CampaignFolder.begin(small, tmp_path / "begun")
     some = list(planned.rows())[:7]
     begun.write(encoded(some[:5]))
@@ -140,7 +138,7 @@ def test_a_disk_that_stays_full_ends_it_and_it_can_be_resumed(
     assert rows_of(resume_campaign(tmp_path / "full", Local(1))) == rows_of(planned)
 
 
-def test_what_goes_wrong_is_a_row_with_its_reason(faulty: Path, tmp_path: Path) -> None:
+def test_a_failed_problem_has_a_row_with_its_reason(faulty: Path, tmp_path: Path) -> None:
     names = ("good", "ends", "ends_once", "hangs", "raises", "malformed")
     harm = Campaign("harm", [installed(name) for name in names], most_seconds=6.0)
     folder = run_campaign(harm, tmp_path / "harm", Local(1))

@@ -154,7 +154,7 @@ def test_installed_problems(tmp_path: Path) -> None:
         installed("walled_in", 2)
 
 
-def test_what_is_no_recipe_is_refused() -> None:
+def test_invalid_recipes_are_refused() -> None:
     with pytest.raises(CampaignError, match="no recipe of a problem"):
         read('{"recipe": "Spell"}')
 

@@ -58,7 +58,7 @@ def test_a_worker_goes_on_with_its_next_block_by_itself(scene: to.Scene, tmp_pat
         assert supervisor.advance() is None
 
 
-def test_more_problems_than_are_sent_at_once_have_their_rows(scene: to.Scene, tmp_path: Path) -> None:
+def test_more_problems_than_fit_into_one_message_have_their_rows(scene: to.Scene, tmp_path: Path) -> None:
     with watched([random_motions(scene, AHEAD + 9)], tmp_path) as (supervisor, tasks):
         assert ids(supervisor.run(tasks)) == [task.id for task in tasks]
 
@@ -108,7 +108,7 @@ def test_a_worker_that_ends_amid_problems_costs_none_of_those_before_and_behind(
         assert [row["status"] for row in worked.rows] == ["SOLVED"] * 5 + ["CRASHED"] + ["SOLVED"] * 9
 
 
-def test_only_what_hangs_is_given_up_not_what_was_planned_and_not_yet_told(
+def test_only_the_hanging_problem_is_given_up_not_unreported_rows(
     faulty: Path, scene: to.Scene, tmp_path: Path
 ) -> None:
     sources = [random_motions(scene, 5), installed("hangs"), random_motions(scene, 4, seed=1)]

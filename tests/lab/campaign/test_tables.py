@@ -32,7 +32,7 @@ def odd() -> list[dict[str, object]]:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 4])
-def test_a_table_is_what_arrow_makes_of_the_rows(count: int) -> None:
+def test_a_table_equals_arrows_own_conversion(count: int) -> None:
     table = table_of(odd()[:count], row_columns())
     table.validate(full=True)
     assert table.equals(pa.Table.from_pylist(odd()[:count], schema=row_columns()))

@@ -103,7 +103,9 @@ def test_the_messages_form_of_both_generations(tmp_path: Path) -> None:
         ("image_width: 640", "image_width: 640\nroi: {x_offset: 8}", "cut off"),
     ],
 )
-def test_what_cannot_be_meant_is_refused_by_its_place(tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_impossible_values_are_refused_with_their_place(
+    tmp_path: Path, old: str, new: str, said: str
+) -> None:
     with pytest.raises((FileFormatError, ValueError), match=said):
         read_camera_info(written(tmp_path, CALIBRATED.replace(old, new)))
 

@@ -11,7 +11,7 @@ RATIONAL = Lens(k1=0.5, k2=-2.6, p1=6e-4, p2=-1e-4, k3=1.5, k4=0.38, k5=-2.4, k6
 
 
 @pytest.mark.parametrize("lens", [KINECT, RATIONAL, Lens(k1=-0.3, k2=0.1), Lens(p1=0.01, p2=-0.02)])
-def test_what_the_lens_bends_is_straightened(lens: Lens) -> None:
+def test_lens_distortion_is_removed(lens: Lens) -> None:
     straight = np.stack(np.meshgrid(np.linspace(-0.5, 0.5, 41), np.linspace(-0.4, 0.4, 31)), axis=-1)
     found = lens.straightened(lens.bent(straight))
     assert np.abs(found - straight).max() < 1e-8  # of a pixel less than a hundred thousandth
@@ -22,7 +22,7 @@ def test_a_straight_lens_changes_nothing() -> None:
     assert Lens().straight and np.array_equal(Lens().straightened(slopes), slopes)
 
 
-def test_where_the_picture_is_folded_over_there_is_no_ray() -> None:
+def test_pixels_in_folded_parts_of_the_image_have_no_ray() -> None:
     barrel = Lens(k1=-0.5)  # x (1 - x^2 / 2) turns back at 0.816, where it is 0.544
     found = barrel.straightened(np.array(((0.5, 0.0), (0.6, 0.0))))
     assert np.isfinite(found[0]).all() and np.isnan(found[1]).all()

@@ -61,7 +61,7 @@ def test_a_turned_box_is_found_again() -> None:
     assert volume[0] < 1.1 * 0.104 * 0.204 * 0.304 < 0.7 * volume[1]
 
 
-def test_what_is_near_is_one_and_what_is_far_is_two() -> None:
+def test_near_parts_are_joined_and_far_parts_are_separate() -> None:
     line = np.column_stack((np.linspace(0.0, 1.0, 101), np.zeros(101), np.zeros(101)))
     (one,) = clusters(to.Points(line, 0.001), Clustering(gap=0.0101))
     assert len(one.points) == 101
@@ -128,7 +128,7 @@ def test_planes_are_the_same_each_time_and_none_are_found_in_a_ball() -> None:
     assert planes(to.Points(np.zeros((2, 3)) + 1.0, 0.003)) == ()
 
 
-def test_border_cells_hold_what_is_measured_in_the_workspace() -> None:
+def test_border_cells_contain_measurements_of_the_workspace() -> None:
     """A wall at 0.549 m of a workspace that ends at 0.55 m, which is not a multiple of the cell."""
     room, sensor = Workspace((-0.55, -0.55, -0.55), (0.55, 0.55, 0.55)), to.placement((0.0, 0.0, 0.0))
     grid = Grid.around(sensor, 1.0, 0.02, room)

@@ -96,7 +96,7 @@ def test_noise_within_the_model_stays_within_the_balls() -> None:
     assert without.noise == 0.0 and radius.noise > 3.0 * 0.001
 
 
-def test_the_robot_is_left_out_and_what_it_carries() -> None:
+def test_the_robot_and_attached_objects_are_removed() -> None:
     scene = to.Scene(ROBOT).add(
         "rod", to.Box(0.04, 0.04, 0.3), to.placement((0, 0, 0.25)), frame="panda_hand"
     )
@@ -183,7 +183,7 @@ def test_a_known_object_is_left_out() -> None:
 
 
 @pytest.mark.parametrize("wall", [0.0, 0.01])
-def test_what_lies_in_a_known_bin_stays(wall: float) -> None:
+def test_measurements_inside_a_known_bin_stay(wall: float) -> None:
     """Of triangles, open as sheets or closed as plates: within the bin's hull, and no part of the bin."""
     scene = to.Scene(ROBOT).add(
         "bin", _bin(0.4, 0.2, wall), to.placement((0.6, 0.0, 0.0)), meshes=to.MeshPolicy(exact=True)
@@ -269,7 +269,7 @@ def test_whole_numbers_are_millimetres() -> None:
     assert np.allclose(DepthImage(camera, raw.astype(np.float32), AT, scale=1e-3).metres, as_read.metres)
 
 
-def test_what_measures_nothing_becomes_nothing() -> None:
+def test_an_image_without_measurements_adds_no_object() -> None:
     camera, scene = camera_over(), to.Scene(ROBOT)
     for nothing in (np.nan, np.inf, -np.inf, 0.0, -1.0, 0.05, 3.5):
         empty = DepthImage(camera, np.full((120, 160), nothing), AT)
@@ -280,7 +280,7 @@ def test_what_measures_nothing_becomes_nothing() -> None:
         assert len(perceive(scene, PointCloud(none, AT)).cloud) == 0
 
 
-def test_some_points_that_are_no_numbers_are_left_out() -> None:
+def test_points_that_are_not_finite_are_skipped() -> None:
     points = np.array(((0.5, 0.5, 0.5), (np.nan, 0.0, 0.0), (0.0, np.inf, 1.0), (0.6, 0.5, 0.5)))
     assert len(perceive(to.Scene(ROBOT), PointCloud(points, AT)).cloud) == 2
 

@@ -10,7 +10,7 @@ from trajopt.lab.perception.robot_mask import RobotMask
 from trajopt.values.errors import ProblemError, SizeError
 
 
-def test_what_is_seen_through_now_goes_and_what_is_hidden_stays() -> None:
+def test_points_seen_through_are_removed_and_hidden_points_stay() -> None:
     scene, camera, sensing = to.Scene(ROBOT), camera_over(), Sensing(workspace=FRONT, cell=0.01)
     hidden = (np.array((0.25, -0.02, 0.0)), np.array((0.3, 0.02, 0.03)))  # behind the can, from the camera
     before = perceive(scene, image([TABLE, hidden], camera), sensing).cloud

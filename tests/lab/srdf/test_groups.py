@@ -65,7 +65,7 @@ def test_two_arms_with_grippers(tmp_path: Path) -> None:
     assert groups["left_arm"].driven == tuple(f"left_joint{number}" for number in range(4))
 
 
-def test_arms_on_a_torso_are_no_gripper(tmp_path: Path) -> None:
+def test_arms_on_a_torso_are_not_a_gripper(tmp_path: Path) -> None:
     groups = proposed(two_arms(tmp_path))
     assert [(group.base, group.tip) for group in groups.values()] == [
         ("torso", "left_hand"),
@@ -172,7 +172,7 @@ def test_a_wrist_that_turns_a_whole_gripper_is_the_arms(
         ((*WRIST[:2], ("joint6", "revolute", "finger")), "its name or that of a link beside it says so"),
     ],
 )
-def test_what_may_be_a_grippers_joint_is_said(
+def test_a_possible_gripper_joint_is_reported(
     tmp_path: Path, links: tuple[tuple[str, str, str], ...], why: str
 ) -> None:
     robot = loaded(tmp_path, chain(*links))

@@ -89,7 +89,7 @@ def test_counts_are_those_of_plain_coal(planar_arm: to.Robot) -> None:
     assert_counts_are_plain(planar_arm, 600)
 
 
-def test_nearest_is_where_it_is_said_to_be(planar_arm: to.Robot) -> None:
+def test_the_nearest_configuration_has_the_reported_distance(planar_arm: to.Robot) -> None:
     reduced = all_joints_free(planar_arm)
     for item in judge_pairs(planar_arm, rng=np.random.default_rng(0), confidence=QUICK):
         if item.samples:
@@ -143,7 +143,7 @@ def shy(folder: Path) -> to.Robot:
     return to.load(folder / "shy.urdf")
 
 
-def test_descent_finds_what_few_samples_miss(tmp_path: Path) -> None:
+def test_descent_finds_collisions_that_few_samples_miss(tmp_path: Path) -> None:
     """With a handful of samples chance misses the corner; the descent from the nearest sample does not."""
     missed = 0
     for seed in range(10):

@@ -39,7 +39,7 @@ def read_back(robot: to.Robot, proposal: SrdfProposal, folder: Path) -> to.Robot
     return to.load(robot.urdf_path, srdf=folder / "robot.srdf", package_dirs=dirs)
 
 
-def test_what_is_written_is_read_back(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
+def test_a_written_srdf_is_read_back(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
     again = read_back(panda, proposal, tmp_path)
     assert again.groups["panda_arm"].joints == panda.groups["panda_arm"].joints
     assert again.groups["panda_arm"].tip == "panda_link8"

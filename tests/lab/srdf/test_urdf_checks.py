@@ -91,7 +91,7 @@ def test_a_good_robot_has_no_findings(changed: Check) -> None:
         ),
     ],
 )
-def test_an_oddity_is_told(
+def test_an_implausible_value_is_reported(
     changed: Check, old: str, new: str, severity: Severity, subject: str, told: str
 ) -> None:
     found = changed(old, new)
@@ -100,12 +100,12 @@ def test_an_oddity_is_told(
     ), [str(item) for item in found]
 
 
-def test_what_pinocchio_cannot_parse_is_a_typed_error(changed: Check) -> None:
+def test_a_urdf_that_pinocchio_cannot_parse_raises_a_typed_error(changed: Check) -> None:
     with pytest.raises(to.TrajoptError, match="does not contain a valid URDF model"):
         changed("<limit", '<dynamics damping="much"/><limit')
 
 
-def test_a_limit_that_is_not_stated_is_told(changed: Check) -> None:
+def test_a_missing_limit_is_reported(changed: Check) -> None:
     told = Finding(Severity.WARNING, "turn", "has no limit, or one of zero, on its velocity")
     assert told in changed(' effort="10" velocity="1"', ' effort="10"')
 
@@ -120,7 +120,7 @@ def test_missing_inertias_and_continuous_joints(tmp_path: Path) -> None:
     assert order == sorted(order)
 
 
-def test_a_mimic_range_that_nothing_reaches_is_told_and_not_fatal(tmp_path: Path) -> None:
+def test_an_unreachable_mimic_range_is_reported_and_not_fatal(tmp_path: Path) -> None:
     """No position of j1 keeps m1 within its limits: an error among the findings, and an SRDF all the same."""
     robot = planar(
         tmp_path, {"m1": ("j1", 0.1, 0.0)}, limits={"m1": 'lower="1" upper="2" velocity="1" effort="1"'}

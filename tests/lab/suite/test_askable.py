@@ -67,7 +67,7 @@ def test_it_knows_nothing_of_the_planner() -> None:
     assert subprocess.run([sys.executable, "-c", script], check=False, timeout=100).returncode == 0
 
 
-def test_what_is_free_and_within_limits_can_be_asked(ask: Ask) -> None:
+def test_free_configurations_within_limits_are_askable(ask: Ask) -> None:
     assert ask({"shoulder": 1.0, "elbow": 9.0}) == []
 
 
@@ -76,20 +76,20 @@ def test_outside_a_limit(ask: Ask) -> None:
     assert ask({"shoulder": 3.141592653589793}) == []  # the limit is printed with five decimals
 
 
-def test_what_touches(ask: Ask) -> None:
+def test_configurations_in_contact_are_not_askable(ask: Ask) -> None:
     assert ask({"elbow": 1.5707963}, ball=0.9) == ["goal: fore touches ball", "goal: shoulder touches ball"]
     assert ask({"elbow": 0.1}, ball=0.0)[0].startswith("start: fore touches ball")
     # Folded back, the forearm and what is welded to it lie in the base: the SRDF excuses the one only.
     assert ask({"elbow": 3.14159}) == ["goal: base touches shoulder"]
 
 
-def test_the_matrix_decides_of_what_it_names(ask: Ask) -> None:
+def test_the_allowed_collision_matrix_decides_for_its_pairs(ask: Ask) -> None:
     names = ["base", "fore", "shoulder"]
     matrix = {"entry_names": names, "entry_values": [[False, False, True], [False] * 3, [True, False, False]]}
     assert ask({"elbow": 3.14159}, matrix=matrix) == ["goal: base touches fore"]
 
 
-def test_what_cannot_be_held(ask: Ask) -> None:
+def test_configurations_that_cannot_be_held_are_not_askable(ask: Ask) -> None:
     assert ask({"shoulder": 1.5}, effort=4.0) == [
         "start: shoulder needs 4.905 to hold its load, its effort limit is 4"
     ]
@@ -107,7 +107,7 @@ def test_the_fetch_as_it_was_found(shared_data: Path) -> None:
     }  # fmt: skip
 
 
-def test_what_a_baxter_cannot_hold(shared_data: Path) -> None:
+def test_configurations_that_a_baxter_cannot_hold(shared_data: Path) -> None:
     folder = shared_data / "motionbenchmaker" / "baxter"
     machine = read_machine(folder / "robot/baxter.urdf", folder / "robot/baxter.srdf", folder / "robot")
     found = problems(folder, 5)

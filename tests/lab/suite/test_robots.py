@@ -72,7 +72,7 @@ def test_robots_side_by_side() -> None:
     assert " |  |" in comparison([fetch]).splitlines()[2], "without the Panda there is no ratio"
 
 
-def test_a_section_says_what_was_not_verified() -> None:
+def test_a_section_lists_unverified_problems() -> None:
     fetch = done("fetch", HANG, solved("box/1", 0.2), solved("box/9", 9.0), unaskable=("box/9",))
     text = section(fetch, summary(fetch.outcomes, fetch.askable), by_set(fetch.outcomes, fetch.askable))
     assert "| box | 2 | 1 | 1 | 100.0 % |" in text and "| all | 3 | 1 | 1 | 50.0 % |" in text

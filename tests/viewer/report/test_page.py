@@ -183,7 +183,7 @@ def test_still_pictures_replace_the_motion(
     context.close()
 
 
-def test_what_moves_plays_along(planar: to.Scene, browser: "Browser", tmp_path: Path) -> None:
+def test_dynamic_obstacles_move_during_playback(planar: to.Scene, browser: "Browser", tmp_path: Path) -> None:
     """A ball passes a robot that stands still: what changes is the ball."""
     track = to.Track.constant_velocity(to.placement((0.9, 0.9, 0.1)), (-0.9, 0.0, 0.0), end=2.0)
     scene = planar.add("passing", to.Sphere(0.15), motion=track)
@@ -221,7 +221,7 @@ def test_what_moves_plays_along(planar: to.Scene, browser: "Browser", tmp_path: 
     page.close()
 
 
-def test_a_failure_shows_what_is_in_the_way(failure: to.Result, opened: Callable[..., Opened]) -> None:
+def test_a_failure_shows_the_obstacle(failure: to.Result, opened: Callable[..., Opened]) -> None:
     made = opened(failure)
     picture = made.settled()
     red = (picture[..., 0] - picture[..., 1] > 40) & (picture[..., 0] - picture[..., 2] > 20)

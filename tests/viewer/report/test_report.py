@@ -64,14 +64,16 @@ def test_a_bundle_says_the_same_as_its_result(plan: to.Result, kept: Bundle, tmp
     assert without_date(text_of(kept, tmp_path / "one")) == without_date(text_of(plan, tmp_path))
 
 
-def test_what_a_bundle_says_of_its_motion_is_not_believed(kept: Bundle, tmp_path: Path) -> None:
+def test_the_verdict_in_a_bundle_is_not_trusted(kept: Bundle, tmp_path: Path) -> None:
     assert kept.trajectory is not None
     faster = replace(kept.trajectory, times=0.2 * kept.trajectory.times, velocities=None, accelerations=None)
     page = text_of(replace(kept, trajectory=faster), tmp_path)
     assert "Not proven" in page and "What the judge found" in page and "✓ Proven" not in page
 
 
-def test_a_failure_says_what_is_in_the_way_and_what_is_free(failure: to.Result, tmp_path: Path) -> None:
+def test_a_failure_names_the_obstacle_and_the_nearest_free_configuration(
+    failure: to.Result, tmp_path: Path
+) -> None:
     failure.save(tmp_path / "failure.trajopt")
     for what in (failure, read_bundle(tmp_path / "failure.trajopt")):
         page = text_of(what, tmp_path)
@@ -91,13 +93,13 @@ def test_a_problem_alone(failure: to.Result, tmp_path: Path) -> None:
     assert [each.name for each in scenery(subject_of(failure.problem)).ghosts] == ["goal"]
 
 
-def test_a_plan_without_what_planning_said(plan: to.Result, tmp_path: Path) -> None:
+def test_a_plan_without_planning_data(plan: to.Result, tmp_path: Path) -> None:
     page = text_of(plan.require(), tmp_path)
     assert "✓ Proven" in page and "What was tried" not in titles(page)
 
 
 @pytest.mark.parametrize("name", ["goal_beyond_limits", "start_in_collision", "motors_too_weak"])
-def test_failures_of_every_kind_are_told(name: str, tmp_path: Path) -> None:
+def test_failures_of_every_kind_are_reported(name: str, tmp_path: Path) -> None:
     try:
         result = to.plan(named_problem(name))
     except to.MissingExtra as error:
@@ -158,7 +160,7 @@ WRONG: tuple[tuple[str, dict[str, object], str], ...] = (
 
 
 @pytest.mark.parametrize(("part", "value", "said"), WRONG)
-def test_what_says_no_such_thing_is_refused_by_its_place(
+def test_an_invalid_field_is_refused_with_its_place(
     kept: Bundle, tmp_path: Path, part: str, value: dict[str, object], said: str
 ) -> None:
     path = tmp_path / "report.html"
@@ -174,7 +176,7 @@ def test_arguments_of_another_kind_are_refused(plan: to.Result, tmp_path: Path) 
         write_report(plan, tmp_path / "report.html", moving=1)  # pyright: ignore[reportArgumentType]
 
 
-def test_it_measures_what_the_judge_measures(plan: to.Result) -> None:
+def test_its_measurements_equal_the_judges(plan: to.Result) -> None:
     """Peaks, clearance and what binds, against the judge's own numbers."""
     assert plan.trajectory is not None and plan.certificate is not None
     seen = measured(plan.problem, plan.trajectory)

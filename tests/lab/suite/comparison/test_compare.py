@@ -41,7 +41,7 @@ def test_every_problem_by_every_method(found: tuple[Outcome, ...]) -> None:
     ]
 
 
-def test_a_run_tells_what_planning_tells(problem: to.Problem, found: tuple[Outcome, ...]) -> None:
+def test_a_run_repeats_the_outcome_of_planning(problem: to.Problem, found: tuple[Outcome, ...]) -> None:
     plan = to.plan(problem).require()
     solved = found[0]
     assert solved.verified and solved.good and not solved.violations
@@ -68,14 +68,14 @@ def test_the_tip_goes_where_the_last_joint_goes(problem: to.Problem, found: tupl
     assert begin != end
 
 
-def test_a_failure_says_what_is_broken(found: tuple[Outcome, ...]) -> None:
+def test_a_failure_names_the_violated_constraint(found: tuple[Outcome, ...]) -> None:
     given_up = found[3]
     assert not given_up.good and given_up.status is to.Status.STUCK
     assert given_up.attempts == 1 and given_up.iterations == 1, "one step is not enough"
     assert given_up.violations["clearance"] > 1e-3 and not given_up.tip
 
 
-def test_what_nobody_can_answer_is_left_out(found: tuple[Outcome, ...]) -> None:
+def test_unanswerable_problems_are_not_counted(found: tuple[Outcome, ...]) -> None:
     assert all(item.status is to.Status.GOAL_IN_COLLISION and not item.askable for item in found[4:])
 
 

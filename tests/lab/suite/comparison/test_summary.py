@@ -30,7 +30,7 @@ def test_profile() -> None:
     assert profile["chomp"] == pytest.approx([4.0, np.inf])
 
 
-def test_a_problem_that_nobody_solves_counts_in_the_profile() -> None:
+def test_a_problem_without_any_solution_counts_in_the_profile() -> None:
     assert performance_profile([FAILED])["chomp"] == pytest.approx([np.inf])
 
 
@@ -43,7 +43,7 @@ def test_tables() -> None:
     assert "- **chomp** (1): box/1 (STUCK)" in text and "- **sqp** (0): none" in text
 
 
-def test_only_what_is_proven_leaves_the_count() -> None:
+def test_only_proven_problems_leave_the_count() -> None:
     guessed = replace(UNASKABLE, certainty=Certainty.EVIDENCE)
     cannot = replace(UNASKABLE, status=Status.METHOD_CANNOT)
     assert not UNASKABLE.askable and guessed.askable and cannot.askable
@@ -51,7 +51,7 @@ def test_only_what_is_proven_leaves_the_count() -> None:
     assert (sqp.good, sqp.total) == (1, 3)
 
 
-def test_a_motion_that_a_fresh_judge_refuses_is_no_success() -> None:
+def test_a_motion_refused_by_a_fresh_judge_is_not_a_success() -> None:
     broken = replace(FAST, constraints=(BROKEN,))
     assert broken.status is Status.SOLVED and broken.askable
     assert not broken.verified and not broken.good

@@ -49,7 +49,7 @@ def test_waiting_lasts_until_the_box_has_passed() -> None:
     assert waited(at_start.add_to(problem), at_start, motion) is None
 
 
-def test_waiting_is_no_answer_where_the_box_meets_the_base_before_the_end() -> None:
+def test_waiting_fails_if_the_box_meets_the_base_before_the_end() -> None:
     problem = still()
     motion = to.plan(problem).require().trajectory
     hand = hand_at(problem, motion, motion.duration / 2.0)
@@ -70,7 +70,7 @@ def test_waiting_is_no_answer_where_the_box_meets_the_base_before_the_end() -> N
     assert first_touch(problem, crossing(problem, hand, (0.0, 0.0, FAST))) is None
 
 
-def test_the_space_time_rrt_finds_what_the_judge_proves() -> None:
+def test_the_judge_proves_motions_of_the_space_time_rrt() -> None:
     pytest.importorskip("ompl", exc_type=ImportError)
     from benchmarks.moving.space_time_rrt import SpaceTimeRrt
 
@@ -101,7 +101,7 @@ def planned(cpu: float, duration: float | None) -> dict[str, object]:
     return {"cpu": cpu, "duration": duration, "verified": duration is not None, "status": "any"}
 
 
-def test_the_tables_count_what_is_known() -> None:
+def test_the_tables_count_known_motions() -> None:
     keys: list[Key] = [("crossing/panda/box", number) for number in range(1, 6)]
     rooms: list[Key] = [("cubes/10", 0), ("cubes/10", 1)]
     rows = [
@@ -130,7 +130,7 @@ def test_the_tables_count_what_is_known() -> None:
     assert Report({}, keys, rooms).text() == ""
 
 
-def test_parts_are_measured_anew(tmp_path: Path) -> None:
+def test_parts_are_measured_again(tmp_path: Path) -> None:
     file = tmp_path / "rows.jsonl"
     drop(file, ["cubes"])
     assert file.read_text() == ""
@@ -139,7 +139,7 @@ def test_parts_are_measured_anew(tmp_path: Path) -> None:
     assert [json.loads(line)["family"] for line in file.read_text().splitlines()] == ["best/panda/box"]
 
 
-def test_the_baseline_is_asked_only_what_is_open() -> None:
+def test_the_baseline_runs_only_on_open_problems() -> None:
     def asked(certainty: str, wait: float | None, duration: float | None) -> bool:
         ours = planned(0.1, duration) | {"certainty": certainty}
         return unsettled(row("crossing/panda/box", 1, ours=ours, wait=wait))

@@ -41,7 +41,7 @@ def test_the_boxes_that_cross_are_those_that_were_published() -> None:
         assert 0.0 <= box.moment <= box.still
 
 
-def test_what_is_not_asked_was_published() -> None:
+def test_omitted_problems_are_published() -> None:
     left_out = not_askable()
     assert len(left_out) == 19 and set(left_out) < set(crossings())
     asked = [f"{family.partition('/')[2]}/{number}" for family, number in crossing_keys(("panda", "ur5"), 1)]

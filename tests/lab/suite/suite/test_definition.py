@@ -49,7 +49,7 @@ def test_run_judges_the_motion(turning: Definition) -> None:
     assert 0.0 <= told["velocity"].time <= outcome.duration
 
 
-def test_what_is_refused_must_say_the_right_reason(arm: to.Robot) -> None:
+def test_a_refused_problem_must_have_the_expected_reason(arm: to.Robot) -> None:
     def make() -> to.Problem:
         return to.Problem(scene=to.Scene(arm), start={}, goal=to.joint_positions({"reach": 9.0}))
 
@@ -61,6 +61,6 @@ def test_what_is_refused_must_say_the_right_reason(arm: to.Robot) -> None:
     assert not run(Definition("beyond", wrong).instance()).good
 
 
-def test_solved_is_no_refusal() -> None:
+def test_solved_is_not_an_expected_refusal() -> None:
     with pytest.raises(ProblemError, match="SOLVED"):
         to.suite.expected_status(to.Status.SOLVED)

@@ -28,7 +28,7 @@ def test_needs_nothing_beside_itself() -> None:
     assert "tip &lt;of&gt; the arm" in text and "misses by 1 &lt; 2" in text
 
 
-def test_tells_no_motion_of_what_is_refused() -> None:
+def test_a_refused_problem_shows_no_motion() -> None:
     tried = replace(REFUSED, duration=1.5)
     assert "motion of" not in page_of([tried]) and "motion of" in page_of([GOOD])
 

@@ -36,7 +36,7 @@ def test_as_data() -> None:
     assert failed["as_expected"] is False
 
 
-def test_a_required_clearance_is_shown_beside_what_is_kept() -> None:
+def test_a_required_clearance_is_shown_next_to_the_kept_one() -> None:
     kept = replace(CLEAR, value=0.0345, bound=0.03)
     outcome = replace(GOOD, constraints=(kept, CLEAR))
     line = text_table([outcome])[1]
