@@ -54,7 +54,7 @@ class Machine:
 
 @dataclass(frozen=True)
 class Asked:
-    """A problem: positions by joint at the start and at the goal, what is around, what the matrix says."""
+    """A problem: positions by joint at start and goal, surroundings, allowed collisions."""
 
     start: Mapping[str, float]
     goal: Mapping[str, float]
@@ -63,7 +63,7 @@ class Asked:
 
 
 def main() -> None:
-    """Say of each problem of a robot why it cannot be asked, and count."""
+    """Print why each problem of a robot is not answerable, and count."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--urdf", type=Path)
@@ -106,7 +106,7 @@ def problems(folder: Path, limit: int | None = None) -> dict[str, tuple[Path, Pa
 
 
 def faults(machine: Machine, scene: Path, request: Path) -> list[str]:
-    """Return why a problem cannot be asked, in words; nothing if it can."""
+    """Return why a problem is not answerable, in words; empty if it is."""
     asked = read_problem(machine, scene, request)
     return [
         f"{what}: {fault}"

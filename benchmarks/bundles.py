@@ -91,7 +91,7 @@ def hostile(members: Members, folder: Path) -> Iterator[tuple[str, str, Path]]:
 
 
 def make_file(name: str, path: Path, members: Members) -> None:
-    """Write a file that is no bundle."""
+    """Write a file that is not a bundle."""
     files()[name](path, members)
 
 
@@ -103,7 +103,7 @@ def change_members(group: str, name: str, path: Path, members: Members) -> None:
 
 
 def read_one(name: str, path: Path) -> Read:
-    """Read a hostile file, and say what that took."""
+    """Read a hostile file, and return the cost."""
     begin = time.process_time()
     try:
         read_bundle(path)
@@ -144,7 +144,7 @@ def hostile_table(reads: Mapping[str, list[Read]]) -> str:
 
 
 def replay_table(kept: list[Kept]) -> str:
-    """Return what replaying gave."""
+    """Return the results of replaying."""
     differing = [item.name for item in kept if not item.same]
     rows = [
         ("bundles replayed", str(len(kept))),
@@ -158,7 +158,7 @@ def replay_table(kept: list[Kept]) -> str:
 
 
 def report_table(folder: Path) -> str:
-    """Return what reports take, in a process that has written one before."""
+    """Return the cost of reports, in a process that has written one before."""
     rows: list[tuple[str, ...]] = []
     for name in REPORTED:
         result = to.plan(named_problem(name))

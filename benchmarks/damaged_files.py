@@ -49,7 +49,7 @@ DAMAGES = {"a flipped bit": bit, "a zeroed sector": sector, "a cut end": cut}
 
 
 def content(value: object) -> object:
-    """Return what a value holds, to be compared."""
+    """Return the contents of a value for comparison."""
     if isinstance(value, Bundle):
         document = json.dumps([value.answer, value.explanation], sort_keys=True, default=str)
         motion = b"" if value.trajectory is None else value.trajectory.positions.tobytes()

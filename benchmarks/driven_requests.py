@@ -42,7 +42,7 @@ class Driven:
 
     @property
     def reason(self) -> str:
-        """Why there is no plan, in short; empty if there is one."""
+        """Short reason of a failure; empty if there is a plan."""
         events = self.document.get("events", ())
         return next((each["words"].split(":")[0] for each in events if each["kind"] == "no plan"), "")
 

@@ -44,7 +44,7 @@ ANSWERED = "surprise to proven command"
 SPLICED = "surprise to splice"
 STAGES = ("cycle", "prove", "re-check", "stop", "retime", "plan", ANSWERED, SPLICED, "servo tick")
 AFTERWARDS = ("plan", "plan ahead", "retime", "prove")
-"""Stages of a cycle in which it is known already that what is committed holds, or a stop is committed."""
+"""Stages of a cycle after the committed motion is proven again, or a stop is committed."""
 FIRST = 0.035
 """Median of a plan before anything of this was built, which its aims are shares of [s]."""
 LED = ("panda", "ur5")
@@ -94,7 +94,7 @@ class Tally:
 
 
 class Reactions:
-    """CPU time from a surprise to what is commanded then, and of all cycles to the next motion."""
+    """CPU time from a surprise to the next command, and of all cycles to the next motion."""
 
     def __init__(self, others: dict[str, list[float]]) -> None:
         """Take where to write it."""

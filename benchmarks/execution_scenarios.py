@@ -69,7 +69,7 @@ def cup() -> to.Problem:
 
 
 def supervised(problem: to.Problem) -> tuple[Remembering, Supervisor]:
-    """Return a robot without a simulation that has been told to go to the goal."""
+    """Return an ideal robot on its way to the goal."""
     arm = Remembering(problem.scene.robot.joint_names, problem.start_positions)
     supervisor = Supervisor(arm, problem)
     supervisor.go(problem)
@@ -213,7 +213,7 @@ def killed() -> Outcome:
 
 
 class SlowPlanner:
-    """The clock of a planner that takes 0.2 s where it is told to: for the robot that passes too."""
+    """The clock of a planner that takes 0.2 s on request, also for the robot that passes."""
 
     def __init__(self, arm: IdealExecutor) -> None:
         """Take the robot for which time passes."""
@@ -296,7 +296,7 @@ def at_full_speed() -> Outcome:
 
 
 def grows_uncertain() -> Outcome:
-    """24: A cart stands beside the way; nobody looks at it any more, and it may move at up to 0.4 m/s."""
+    """24: A cart next to the path is no longer observed, and may move at up to 0.4 m/s."""
     problem = cup()
     stands = to.Track.constant_velocity(to.placement((0.45, 0.75, 0.3)), (0.0, 0.0, 0.0))
     cart = to.Prediction(stands, (0.02, 0.4, 0.0))

@@ -84,7 +84,7 @@ def main() -> None:
 
 
 def measured(data: Path, name: str, limit: int | None, apart: float) -> list[Pair]:
-    """Return what became of the problems of a robot."""
+    """Return the outcomes of a robot's problems."""
     folder = data / name / "robot"
     robot = (
         to.load("panda")
@@ -111,7 +111,7 @@ def measured(data: Path, name: str, limit: int | None, apart: float) -> list[Pai
 def planned(
     instance: Instance, place: int, apart: float, experience: Experience | None
 ) -> tuple[Run, PlanResult]:
-    """Plan a problem with its objects moved; it is made anew, so that nothing of it is known before."""
+    """Plan a problem with moved objects; it is created again, so that nothing is cached."""
     problem = moved(instance.make(), np.random.default_rng((SEED, place)), apart)
     begin = time.process_time()
     result = to.plan(problem, experience=experience)

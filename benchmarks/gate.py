@@ -49,7 +49,7 @@ def total(found: dict[str, dict[str, int]]) -> dict[str, int]:
 
 
 def main() -> None:
-    """Print the counts; write the baseline if told to."""
+    """Print the counts; write the baseline on request."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--write", action="store_true", help="make these counts the baseline")
     found = counts()

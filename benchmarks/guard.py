@@ -1,4 +1,4 @@
-"""Policies behind the guard, beside a check of each waypoint and a clamp: contacts, share passed, CPU.
+"""Policies behind the guard, compared with a check of each waypoint and a clamp: contacts, share passed, CPU.
 
 python -m benchmarks.guard [--episodes 1000] [--seed 0] [--page FILE]
 

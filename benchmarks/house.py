@@ -26,7 +26,7 @@ NOT_CODE = {
     *(tokenize.ENCODING, tokenize.ENDMARKER),
 }
 CHECKED = "checked.<locals>.call"
-"""What stands before a function to check its arguments, and is no step of its own."""
+"""Wrapper that checks the arguments of a function; it is not counted as a step."""
 CORE = ("sqp.py", "descend")
 """File and name of the function that calls the native core for the steps of the SQP."""
 

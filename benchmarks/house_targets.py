@@ -95,7 +95,7 @@ def _span(node: ast.stmt) -> range:
 
 
 def _calls(source: Source) -> Iterator[tuple[str, ast.Call]]:
-    """Yield each call with the last name of what it calls."""
+    """Yield each call with the last name of the called function."""
     for node in ast.walk(source.tree):
         match node:
             case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)):

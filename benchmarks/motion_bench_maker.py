@@ -27,7 +27,7 @@ ROBOTS = ("panda", "ur5", "fetch", "baxter")
 
 
 def main() -> None:
-    """Plan what has no row yet, and write tables and results of all."""
+    """Plan the problems without a row, and write tables and results of all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("data", type=Path)
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, separated by commas")
@@ -97,7 +97,7 @@ def problems(data: Path, name: str) -> dict[str, Instance] | to.TrajoptError:
 
 
 def prepare(data: Path, robots: Sequence[str]) -> None:
-    """Load the robots, and plan a problem of each unmeasured: what is imported late is no part of any."""
+    """Load the robots and plan a problem of each, so that late imports are not measured."""
     for name in robots:
         found = problems(data, name)
         if not isinstance(found, to.TrajoptError):
@@ -105,7 +105,7 @@ def prepare(data: Path, robots: Sequence[str]) -> None:
 
 
 def ask(data: Path, family: str, number: int) -> Row:
-    """Plan a problem and return what became of it."""
+    """Plan a problem and return its outcome."""
     robot, set_name = family.split("/")
     row: Row = {"key": row_name(family, number), "family": family, "seed": number}
     wall = time.perf_counter()

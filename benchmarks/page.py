@@ -11,7 +11,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def write_section(page: Path, name: str, text: str) -> None:
-    """Replace what stands between a section's two markers.
+    """Replace the text between a section's two markers.
 
     Raises:
         ValueError: If the page does not have both markers.

@@ -27,14 +27,14 @@ from trajopt.simulation import DepthCamera, Flaws
 FLAWS = Flaws(beyond=3.0, lost=0.01, edge=0.05, grazing=float(np.deg2rad(80.0)))
 """Noise within three standard deviations; pixels are lost anywhere, at edges and in grazing view."""
 UNSEEN = 0.04
-"""Edge of the cubes of what nobody saw [m]."""
+"""Edge of the cubes of unseen space [m]."""
 CLEARANCE = 0.01
 """Asked for besides, as one would for errors of the camera's placement [m]."""
 
 
 @dataclass(frozen=True)
 class Reached:
-    """One shelf, planned for with what was seen of it.
+    """One shelf, planned for with its seen part.
 
     Attributes:
         status: How planning ended.
@@ -95,7 +95,7 @@ def exactness(scene: to.Scene, camera: Camera, positions: np.ndarray) -> tuple[f
 def reach(
     shelf: Shelf, images: Sequence[DepthImage], positions: np.ndarray, *, unseen: bool, cell: float
 ) -> Reached:
-    """Plan with what was seen, and look at the motion in the scene as it really is."""
+    """Plan in the seen scene, and judge the motion in the true scene."""
     sensing = Sensing(workspace=shelf.workspace, cell=cell)
     seen = perceive(shelf.empty, list(images), sensing)
     scene = seen.scene.with_clearance(world=CLEARANCE)
@@ -116,7 +116,7 @@ def reach(
 
 
 def taken(shelf: Shelf, stands: Sequence[np.ndarray], rng: np.random.Generator) -> list[DepthImage]:
-    """Return what the camera on the hand measures of a shelf, from several configurations."""
+    """Return the depth images of a shelf by the camera on the hand, from several configurations."""
     with DepthCamera(shelf.truth, "panda_arm", EYE) as eye:
         return [DepthImage(EYE, as_measured(eye.measure(at, rng, FLAWS)), at) for at in stands]
 

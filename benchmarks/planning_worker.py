@@ -44,7 +44,7 @@ def answer(key: str) -> dict[str, object]:
 
 
 def main() -> None:
-    """Answer until there are no more lines."""
+    """Answer each line until the input ends."""
     for line in sys.stdin:
         print(json.dumps(answer(line.strip())), flush=True)
 

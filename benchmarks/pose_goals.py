@@ -41,7 +41,7 @@ def with_pose_goal(problem: to.Problem) -> to.Problem:
 
 
 def compare(instance: Instance) -> Pair | None:
-    """Plan both; None if the joint goal is one that nobody could reach."""
+    """Plan both; None if the joint goal is unreachable."""
     joints = run(instance)
     if not joints.askable:
         return None
@@ -99,7 +99,7 @@ def summary(pairs: Sequence[Pair]) -> dict[str, float]:
 
 
 def as_dict(pair: Pair) -> dict[str, object]:
-    """Return what the committed results hold of a problem."""
+    """Return a problem's row of the committed results."""
     name, number = pair.joints.problem.split("/")
     return {
         "set": name,

@@ -13,7 +13,7 @@ class Rows:
     """
 
     def __init__(self, file: Path) -> None:
-        """Read what is there; a last line that was torn off is cut away."""
+        """Read the existing rows; an incomplete last line is cut away."""
         file.parent.mkdir(parents=True, exist_ok=True)
         self._file = file
         text = file.read_bytes() if file.exists() else b""

@@ -26,7 +26,7 @@ SIZES = {
 
 
 def families(folder: Path) -> dict[str, Callable[[int], to.Problem]]:
-    """Return what makes a problem of a size, for each direction of growth."""
+    """Return a factory of problems by size, for each direction of growth."""
     panda = to.load("panda")
     return {
         "knots": lambda size: past_pillar(panda, knots=size),

@@ -21,7 +21,7 @@ from trajopt.values.documents.json_files import write_json
 
 TITLES = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter, both arms"}
 INSTEAD = {"hang": Status.OUT_OF_TIME, "crash": Status.METHOD_CANNOT, "refused": Status.METHOD_CANNOT}
-"""The status that stands for what did not come back with one."""
+"""Status of problems that returned none."""
 HEAD = (
     "robot", "problems", "answerable", "verified of these", "share", "hangs", "attempts median / p90",
     "CPU ms median / p90", "times the Panda's",
@@ -47,7 +47,7 @@ class Done:
     hangs: int
 
     def askable(self, outcome: Outcome) -> bool:
-        """Say whether a problem can be asked at all."""
+        """Return whether a problem is answerable."""
         return not self.reasons[outcome.problem]
 
     @property
@@ -93,7 +93,7 @@ def write_results(
 
 
 def done(data: Path, name: str, rows: Sequence[Row], seconds: float) -> Done:
-    """Return what became of a robot's problems."""
+    """Return the outcomes of a robot's problems."""
     outcomes = [outcome_of(row, seconds) for row in rows]
     machine = machine_of(data, name)
     files = askable.problems(data / name)
@@ -128,7 +128,7 @@ def outcome_of(row: Row, seconds: float) -> Outcome:
 
 
 def numbers(item: Done) -> dict[str, object]:
-    """Return what a robot's row of the comparison is made of."""
+    """Return the figures of a robot's row of the comparison."""
     cpu, attempts = [told.cpu_seconds for told in item.asked], [told.attempts for told in item.solved]
 
     def middle(values: Sequence[float]) -> list[float] | None:
@@ -153,7 +153,7 @@ def numbers(item: Done) -> dict[str, object]:
 
 
 def comparison(robots: Sequence[Done]) -> str:
-    """Return the table of the robots, each beside the Panda of the same run."""
+    """Return the table of the robots, each compared with the Panda of the same run."""
     by_name = {item.name: numbers(item) for item in robots}
     panda = cast("list[float] | None", by_name.get("panda", {}).get("cpu_seconds"))
     rows: list[list[str]] = []
@@ -181,7 +181,7 @@ def _two(values: Sequence[float] | None, factor: float, form: str) -> str:
 
 
 def section(item: Done, total: dict[str, object], sets: dict[str, dict[str, object]]) -> str:
-    """Return a robot's section: its sets, its stages, what won, and what was not verified and why."""
+    """Return a robot's section: sets, stages, winning seeds, and unverified problems with reasons."""
     failed = [told for told in item.asked if not told.verified]
     lines = [f"- {told.problem}: {told.status.name}: {told.message[:LONGEST]}" for told in failed]
     return "\n\n".join(

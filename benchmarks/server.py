@@ -159,7 +159,7 @@ class Server:
 async def load(
     server: Server, scenes: Sequence[Scene], requests: int, connections: int, *, kill: bool = False
 ) -> tuple[Load, list[float]]:
-    """Send requests from so many connections; return what came of them, and the memory on the way [MB]."""
+    """Send requests from many connections; return their outcomes, and the memory over time [MB]."""
     seen, memory, left = Load(), list[float](), iter(range(requests))
 
     async def one(session: AsyncSession, scene: Scene) -> None:

@@ -46,7 +46,7 @@ PERIOD = 0.01
 BOXES, EDGE, ROOM = 20, 0.1, 0.05
 """Boxes around the arm, their edges, and how far from the arm as it begins they are at least [m]."""
 SILENT = 0.1
-"""Share of twists in whose place nothing is said."""
+"""Share of twists that are replaced by silence."""
 DETECTED = 0.05
 """From so near on mink keeps bodies apart [m]: a robot at 0.5 m/s comes 5 mm nearer in a tick."""
 KEPT = 0.8
@@ -57,7 +57,7 @@ ROUNDING = 1e-3
 FINE = 10
 """Steps of a tick in which joints follow within their limits."""
 DAMPED = 1e-3
-"""Of the pseudo-inverse by which a twist asks joints for velocities, beside singular values [m]."""
+"""Damping of the pseudo-inverse that converts a twist to joint velocities [m]."""
 KINDS = ("position", "velocity", "acceleration", "jerk")
 WAYS = ("trajopt", "mink", "limits alone")
 
@@ -160,7 +160,7 @@ def by_servo(problem: Problem, stream: Stream, ticks: int) -> Iterator[tuple[Flo
 
 
 class _Endless(Player):
-    """A stream after which nothing is said for as long as one likes."""
+    """A stream with silence after its end."""
 
     @property
     def done(self) -> bool:

@@ -11,7 +11,7 @@ from trajopt.lab.perception import Camera, DepthNoise, Intrinsics, Workspace, lo
 VGA = Intrinsics(640, 480, 525.0, 525.0, 319.5, 239.5)
 """A usual depth camera."""
 NOISE = DepthNoise(constant=0.001, quadratic=0.0019)
-"""Of a camera that projects a pattern; source: Khoshelham (2012); a millimetre for what is near."""
+"""Noise of a camera that projects a pattern (Khoshelham 2012); a millimetre for near points."""
 SPACING, DEPTH, WIDTH, LEVELS = 0.32, 0.28, 0.8, 3
 EYES = ((0.25, 0.38, 0.75), (0.25, -0.38, 0.75), (0.3, 0.0, 0.5), (0.3, 0.0, 0.95))
 """From where the camera on the hand looks [m]."""
@@ -22,7 +22,7 @@ EYE = Camera(VGA, "panda_hand", to.placement((0.06, 0.0, 0.03), rpy=(0.0, 0.0, n
 
 @dataclass(frozen=True, eq=False)
 class Shelf:
-    """A shelf that nobody knows.
+    """An unknown shelf.
 
     Attributes:
         truth: The robot and all there is.
@@ -38,7 +38,7 @@ class Shelf:
 
 
 def room(scene: to.Scene) -> to.Scene:
-    """Return a scene in a room: what a camera measures where there is nothing nearer."""
+    """Return a scene in a room, whose walls the camera measures behind everything."""
     scene = scene.add("floor", to.Box(4.0, 4.0, 0.02), to.placement((0.0, 0.0, -0.02)))
     scene = scene.add("back", to.Box(0.02, 4.0, 3.0), to.placement((1.5, 0.0, 1.5)))
     for name, side in (("left", 1.3), ("right", -1.3)):

@@ -34,12 +34,12 @@ def problems(folder: Path, limit: int) -> tuple[to.Problem, ...]:
 
 
 def every(folder: Path, limit: int, first: int, step: int) -> int:
-    """Plan every so many problems of a folder, one after the other; return how many were solved."""
+    """Plan every n-th problem of a folder in sequence; return the number of solved ones."""
     return sum(to.plan(problem).verified for problem in problems(folder, limit)[first::step])
 
 
 def seconds(work: Callable[[], int]) -> tuple[float, int]:
-    """Return the wall time of a piece of work, and what it returns."""
+    """Return the wall time of a function, and its result."""
     begin = time.perf_counter()
     solved = work()
     return time.perf_counter() - begin, solved

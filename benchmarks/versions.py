@@ -50,7 +50,7 @@ class Version:
         )
 
     def plan(self, key: str) -> Answer:
-        """Plan a problem and return what became of it."""
+        """Plan a problem and return its outcome."""
         to_it, from_it = self._process.stdin, self._process.stdout
         if to_it is None or from_it is None:
             raise RuntimeError("the pipes of a started process are there")

@@ -16,7 +16,7 @@ _CONTEXT = get_context("spawn")
 
 
 def _serve(pipe: Connection, ask: Callable[[str, int], "Row"], prepare: Callable[[], object] | None) -> None:
-    """Ask what comes down the pipe until nothing does."""
+    """Plan the problems from the pipe until it is closed."""
     if prepare is not None:
         prepare()
     pipe.send(None)  # ready: what is imported does not count
@@ -32,7 +32,7 @@ class _Worker:
     until: float = 0.0
 
     def give(self, key: Key | None, seconds: float) -> None:
-        """Hand over a problem, or None: there is no other."""
+        """Send a problem, or None at the end."""
         self.key, self.until = key, time.monotonic() + seconds
         self.pipe.send(key)
 

@@ -51,7 +51,7 @@ def runs() -> list[dict[str, Any]]:
 
 
 def scale_table() -> str:
-    """Return what each run took."""
+    """Return the cost of each run."""
     head = (
         *("engine", "robot", "rows", "verified", "wall s", "planning CPU s", "other CPU s", "of it start s"),
         *("idle s", "waiting s", "reached", "without start", "driver MB", "worker MB", "KB a row"),
@@ -116,7 +116,7 @@ def model_table() -> str:
 
 
 def faults_table() -> str:
-    """Return what became of disturbed campaigns."""
+    """Return the outcomes of disturbed campaigns."""
     found: list[dict[str, Any]] = json.loads(FAULTS.read_text()) if FAULTS.exists() else []
     head = (
         "engine",

@@ -106,7 +106,7 @@ def parent(pid: int) -> int:
 
 
 def status(pid: int) -> list[str]:
-    """Return what Linux says of a process behind its name; nothing where it has ended."""
+    """Return the fields of /proc/PID/stat after the process name; empty if it has ended."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     except OSError:
@@ -120,7 +120,7 @@ def cpu_seconds(pid: int) -> float:
 
 
 def memory(pid: int) -> float:
-    """Return what a process has in memory [MB]."""
+    """Return the resident memory of a process [MB]."""
     fields = status(pid)
     return int(fields[21]) * os.sysconf("SC_PAGE_SIZE") / 2**20 if fields else 0.0
 

@@ -37,7 +37,7 @@ from trajopt.values.errors import CampaignError
 
 WORKERS = 2
 COMES, STAYS = 8, 2.0
-"""Times that a node comes and goes, while rows are missing; it stays for so long [s]."""
+"""Number of times that a node comes and goes while rows are missing, and how long it stays [s]."""
 ROOM = "1500k"
 """Of the small disk: a third of the rows fit."""
 
@@ -73,13 +73,13 @@ class Outcome:
 
 
 def campaign(count: int) -> Campaign:
-    """Return random motions of two joints beside a ball."""
+    """Return random motions of two joints next to a ball."""
     scene = to.Scene(to.load("planar2")).add("ball", to.Sphere(0.1), to.placement((0.65, 0.65, 0.1)))
     return Campaign("random motions", [random_motions(scene, count)])
 
 
 def main() -> None:
-    """Do everything to campaigns, and write what became of them."""
+    """Disturb campaigns in all ways, and write their outcomes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--count", type=int, default=600)
     parser.add_argument("--out", type=Path, default=Path("out/faults"))
@@ -234,7 +234,7 @@ def rows_of(folder: CampaignFolder) -> dict[str, Any]:
 def outcome(
     engine: str, fault: str, folder: CampaignFolder, before: int, after: int, expected: Mapping[str, Any]
 ) -> Outcome:
-    """Return what became of a campaign."""
+    """Return the outcome of a campaign."""
     rows = rows_of(folder)
     verified = sum(bool(row["verified"]) for row in rows.values())
     found = Outcome(engine, fault, before, after, folder.total, len(rows), rows == dict(expected), verified)

@@ -1,4 +1,4 @@
-"""One campaign after the other, each ten times as large: what is planning, what is not, and the memory.
+"""Campaigns in sequence, each ten times as large: time for planning, overhead and memory.
 
 python -m benchmarks.campaign.scale [--counts 1000,10000] [--robot planar2|panda] [--engines local,ray]
 
@@ -85,7 +85,7 @@ class Watch:
         self.megabytes: list[tuple[float, float]] = []
 
     def __call__(self, state: Progress) -> None:
-        """Note what processes have used so far."""
+        """Record the CPU time used by processes."""
         self.last = state
         if state.planned and not self.start:
             self._seen |= self._used()
@@ -121,7 +121,7 @@ def rested() -> float:
 
 
 def motions(robot: str, count: int) -> Campaign:
-    """Return random motions of two joints beside a ball, or of a Panda's arm above a table."""
+    """Return random motions of two joints next to a ball, or of a Panda's arm above a table."""
     scene = to.Scene(to.load(robot))
     if robot == "panda":
         scene = scene.add("table", to.Box(1.0, 1.0, 0.1), to.placement((0.5, 0.0, -0.06)))
@@ -160,7 +160,7 @@ def measured(count: int, robot: str, name: str, nodes: Cluster | None, out: Path
 
 
 def main() -> None:
-    """Run what is asked, and add the figures to a file."""
+    """Run the requested campaign, and append its figures to a file."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--counts", default="1000,10000")
     parser.add_argument("--robot", choices=("planar2", "panda"), default="planar2")

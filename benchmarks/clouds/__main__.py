@@ -21,7 +21,7 @@ from benchmarks.workers import run
 
 
 def main() -> None:
-    """Ask what has no row yet, and write the table."""
+    """Plan the problems without a row, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("data", type=Path)
     parser.add_argument("--every", type=int, default=1, help="each so many-th problem")

@@ -28,13 +28,13 @@ def problems(data: Path) -> dict[str, Instance]:
 
 
 def prepare(data: Path) -> None:
-    """Plan one problem in all forms: what is imported late is no part of any."""
+    """Plan one problem in all forms, so that late imports are not measured."""
     family, number = listed(data / "panda", 1)[0]
     ask(data, family, number)
 
 
 def ask(data: Path, family: str, number: int) -> Row:
-    """Ask one problem in all forms and return what became of it."""
+    """Plan one problem in all forms and return the outcomes."""
     row: Row = {"key": f"{family}-{number}", "family": family, "seed": number, "outcome": "asked"}
     if family == PARITY:
         return row | parity(number)
@@ -60,7 +60,7 @@ def goal_of(problem: to.Problem) -> np.ndarray:
 
 
 def planned(problem: to.Problem) -> Row:
-    """Plan a problem, trees and all that its scene needs made anew, and return how that went."""
+    """Plan a problem in a newly built scene, trees included, and return the outcome."""
     begin = process_time()
     result = to.plan(problem)
     seconds = process_time() - begin

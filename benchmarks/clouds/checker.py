@@ -14,7 +14,7 @@ coal: Any = import_module("coal")  # its managers of objects are not in our stub
 
 
 class Checker:
-    """A robot beside a cloud.
+    """A robot next to a cloud.
 
     It reads which bodies and pairs there are, and nothing of how they are measured.
     """

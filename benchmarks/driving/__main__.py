@@ -133,7 +133,7 @@ def row_of(key: str, part: Part, done: RunReport, seconds: float) -> dict[str, o
 
 
 def driven(name: str, seed: int, part: Part, way: Way, key: str) -> dict[str, object]:
-    """Drive once; an exception becomes a row that says what it was, and where it was raised."""
+    """Drive once; an exception becomes a row with its message and place."""
     try:
         return _driven(name, seed, part, way, key)
     except Exception as error:
@@ -171,7 +171,7 @@ def share_of(words: str) -> tuple[int, int]:
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Drive what has no row yet, and write the table of all."""
+    """Drive the runs without a row, and write the table of all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--runs", type=int, default=10_000)
     parser.add_argument("--beside", type=int, default=500)

@@ -64,7 +64,7 @@ class Drawn:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _OffTrack(Surprises):
-    """A cube is elsewhere than it was said to be.
+    """A cube is not at its reported place.
 
     Attributes:
         really: Where it is.
@@ -77,7 +77,7 @@ class _OffTrack(Surprises):
 
 
 def part_of(seed: int) -> Part:
-    """Return what happens within the stated errors, by the seed."""
+    """Return the surprises of a seed within the stated errors."""
     digit = seed % 10
     return Part.APPEARS if digit < 5 else Part.LATE if digit < 8 else Part.MOVES
 

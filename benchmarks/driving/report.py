@@ -9,7 +9,7 @@ from benchmarks.driving.drawing import Part
 from benchmarks.page import table
 
 SHORTFALL = 1e-4
-"""So much less than was proven is what a simulation in steps may measure [m]."""
+"""Accepted shortfall of a distance in a stepped simulation below the proven one [m]."""
 HEADS = [
     "", "runs", "reached the goal", "contacts at fault", "contacts at rest", "unproven stops",
     "measured below proven by at most [mm]", "replanned on the way", "stopped", "median duration [s]",
@@ -19,7 +19,7 @@ Row = Mapping[str, Any]
 
 
 def failed(row: Row) -> bool:
-    """Say whether a run broke what is promised within the stated errors, or an exception ended it."""
+    """Return whether a run broke a promise within the stated errors, or ended by an exception."""
     if "error" in row:
         return True
     if "not_drawn" in row or row["part"] == Part.BEYOND.value:

@@ -64,12 +64,12 @@ class WaypointPilot:
         self._problem = problem
 
     def see(self, scene: Scene, stamp: float | None = None) -> None:
-        """Tell it what the world is like."""
+        """Set the known world."""
         self._scene, self._changed = scene, True
         self._stamp = self._executor.now() if stamp is None else stamp
 
     def cycle(self) -> None:
-        """Check what is left, or plan."""
+        """Check the remaining waypoints, or plan."""
         now = self._executor.now()
         if self._executor.fault():
             self._given_up = True

@@ -32,7 +32,7 @@ from benchmarks.workers import run as run_all
 
 
 def main() -> None:
-    """Ask what has no row yet, and write the tables of all."""
+    """Plan the problems without a row, and write the tables of all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("data", type=Path)
     parser.add_argument("--parts", default=",".join(PARTS), help="names, separated by commas")
@@ -89,7 +89,7 @@ def main() -> None:
 
 
 def finished(row: Row | None) -> bool:
-    """Say whether a problem need not be asked again; one whose process died is."""
+    """Return whether a problem is done; one whose process died is planned again."""
     return row is not None and row["outcome"] == "done"
 
 

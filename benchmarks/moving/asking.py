@@ -17,7 +17,7 @@ from trajopt.lab.suite import Instance
 
 CROSSING, KNOWN, CUBES, BEST = PARTS = ("crossing", "known", "cubes", "best")
 TIMES_OURS = 10.0
-"""The baseline is given so many times our CPU time among cubes."""
+"""CPU time of the baseline among cubes, in multiples of ours."""
 CRASHED = "CRASHED"
 LATEST = 60.0
 """No motion of the baseline past a box that crosses takes longer [s]."""
@@ -28,7 +28,7 @@ _boxes = cache(crossings)
 
 
 def prepare(data: Path, robots: tuple[str, ...]) -> None:
-    """Load the robots, and plan a problem of each unmeasured: what is imported late is no part of any.
+    """Load the robots and plan a problem of each, so that late imports are not measured.
 
     Among all cubes shape and time are planned together, which not every problem needs.
     """
@@ -102,7 +102,7 @@ def _cubes(density: int, number: int) -> Row:
 
 
 def _asked(data: Path, key: str) -> tuple[to.Problem, Crossing]:
-    """Return a still problem, read anew, and its box."""
+    """Return a static problem, read again, and its box."""
     found: dict[str, Instance] = _of_robot(data, key.partition("/")[0])
     return found[key].make(), _boxes()[key]
 
@@ -131,7 +131,7 @@ def _planned(problem: to.Problem) -> Row:
 def _baseline(
     problem: to.Problem, latest: float, seconds: float, *, improve: bool = False, resting: bool = False
 ) -> Row:
-    """Ask the baseline in a process of its own, which takes along what ompl never frees."""
+    """Run the baseline in its own process, since ompl does not free its memory."""
     mine, theirs = _CONTEXT.Pipe(duplex=False)
     process = _CONTEXT.Process(target=_search, args=(theirs, problem, latest, seconds, improve, resting))
     process.start()

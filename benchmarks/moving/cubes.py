@@ -90,7 +90,7 @@ class Room:
     cubes: tuple[Cube, ...]
 
     def problem(self, density: int) -> to.Problem:
-        """Return the problem with so many of the cubes."""
+        """Return the problem with the first cubes only."""
         problem = _alone(self.start, self.goal)
         scene = problem.scene
         for number, cube in enumerate(self.cubes[:density]):

@@ -54,7 +54,7 @@ def least_time(problem: to.Problem) -> float:
 
 
 def why_not(problem: to.Problem, crossing: Crossing) -> str | None:
-    """Say why a problem cannot be asked; None if it can.
+    """Return why a problem is not answerable; None if it is.
 
     Args:
         problem: The still problem.
@@ -70,12 +70,12 @@ def why_not(problem: to.Problem, crossing: Crossing) -> str | None:
 
 
 def not_askable(file: Path = FILE) -> dict[str, str]:
-    """Read why problems cannot be asked, by key."""
+    """Read the reasons of unanswerable problems, by key."""
     return json.loads(file.read_text())
 
 
 def main() -> None:
-    """Look at all problems and write those that cannot be asked."""
+    """Examine all problems and write the unanswerable ones."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("data", type=Path)
     parser.add_argument("--out", type=Path, required=True)

@@ -13,7 +13,7 @@ from benchmarks.workers import Key
 
 TITLES = {"panda": "Panda", "ur5": "UR5"}
 WITHIN = 1.10
-"""Of the best duration, that is asked for."""
+"""Target ratio to the best duration."""
 MOST_LISTED = 12
 
 Rows = Mapping[str, Mapping[str, Any]]
@@ -21,7 +21,7 @@ Rows = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Report:
-    """What was asked and what came of it.
+    """A problem and its outcome.
 
     Attributes:
         done: Key -> row, of all parts.
@@ -174,12 +174,12 @@ def _durations(pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> 
 
 
 def _crashed(rows: Sequence[tuple[Key, Mapping[str, Any]]]) -> int:
-    """Count what raised or was ended by the clock."""
+    """Count exceptions and time-outs."""
     return sum(row["outcome"] != "done" or row["ours"]["status"] == CRASHED for _, row in rows)
 
 
 def _hopeless(row: Mapping[str, Any]) -> bool:
-    """Say whether it is proven that there is no motion."""
+    """Return whether it is proven that there is no motion."""
     return not row["ours"]["verified"] and row["ours"].get("certainty") == "PROVEN"
 
 

@@ -45,7 +45,7 @@ SHORTER = 0.9
 PEAKS = (15.0 / 8.0, 10.0 / np.sqrt(3.0), 60.0)
 """Largest speed, acceleration and jerk of a quintic from rest to rest: a unit of way in a unit of time."""
 UNJUDGED = {"acceleration", "jerk"}
-"""Limits that straight edges cannot keep, and that are not asked of them."""
+"""Limits that straight edges cannot keep; they are not checked."""
 
 
 class Checker:
@@ -251,7 +251,7 @@ class SpaceTimeRrt:
         return state
 
     def _refusal(self, path: to.Trajectory) -> str | None:
-        """Return what the judge holds against a motion, accelerations that jump left out; None if proven."""
+        """Return the judge's objection to a motion, without acceleration limits; None if proven."""
         certificate = self._judge.certify(path, Specification(goals=self.problem.goals))
         wrong = [
             check.detail

@@ -135,7 +135,7 @@ def main() -> None:
 def _judged(
     peer: Peer, python: Path, work: Path, problems: Path, asked: Sequence[Asked], time_limit: float
 ) -> list[dict[str, Any]]:
-    """Run one planner and judge what it returns."""
+    """Run one planner and judge its motions."""
     results = work / f"{peer.worker}{peer.variant}.jsonl"
     returned = run(peer, python, problems, results, time_limit=time_limit)
     return [judge_result(item, result) for item, result in zip(asked, returned, strict=True)]

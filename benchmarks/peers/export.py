@@ -38,7 +38,7 @@ class Asked:
 
 
 def read_asked(instances: Sequence[Instance]) -> list[Asked]:
-    """Read problems, without those that nobody can solve."""
+    """Read the answerable problems."""
     asked: list[Asked] = []
     for instance in instances:
         problem = instance.make()

@@ -26,7 +26,7 @@ ORDERS = ("joint position", "velocity", "acceleration")
 
 @dataclass(frozen=True)
 class PathVerdict:
-    """What the judge says of a path, at every point of it.
+    """The judge's verdict on a path at each of its points.
 
     Attributes:
         free: Whether it is proven that nothing touches, and it joins start and goal inside the limits.
@@ -45,7 +45,7 @@ class PathVerdict:
 
 @dataclass(frozen=True)
 class MotionVerdict:
-    """What the judge says of a timed motion, at all times.
+    """The judge's verdict on a timed motion at all times.
 
     Attributes:
         free: As of the path, and it starts and ends at rest.
@@ -74,7 +74,7 @@ class MotionVerdict:
 
 
 def judge_result(asked: Asked, result: dict[str, Any]) -> dict[str, Any]:
-    """Judge what a planner returned for a problem; the numbers of one compact record."""
+    """Judge a planner's motion for a problem; return the numbers of one compact record."""
     options = VerifyOptions(start_error=ENDS_TOLERANCE, rest_speed=ENDS_TOLERANCE)
     judge = Judge(asked.problem.reduced, options)
     claimed = result["claimed"]

@@ -27,7 +27,7 @@ SPREADS = {
     "motion_clearance": ("motion clearance mm", ("least", "median"), 1000, ".1f"),
     "mean_acceleration": ("acceleration", ("median", "most"), 1, ".2f"),
 }
-"""Keys of spreads, with their columns: title, what is shown, factor, form."""
+"""Keys of spreads, with their columns: title, quantity, factor, form."""
 COLUMNS = """
 * *claimed*: the planner reports a solution. *path free*: the polyline is proven to be clear everywhere,
   without a margin, and joins start and goal; in brackets: or touches by less than 1 mm. *motion free*: the
@@ -110,7 +110,7 @@ def _spread(values: Sequence[float | None]) -> dict[str, float] | None:
 
 
 def tables(planners: Sequence[Record]) -> str:
-    """Return two Markdown tables, one row for each planner: what holds, and what it costs."""
+    """Return two Markdown tables with a row for each planner: verdicts, and costs."""
     shares = [_row(("planner", "problems", *SHARES)), "|---" * (len(SHARES) + 2) + "|"]
     titles = [title for title, *_ in SPREADS.values()]
     spreads = [_row(("planner", *titles)), "|---" * (len(titles) + 1) + "|"]
@@ -140,7 +140,7 @@ def _numbers(spread: dict[str, float] | None, keys: Sequence[str], factor: float
 
 
 def section(document: Record) -> str:
-    """Return the section of the benchmarks' page: the tables, and what was run."""
+    """Return the section of the benchmarks' page: the tables, and the versions of the planners."""
     left_out = document["left_out"]
     which = f"the first {document['limit']} of each of {len(document['sets'])} sets"
     if left_out:

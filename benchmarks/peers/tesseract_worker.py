@@ -87,7 +87,7 @@ class Tesseract:
         return Planned(True, path.tolist(), motion, path_cpu, timing_cpu)
 
     def _checker(self, scene: Environment) -> Callable[[np.ndarray], bool]:
-        """Return what says whether a configuration is free."""
+        """Return a function that decides whether a configuration is free."""
         group = scene.getJointGroup(self.robot["group"])
         manager = scene.getDiscreteContactManager()
         manager.setActiveCollisionObjects(group.getActiveLinkNames())

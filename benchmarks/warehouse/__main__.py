@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def costs(path: Path, entries: int) -> list[tuple[str, str]]:
-    """Return what keeping, finding and reading cost: CPU of this process, in the median."""
+    """Return the median CPU time of keeping, finding and reading."""
     result = to.plan(named_problem("bookshelf_panda"))
     with Warehouse(path) as kept:
         kept.add("shelf", result)

@@ -41,7 +41,7 @@ class Found:
 
 
 class Writer:
-    """A process that writes, and what it has acknowledged."""
+    """A writing process and its acknowledged writes."""
 
     def __init__(self, path: Path, who: str, count: int) -> None:
         """Start it."""
@@ -62,7 +62,7 @@ class Writer:
                 self.said.append(line.decode().strip())
 
     def ended(self, *, kill: bool) -> list[str]:
-        """Wait for its end, which comes at once where it is killed; return what it acknowledged."""
+        """Wait for its end, immediate if it was killed; return its acknowledged writes."""
         if kill:
             self.process.send_signal(signal.SIGKILL)
         self.process.wait(timeout=120)
@@ -73,7 +73,7 @@ class Writer:
 
 
 def run(path: Path, *, writes: int, kills: int, seed: int) -> Found:
-    """Have two processes write, kill one or both again and again, and look at what is there.
+    """Let two processes write, kill one or both repeatedly, and check the warehouse.
 
     Args:
         path: The warehouse, which is made.

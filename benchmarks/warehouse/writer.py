@@ -9,7 +9,7 @@ from trajopt.server.warehouse import State, Warehouse
 
 
 def state(who: str, number: int) -> State:
-    """Return what a writer keeps: enough numbers that half of them would be noticed."""
+    """Return an entry of a writer, with enough numbers that a half-written one is noticed."""
     return State(who, {f"joint{place}": number + place / 1000.0 for place in range(200)})
 
 
