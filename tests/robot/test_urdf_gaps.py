@@ -194,3 +194,55 @@ def test_rejects_a_collision_of_two_shapes(between: str, tmp_path: Path) -> None
     two = f'<geometry><box size="0.1 0.1 0.1"/>{between}<sphere radius="0.3"/></geometry>'
     with pytest.raises(FileFormatError, match="base: a <collision> has 2 shapes"):
         changed_arm(tmp_path, '<geometry><box size="0.1 0.1 0.1"/></geometry>', two)
+
+
+def test_limits_of_acceleration_and_jerk_are_read(tmp_path: Path) -> None:
+    new = LIMIT.replace("/>", ' acceleration="4" deceleration="3" jerk="50"/>')
+    limits = loaded(tmp_path, LIMIT, new).limits
+    assert limits.acceleration.tolist() == [3.0] and limits.jerk.tolist() == [50.0]
+    assert not limits.defaulted
+
+
+def test_a_file_of_limits_replaces_those_of_the_urdf(tmp_path: Path) -> None:
+    (tmp_path / "joint_limits.yaml").write_text(
+        "joint_limits:\n  swing: {has_acceleration_limits: true, max_acceleration: 2.5}\n"
+    )
+    (tmp_path / "arm.urdf").write_text(ARM.replace('velocity="2"', 'velocity="2" acceleration="4" jerk="50"'))
+    limits = to.load(tmp_path / "arm.urdf", limits=tmp_path / "joint_limits.yaml").limits
+    assert limits.acceleration.tolist() == [2.5] and limits.jerk.tolist() == [50.0]
+
+
+@pytest.mark.parametrize("stated", ['acceleration="0"', 'deceleration="-1"', 'jerk="-5"'])
+def test_rates_that_are_not_positive_are_refused(tmp_path: Path, stated: str) -> None:
+    with pytest.raises(FileFormatError, match=f"swing.*{stated.split('=', maxsplit=1)[0]}.*not positive"):
+        loaded(tmp_path, LIMIT, LIMIT.replace("/>", f" {stated}/>"))
+
+
+def test_quaternions_of_origins_are_read(tmp_path: Path) -> None:
+    half = np.sqrt(0.5)
+    old = '<collision><origin xyz="0.2 0 0"/>'
+    new = f'<collision><origin xyz="0.2 0 0" quat_xyzw="0 0 {2 * half} {2 * half}"/>'
+    origin = f'<child link="boom"/><origin xyz="0 0 1" quat_xyzw="{half} 0 0 {half}"/>'
+    turned = loaded(tmp_path, '<child link="boom"/>', origin)
+    np.testing.assert_allclose(
+        turned.model.jointPlacements[1].rotation,
+        to.placement((0, 0, 0), rpy=(np.pi / 2, 0, 0)).rotation,
+        atol=1e-12,
+    )
+    box = loaded(tmp_path, old, new).bodies[0]
+    np.testing.assert_allclose(
+        box.placement.rotation, to.placement((0, 0, 0), rpy=(0, 0, np.pi / 2)).rotation, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("origin", "words"),
+    [
+        ('quat_xyzw="0 0 0 0"', "is zero"),
+        ('quat_xyzw="0 0 0 1" rpy="0 0 0"', "also has rpy"),
+        ('quat_xyzw="1 2"', "4"),
+    ],
+)
+def test_invalid_quaternions_are_refused(tmp_path: Path, origin: str, words: str) -> None:
+    with pytest.raises(FileFormatError, match=words):
+        loaded(tmp_path, '<origin xyz="0.2 0 0"/>', f'<origin xyz="0.2 0 0" {origin}/>')

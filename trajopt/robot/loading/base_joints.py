@@ -22,7 +22,7 @@ class Based:
     Attributes:
         urdf: The URDF with the base's joints, and notes on fixed ones.
         srdf: The SRDF with these joints.
-        limits: Limits of the base's joints, as in a `joint_limits.yaml`.
+        limits: Limits of the URDF and of the base's joints, as in a `joint_limits.yaml`.
         base: The connection of the robot to the world.
     """
 
@@ -60,15 +60,13 @@ def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
     bottom = _root_link(root)
     virtual = next((joint for joint in srdf.virtual_joints if joint.child == bottom), None)
     known, frame = ("", "") if virtual is None else (virtual.name, virtual.frame)
-    limits: Mapping[str, Mapping[str, float]] = {}
+    limits = dict(urdf.limits)
     moved: tuple[str, ...] = ()
     if base is not None:
         known = _stands_for(base, inside, virtual)
         moved = tuple(known + joint.suffix for joint in base.joints)
-        limits = {
-            name: {"max_acceleration": joint.acceleration}
-            for name, joint in zip(moved, base.joints, strict=True)
-        }
+        for name, joint in zip(moved, base.joints, strict=True):
+            limits[name] = {"max_acceleration": joint.acceleration}
         _check_free(root, moved)
         if known in inside:
             child = _child(inside[known])

@@ -5,7 +5,7 @@ Kinematics and inertias are pinocchio's; the same XML is read here for the shape
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import hypot
 from pathlib import Path
 from xml.etree import ElementTree
@@ -21,7 +21,7 @@ from trajopt.values.errors import (
     listed,
     shown,
 )
-from trajopt.values.placement import Placement, placement
+from trajopt.values.placement import Placement, as_rpy, from_quaternion, placement
 from trajopt.values.shapes.shapes import Box, Capsule, Cylinder, Shape, Sphere
 
 _SHORTEST_AXIS = 1e-6
@@ -81,6 +81,7 @@ class Urdf:
         visuals: Visual elements of all links.
         mimics: Mimicking joints by name.
         notes: Sentences on skipped or reinterpreted parts.
+        limits: Joint name -> `max_acceleration` and `max_jerk`, as far as stated (URDF 1.2).
     """
 
     path: Path
@@ -90,6 +91,7 @@ class Urdf:
     visuals: tuple[LinkGeometry, ...]
     mimics: Mapping[str, Mimic]
     notes: tuple[str, ...] = ()
+    limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
 
 
 def _geometry(path: Path, element: ElementTree.Element, meshes: MeshNames) -> Shape | MeshReference:
@@ -208,6 +210,71 @@ def _check_joint(path: Path, joint: ElementTree.Element) -> None:
             )
 
 
+def _rates(path: Path, joint: ElementTree.Element) -> dict[str, float]:
+    """Return the limits of acceleration, of which deceleration may be the smaller one, and jerk (URDF 1.2).
+
+    Raises:
+        FileFormatError: If one is not positive.
+    """
+    limit, found = joint.find("limit"), dict[str, float]()
+    if limit is None:
+        return found
+    for key, name in (
+        ("acceleration", "max_acceleration"),
+        ("deceleration", "max_acceleration"),
+        ("jerk", "max_jerk"),
+    ):
+        if limit.get(key) is None:
+            continue
+        value = numbers(path, limit, key, "0", count=1)[0]
+        if value <= 0.0:
+            where = f"joint {shown(joint.get('name'))}: <limit {key}={shown(limit.get(key))}>"
+            raise FileFormatError(str(path), f"{where} is not positive")
+        found[name] = min(value, found.get(name, value))
+    return found
+
+
+def _joints(path: Path, root: ElementTree.Element) -> tuple[dict[str, Mimic], dict[str, Mapping[str, float]]]:
+    """Check the joints; return those that mimic others, and limits that pinocchio does not read."""
+    mimics, limits = dict[str, Mimic](), dict[str, Mapping[str, float]]()
+    for joint in root.findall("joint"):
+        name, kind = joint.get("name", ""), joint.get("type", "")
+        if kind not in (*ONE_DEGREE_OF_FREEDOM, *SEVERAL_DEGREES_OF_FREEDOM, "fixed"):
+            raise UnsupportedJoint(name, kind)
+        _check_joint(path, joint)
+        if kind in ONE_DEGREE_OF_FREEDOM and (rates := _rates(path, joint)):
+            limits[name] = rates
+        mimic = joint.find("mimic")
+        if mimic is not None:
+            mimics[name] = Mimic(
+                mimic.get("joint", ""),
+                numbers(path, mimic, "multiplier", "1", count=1)[0],
+                numbers(path, mimic, "offset", "0", count=1)[0],
+            )
+    return mimics, limits
+
+
+def _angles_of_quaternions(path: Path, root: ElementTree.Element) -> None:
+    """Replace the quaternions of origins (URDF 1.2) by angles, which pinocchio reads.
+
+    Raises:
+        FileFormatError: If a quaternion is zero, or angles are stated, too.
+    """
+    for origin in root.iter("origin"):
+        if (text := origin.attrib.pop("quat_xyzw", None)) is None:
+            continue
+        if origin.get("rpy") is not None:
+            raise FileFormatError(
+                str(path), f"<origin quat_xyzw={shown(text)}> also has rpy; give one of them"
+            )
+        x, y, z, w = numbers(path, ElementTree.Element("origin", quat_xyzw=text), "quat_xyzw", "", count=4)
+        size = hypot(x, y, z, w)
+        if size < _SHORTEST_AXIS:
+            raise FileFormatError(str(path), f"<origin quat_xyzw={shown(text)}> is zero")
+        angles = as_rpy(from_quaternion(x / size, y / size, z / size, w / size))
+        origin.set("rpy", " ".join(map(repr, map(float, angles))))
+
+
 def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str, str] | None = None) -> Urdf:
     """Read a URDF file, or the URDF of a xacro file, and find its meshes.
 
@@ -232,20 +299,9 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
     if not root.get("name"):
         root.set("name", path.stem)
         notes.append(f"the file gives the robot no name; it is called {shown(path.stem)}")
+    _angles_of_quaternions(path, root)
     _check_links(path, root)
-    mimics: dict[str, Mimic] = {}
-    for joint in root.findall("joint"):
-        name, kind = joint.get("name", ""), joint.get("type", "")
-        if kind not in (*ONE_DEGREE_OF_FREEDOM, *SEVERAL_DEGREES_OF_FREEDOM, "fixed"):
-            raise UnsupportedJoint(name, kind)
-        _check_joint(path, joint)
-        mimic = joint.find("mimic")
-        if mimic is not None:
-            mimics[name] = Mimic(
-                mimic.get("joint", ""),
-                numbers(path, mimic, "multiplier", "1", count=1)[0],
-                numbers(path, mimic, "offset", "0", count=1)[0],
-            )
+    mimics, limits = _joints(path, root)
     check_tree(path, root)
     meshes = MeshNames(path, tuple(package_dirs))
     collisions = _link_geometries(path, root, "collision", meshes)
@@ -262,7 +318,7 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
         for element in (*link.findall("collision"), *link.findall("visual")):
             link.remove(element)
     text = ElementTree.tostring(root, encoding="unicode")
-    return Urdf(path, text, root.get("name", path.stem), collisions, visuals, mimics, tuple(notes))
+    return Urdf(path, text, root.get("name", path.stem), collisions, visuals, mimics, tuple(notes), limits)
 
 
 MOST_LINKS = 1000
