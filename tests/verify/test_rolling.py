@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from tests.robot.test_moving_base import NAMES, Made, cart, plane
 from trajopt.optimise.methods import method_named
-from trajopt.optimise.terms.rolling import Rolling
+from trajopt.optimise.terms.joint_positions import Rolling
 from trajopt.planning.status import Status
 from trajopt.problem.motion import Motion
 from trajopt.robot.bases import Drive

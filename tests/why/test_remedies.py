@@ -8,8 +8,8 @@ import trajopt as to
 from tests.why.conftest import GOAL, START, tip_at
 from trajopt.planning.judgement import judge
 from trajopt.planning.result import Status
-from trajopt.why import Change, Remedy
-from trajopt.why.remedies import smallest_changes
+from trajopt.why import ProblemChange, Remedy
+from trajopt.why.change import smallest_changes
 
 
 def remedied(problem: to.Problem) -> dict[str, Remedy]:
@@ -63,7 +63,7 @@ def test_the_amount_is_the_smallest(pillar: to.Scene, needed: float) -> None:
     problem = to.Problem(scene=pillar, start=START, goal=to.joint_positions(GOAL))
     solved = to.plan(problem)
     failed = replace(solved, status=Status.STUCK)
-    change = Change(
+    change = ProblemChange(
         what="x",
         unit="",
         first=1.0,
@@ -84,7 +84,7 @@ def test_the_amount_is_the_smallest(pillar: to.Scene, needed: float) -> None:
 def test_a_change_that_never_helps_is_none(pillar: to.Scene) -> None:
     problem = to.Problem(scene=pillar, start=START, goal=to.joint_positions(GOAL))
     failed = replace(to.plan(problem), status=Status.STUCK)
-    change = Change(
+    change = ProblemChange(
         what="x",
         unit="",
         first=1.0,

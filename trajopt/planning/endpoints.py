@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from trajopt.geometry import WorkCounts
-from trajopt.optimise.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
+from trajopt.optimise.kinematics.inverse import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.terms import constrain
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box, without_followers

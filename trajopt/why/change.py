@@ -1,11 +1,12 @@
-"""Change: one modification of a problem by an amount, and the resulting problem."""
+"""Changes of a problem by an amount, and remedies: the smallest that make it solvable, found by planning."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from trajopt.optimise.terms.joint_positions import without_followers
+from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import During, FramePlacement, GoalSet, JointPositions, Requirement
 from trajopt.robot.joints import effort_unit, joint_unit
@@ -20,7 +21,7 @@ LEAST = 1e-6
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Change:
+class ProblemChange:
     """One modification.
 
     Attributes:
@@ -72,7 +73,7 @@ def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Pr
     )
 
 
-def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first: float) -> Change:
+def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first: float) -> ProblemChange:
     """Return the change that moves a placement along a direction, shape (3,), in its reference."""
     direction = shift / np.linalg.norm(shift)
 
@@ -80,7 +81,7 @@ def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first
         where = Placement(goal.placement.rotation, goal.placement.translation + amount * direction)
         return with_requirement(problem, goal, replace(goal, placement=where))
 
-    return Change(
+    return ProblemChange(
         what=f"place of {goal.frame}",
         unit="m",
         first=first,
@@ -90,7 +91,7 @@ def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first
     )
 
 
-def moved_joint_goal(problem: Problem, moved: Floats) -> Change:
+def moved_joint_goal(problem: Problem, moved: Floats) -> ProblemChange:
     """Return the change that moves a goal of all joints along a direction in joint space, shape (n,).
 
     Its tolerances and other kinds of goals stay.
@@ -102,7 +103,7 @@ def moved_joint_goal(problem: Problem, moved: Floats) -> Change:
         goals = without_followers(problem.goals, problem.reduced)
         return replace(problem, goal=[_shifted(item, shift) for item in goals])
 
-    return Change(
+    return ProblemChange(
         what="goal",
         unit="rad",
         first=most,
@@ -119,7 +120,7 @@ def _shifted(item: Requirement, shift: Mapping[str, float]) -> Requirement:
     return replace(item, positions=positions)
 
 
-def moved_start(problem: Problem, moved: Floats) -> Change:
+def moved_start(problem: Problem, moved: Floats) -> ProblemChange:
     """Return the change that moves the start along a direction in joint space, shape (n,)."""
     most = float(np.abs(moved).max())
     index = problem.scene.robot.index(problem.reduced.joint_names)
@@ -129,7 +130,7 @@ def moved_start(problem: Problem, moved: Floats) -> Change:
         start[index] += moved * (amount / most)
         return replace(problem, start=start)
 
-    return Change(
+    return ProblemChange(
         what="start",
         unit="rad",
         first=most,
@@ -139,7 +140,7 @@ def moved_start(problem: Problem, moved: Floats) -> Change:
     )
 
 
-def moved_object(problem: Problem, name: str, direction: Floats, first: float) -> Change:
+def moved_object(problem: Problem, name: str, direction: Floats, first: float) -> ProblemChange:
     """Return the change that moves an object of the scene along a direction of the world, shape (3,)."""
     item, along = problem.scene.object(name), direction / np.linalg.norm(direction)
 
@@ -147,7 +148,7 @@ def moved_object(problem: Problem, name: str, direction: Floats, first: float) -
         where = Placement(item.placement.rotation, item.placement.translation + amount * along)
         return replace(problem, scene=problem.scene.move(name, where))
 
-    return Change(
+    return ProblemChange(
         what=f"place of {name}",
         unit="m",
         first=first,
@@ -157,7 +158,7 @@ def moved_object(problem: Problem, name: str, direction: Floats, first: float) -
     )
 
 
-def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Change | None:
+def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> ProblemChange | None:
     """Return the change that reduces the margin of a pair; None if that has no effect.
 
     Only the part of a margin above the required clearance can be reduced.
@@ -170,7 +171,7 @@ def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Ch
     def words(amount: float) -> str:
         return f"margin of {first} from {second} {1000 * margin:.3g} to {1000 * (margin - amount):.3g} mm"
 
-    return Change(
+    return ProblemChange(
         what=f"margin of {first} from {second}",
         unit="m",
         first=min(max(lack, 0.1 * margin), largest),
@@ -182,7 +183,7 @@ def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Ch
     )
 
 
-def smaller_clearance(problem: Problem, first: str, second: str, lack: float) -> Change | None:
+def smaller_clearance(problem: Problem, first: str, second: str, lack: float) -> ProblemChange | None:
     """Return the change that reduces clearance and margin of a pair; None without a clearance."""
     scene = problem.scene
     margin, required = scene.margin_of(first, second), scene.clearance_of(first, second)
@@ -197,7 +198,7 @@ def smaller_clearance(problem: Problem, first: str, second: str, lack: float) ->
         lower = scene.with_clearance(max(required - amount, 0.0), first, second)
         return replace(problem, scene=lower.with_margin(max(margin - amount, 0.0), first, second))
 
-    return Change(
+    return ProblemChange(
         what=f"required clearance between {first} and {second}",
         unit="m",
         first=min(max(lack, 0.1 * required), required),
@@ -207,7 +208,7 @@ def smaller_clearance(problem: Problem, first: str, second: str, lack: float) ->
     )
 
 
-def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
+def stronger_joint(problem: Problem, joint: str, need: float) -> ProblemChange:
     """Return the change that raises a joint's effort limit [Nm | N].
 
     Args:
@@ -225,7 +226,7 @@ def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
         stronger = replace(robot, limits=replace(robot.limits, effort=effort))
         return replace(problem, scene=replace(problem.scene, robot=stronger))
 
-    return Change(
+    return ProblemChange(
         what=f"effort limit of {joint}",
         unit=unit,
         first=1.1 * max(need - limit, 0.05 * limit),
@@ -235,7 +236,7 @@ def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
     )
 
 
-def lighter_load(problem: Problem, name: str) -> Change:
+def lighter_load(problem: Problem, name: str) -> ProblemChange:
     """Return the change that makes a carried object lighter [kg]."""
     item = problem.scene.object(name)
 
@@ -243,7 +244,7 @@ def lighter_load(problem: Problem, name: str) -> Change:
         objects = {**problem.scene.objects, name: replace(item, mass=max(item.mass - amount, 0.0))}
         return replace(problem, scene=replace(problem.scene, objects=objects))
 
-    return Change(
+    return ProblemChange(
         what=f"mass of {name}",
         unit="kg",
         first=item.mass / 2.0,
@@ -268,3 +269,143 @@ def joint_moves(problem: Problem, moved: Floats) -> str:
     units = [joint_unit(model, name) for name in names]
     signs = ["+" if step > 0.0 else "" for step in moved.tolist()]
     return ", ".join(f"{names[k]} by {signs[k]}{in_unit(float(moved[k]), units[k])}" for k in order)
+
+
+MOST = 3
+"""Largest number of remedies."""
+DOUBLINGS = 4
+"""Number of doublings of an insufficient amount."""
+HALVINGS = 8
+"""Number of halvings of a sufficient amount before the change counts as unnecessary."""
+BISECTIONS = 3
+"""Steps between an insufficient and a sufficient amount, at most twice as large."""
+
+Plan = Callable[[Problem], Result]
+"""Plans a problem."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Remedy:
+    """A change that makes a problem solvable, while half of it does not: both were planned.
+
+    Attributes:
+        words: The change.
+        what: The changed item.
+        amount: The amount.
+        unit: Unit of the amount.
+        problem: The changed problem.
+        result: The verified plan of it.
+        half: The failure with half of the change.
+    """
+
+    words: str
+    what: str
+    amount: float
+    unit: str
+    problem: Problem
+    result: Result
+    half: Result
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "words": self.words,
+            "what": self.what,
+            "amount": self.amount,
+            "unit": self.unit,
+            "half": self.half.reason,
+        }
+
+    def __str__(self) -> str:
+        """Return the change."""
+        return self.words
+
+
+def smallest_changes(changes: Iterable[ProblemChange], plan: Plan) -> tuple[Remedy, ...]:
+    """Try changes, the most promising first, until some make the problem solvable.
+
+    Args:
+        changes: The changes, each with a likely sufficient amount.
+        plan: Plans a problem.
+    """
+    found: list[Remedy] = []
+    for change in changes:
+        if len(found) == MOST:
+            break
+        remedy = _Search(change, plan).smallest()
+        if remedy is not None:
+            found.append(remedy)
+    return tuple(found)
+
+
+@dataclass(eq=False)
+class _Search:
+    """Search of the smallest sufficient amount of one change; every amount is planned once."""
+
+    change: ProblemChange
+    plan: Plan
+    planned: dict[float, Result] = field(default_factory=dict[float, Result])
+
+    def smallest(self) -> Remedy | None:
+        """Double until sufficient, halve until not, bisect, round, and check both again."""
+        enough = self._enough()
+        if enough is not None and not self.change.whole:
+            enough = self._smaller(enough)
+        if enough is None or self._solves(enough / 2.0):
+            return None
+        return Remedy(
+            words=self.change.words(enough),
+            what=self.change.what,
+            amount=enough,
+            unit=self.change.unit,
+            problem=self._result(enough).problem,
+            result=self._result(enough),
+            half=self._result(enough / 2.0),
+        )
+
+    def _smaller(self, enough: float) -> float | None:
+        """Return the smallest sufficient amount, rounded; None if every amount seems sufficient."""
+        for _ in range(HALVINGS):
+            if not self._solves(enough / 2.0):
+                break
+            enough /= 2.0
+        else:
+            return None
+        enough = self._bisected(enough)
+        rounded = min(_rounded_up(enough), self.change.largest)
+        return rounded if self._solves(rounded) else enough
+
+    def _enough(self) -> float | None:
+        amount = min(self.change.first, self.change.largest)
+        for _ in range(DOUBLINGS):
+            if self._solves(amount):
+                return amount
+            if amount >= self.change.largest:
+                return None
+            amount = min(2.0 * amount, self.change.largest)
+        return amount if self._solves(amount) else None
+
+    def _bisected(self, enough: float) -> float:
+        """Bisect the smallest sufficient amount, half of which is insufficient."""
+        short = enough / 2.0
+        for _ in range(BISECTIONS):
+            middle = (short + enough) / 2.0
+            if self._solves(middle):
+                enough = middle
+            else:
+                short = middle
+        return enough
+
+    def _solves(self, amount: float) -> bool:
+        return self._result(amount).verified
+
+    def _result(self, amount: float) -> Result:
+        if amount not in self.planned:
+            self.planned[amount] = self.plan(self.change.apply(amount))
+        return self.planned[amount]
+
+
+def _rounded_up(amount: float) -> float:
+    """Round up to two significant digits."""
+    digit = 10.0 ** (np.floor(np.log10(amount)) - 1.0)
+    return float(np.ceil(amount / digit - 1e-9) * digit)

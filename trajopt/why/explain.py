@@ -24,7 +24,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD
 from trajopt.values.printed import in_unit
 from trajopt.why.change import (
-    Change,
+    ProblemChange,
     lighter_load,
     moved_joint_goal,
     moved_object,
@@ -32,6 +32,7 @@ from trajopt.why.change import (
     moved_start,
     smaller_clearance,
     smaller_margin,
+    smallest_changes,
     stronger_joint,
     with_requirement,
 )
@@ -39,7 +40,6 @@ from trajopt.why.diagnosis import diagnose
 from trajopt.why.explanation import Explanation
 from trajopt.why.nearest import NearestFree, least_missed
 from trajopt.why.prices import prices
-from trajopt.why.remedies import smallest_changes
 
 
 @checked
@@ -105,7 +105,7 @@ PAIRS = 3
 """Number of pairs in contact for which changes are tried."""
 
 
-def candidates(known: Explanation) -> Iterator[Change]:
+def candidates(known: Explanation) -> Iterator[ProblemChange]:
     """Yield changes that may make a failed problem solvable, the most promising first."""
     problem = known.problem
     if known.status is Status.FIXED_LINK_MET:
@@ -128,7 +128,7 @@ def candidates(known: Explanation) -> Iterator[Change]:
             yield from _effort(problem, block)
 
 
-def _at_the_start(known: Explanation) -> Iterator[Change]:
+def _at_the_start(known: Explanation) -> Iterator[ProblemChange]:
     if known.nearest_free is not None:
         yield moved_start(known.problem, known.nearest_free.moved)
     if known.status is Status.START_BREAKS_CONSTRAINT:
@@ -136,14 +136,14 @@ def _at_the_start(known: Explanation) -> Iterator[Change]:
         yield from _broken(known.problem, start, known.problem.requirements_at(0))
 
 
-def _at_a_fixed_goal(known: Explanation, goal: Floats) -> Iterator[Change]:
+def _at_a_fixed_goal(known: Explanation, goal: Floats) -> Iterator[ProblemChange]:
     if known.nearest_free is not None:
         yield moved_joint_goal(known.problem, known.nearest_free.moved)
     if known.status is Status.GOAL_BREAKS_CONSTRAINT:
         yield from _broken(known.problem, goal, known.problem.requirements_at(known.problem.last_stop))
 
 
-def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
+def _at_a_searched_goal(known: Explanation) -> Iterator[ProblemChange]:
     problem = known.problem
     always = problem.requirements_at(problem.last_stop)
     yield from _gives_way(problem, problem.goals, always)
@@ -157,7 +157,7 @@ def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
 
 def _gives_way(
     problem: Problem, wanted: Sequence[Requirement], always: Sequence[Requirement]
-) -> Iterator[Change]:
+) -> Iterator[ProblemChange]:
     """Yield relaxations of single requirements of one moment."""
     for required in wanted:
         rest = [*(item for item in wanted if item is not required), *always]
@@ -169,7 +169,7 @@ def _gives_way(
         yield from (_widened(problem, required, way, stood.given) for way in required.relaxations)
 
 
-def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterator[Change]:
+def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterator[ProblemChange]:
     """Yield the goal moved to a reachable place, along one axis if that is most of the way."""
     place = problem.reduced.all_positions(stood.positions)
     scene = problem.scene
@@ -187,8 +187,8 @@ def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterat
         yield moved_placement(problem, goal, shift, SPARE * length)
 
 
-def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: float) -> Change:
-    return Change(
+def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: float) -> ProblemChange:
+    return ProblemChange(
         what=way.what,
         unit=way.unit.base,
         first=min(max(SPARE * amount, SMALLEST), way.largest),
@@ -198,7 +198,7 @@ def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: f
     )
 
 
-def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[Change]:
+def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[ProblemChange]:
     """Yield path constraints widened to their values at a configuration."""
     motion = Motion.single(positions, problem.evaluator(problem.reduced))
     for required in always:
@@ -208,7 +208,7 @@ def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) 
             yield from (_widened(problem, required, way, excess) for way in required.relaxations)
 
 
-def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
+def _requirements_in_the_way(known: Explanation) -> Iterator[ProblemChange]:
     """Yield path constraints and goals that a path violated, widened by the violation."""
     problem = known.problem
     for block in known.blocks:
@@ -225,7 +225,7 @@ def _is_of(block: Obstruction, residual: Residual) -> bool:
     return type(residual) is block.residual and block.subjects == (residual.name,)
 
 
-def _contacts(known: Explanation) -> Iterator[Change]:
+def _contacts(known: Explanation) -> Iterator[ProblemChange]:
     """Yield smaller margins and clearances of violated pairs, and objects moved out of contact."""
     problem, reduced = known.problem, known.problem.reduced
     pairs = [block for block in known.blocks if block.kind is ObstructionKind.CONTACT][:PAIRS]
@@ -250,13 +250,13 @@ def _contacts(known: Explanation) -> Iterator[Change]:
         pairs = [block for block in pairs if block.subjects != owners]
 
 
-def _moved_away(problem: Problem, name: str, direction: Floats, lack: float) -> Change:
+def _moved_away(problem: Problem, name: str, direction: Floats, lack: float) -> ProblemChange:
     """Move an object in the coordinates of the frame that it is placed in."""
     frame = problem.scene.holder(problem.scene.object(name).frame).placement
     return moved_object(problem, name, frame.rotation.T @ direction, SPARE * max(lack, SMALLEST))
 
 
-def _effort(problem: Problem, block: Obstruction) -> Iterator[Change]:
+def _effort(problem: Problem, block: Obstruction) -> Iterator[ProblemChange]:
     for name, item in problem.scene.objects.items():
         if item.mass > 0.0 and problem.scene.holder(name).link != WORLD:
             yield lighter_load(problem, name)
@@ -271,7 +271,7 @@ THINGS = 2
 """Number of obstacles for which changes are tried."""
 
 
-def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Change]:
+def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[ProblemChange]:
     """Return candidate changes of a problem that fails among dynamic obstacles.
 
     Args:
@@ -288,7 +288,7 @@ def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Cha
     return [change for change in (later, deadline, *found) if change is not None]
 
 
-def begun_later(problem: Problem, first: float) -> Change | None:
+def begun_later(problem: Problem, first: float) -> ProblemChange | None:
     """Return the change to a later start; None if that cannot help, or the motions are unknown then."""
     timed, scene = problem.reduced.timed, problem.scene
     if timed is None or timed.until <= 2.0 * LOOK or problem.finish_by is not None:
@@ -302,7 +302,7 @@ def begun_later(problem: Problem, first: float) -> Change | None:
         swept = not free[looks <= amount].all()
         return f"start {in_unit(amount, 's')} later" + (", and be elsewhere before" if swept else "")
 
-    return Change(
+    return ProblemChange(
         what="time of the start",
         unit="s",
         first=min(first, largest),
@@ -312,9 +312,9 @@ def begun_later(problem: Problem, first: float) -> Change | None:
     )
 
 
-def longer(problem: Problem, deadline: float) -> Change:
+def longer(problem: Problem, deadline: float) -> ProblemChange:
     """Return the change to a later deadline."""
-    return Change(
+    return ProblemChange(
         what="deadline",
         unit="s",
         first=FIRST,
@@ -324,10 +324,10 @@ def longer(problem: Problem, deadline: float) -> Change:
     )
 
 
-def may_touch(problem: Problem, link: str, name: str) -> Change:
+def may_touch(problem: Problem, link: str, name: str) -> ProblemChange:
     """Return the change that allows contact of an object with a link."""
     touching = replace(problem, scene=problem.scene.allow(link, name))
-    return Change(
+    return ProblemChange(
         what=f"contact of {link} and {name}",
         unit="",
         first=1.0,
@@ -338,10 +338,10 @@ def may_touch(problem: Problem, link: str, name: str) -> Change:
     )
 
 
-def removed(problem: Problem, name: str) -> Change:
+def removed(problem: Problem, name: str) -> ProblemChange:
     """Return the change that removes an object, with those placed on it."""
     without = replace(problem, scene=_without(problem.scene, name))
-    return Change(
+    return ProblemChange(
         what=name,
         unit="",
         first=1.0,
@@ -352,7 +352,7 @@ def removed(problem: Problem, name: str) -> Change:
     )
 
 
-def delayed(problem: Problem, name: str) -> Change:
+def delayed(problem: Problem, name: str) -> ProblemChange:
     """Return the change that delays an obstacle's motion."""
     scene, timing = problem.scene, problem.scene.objects[name].timing
     # What was always there would come later only from where it is.
@@ -368,7 +368,7 @@ def delayed(problem: Problem, name: str) -> Change:
         }
         return replace(problem, scene=scene.with_motion(name, motion, **times))
 
-    return Change(
+    return ProblemChange(
         what=f"time of {name}",
         unit="s",
         first=FIRST,

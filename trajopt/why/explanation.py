@@ -11,10 +11,9 @@ from trajopt.robot.joints import joint_unit
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit
 from trajopt.values.trajectory import Path
-from trajopt.why.change import joint_moves
+from trajopt.why.change import Remedy, joint_moves
 from trajopt.why.nearest import NearestFree
 from trajopt.why.prices import Price
-from trajopt.why.remedies import Remedy
 
 NAMED = 4
 """Number of obstacles that are named; the others are counted."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.geometry import Evaluator, evaluator
-from trajopt.optimise.kinematics.goal_candidates import random_starts
+from trajopt.optimise.kinematics.inverse import random_starts
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers import Sqp

@@ -15,7 +15,7 @@ from tests.optimise.terms.worlds import KNOTS, World, random_knots, world
 from tests.problem.requirements.kind import kinds
 from tests.problem.requirements.test_gaze import camera
 from trajopt.optimise import terms
-from trajopt.optimise.terms.rolling import Rolling
+from trajopt.optimise.terms.joint_positions import Rolling
 from trajopt.optimise.terms.user_functions import Expression
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import Residual

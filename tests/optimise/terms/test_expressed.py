@@ -14,8 +14,8 @@ from tests.problem.requirements.kind import kinds
 from trajopt.optimise import terms
 from trajopt.optimise.terms.alignment import AxisAngle
 from trajopt.optimise.terms.frame_placement import FramePlacementError
+from trajopt.optimise.terms.joint_positions import Rolling
 from trajopt.optimise.terms.positions import PointDistance, RegionCoordinates
-from trajopt.optimise.terms.rolling import Rolling
 from trajopt.optimise.terms.symbolic import Symbolic, SymbolicKinematics
 from trajopt.problem.motion import Motion
 from trajopt.problem.residual import Residual

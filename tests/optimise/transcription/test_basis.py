@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from trajopt.optimise.transcription.basis import SplineBasis, even_basis, fitted
+from trajopt.optimise.transcription.bspline import SplineBasis, even_basis, fitted
 
 BREAKS = np.array((0.0, 0.1, 0.15, 0.4, 0.7, 0.75, 1.0))
 

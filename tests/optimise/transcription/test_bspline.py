@@ -10,8 +10,13 @@ from tests.robots_for_tests import odd_arm
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.nlp import Linearisation, Nlp
 from trajopt.optimise.transcription import transcribe
-from trajopt.optimise.transcription.basis import SplineBasis, fitted
-from trajopt.optimise.transcription.bspline import BsplineNlp, KnotPlaces, over_control_points
+from trajopt.optimise.transcription.bspline import (
+    BsplineNlp,
+    KnotPlaces,
+    SplineBasis,
+    fitted,
+    over_control_points,
+)
 from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp, least_duration
 from trajopt.planning.seeds import straight_line
 from trajopt.robot.limits import JointLimits

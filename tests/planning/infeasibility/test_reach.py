@@ -9,7 +9,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
 from trajopt.planning.infeasibility import out_of_reach
-from trajopt.planning.infeasibility.reach import Chain
+from trajopt.planning.infeasibility.joint_bounds import Chain
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.values.shapes.shapes import bounding_sphere

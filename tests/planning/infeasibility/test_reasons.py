@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.optimise.kinematics.goal_candidates import GoalCandidates
+from trajopt.optimise.kinematics.inverse import GoalCandidates
 from trajopt.optimise.solvers import SolveResult, Sqp
 from trajopt.optimise.terms import Clearance, Constraint, FunctionResidual, constraint, residual_from_function
 from trajopt.optimise.terms.joint_positions import JointPosition

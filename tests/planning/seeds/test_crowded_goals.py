@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.optimise.kinematics import goal_candidates as inverse_kinematics
+from trajopt.optimise.kinematics import inverse as inverse_kinematics
 
 JOINTS = (-0.344, -0.122, -0.624, 1.287, -0.106, 1.146, 0.0)
 

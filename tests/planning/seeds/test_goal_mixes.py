@@ -13,7 +13,7 @@ import trajopt as to
 from tests.planning.seeds.placo_search import PlacoSearch
 from tests.robots_for_tests import odd_arm, two_arms
 from trajopt.geometry import evaluator
-from trajopt.optimise.kinematics.goal_candidates import GoalCandidates, goal_candidates
+from trajopt.optimise.kinematics.inverse import GoalCandidates, goal_candidates
 from trajopt.problem.requirements import AxisAlignment, FramePlacement, JointPositions, RotationCoordinates
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model

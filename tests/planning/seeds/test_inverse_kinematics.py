@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import evaluator
-from trajopt.optimise.kinematics.goal_candidates import GoalCandidates, goal_candidates
+from trajopt.optimise.kinematics.inverse import GoalCandidates, goal_candidates
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trajopt.optimise.kinematics.goal_candidates import nearest_turn
+from trajopt.optimise.kinematics.inverse import nearest_turn
 from trajopt.planning.seeds.lines import straight_line
 from trajopt.robot.limits import JointLimits
 

@@ -12,7 +12,7 @@ from tests.problem.requirements.kind import Kind
 from tests.verify.arms import joint as joint_xml
 from tests.verify.arms import link as link_xml
 from tests.verify.arms import quintic, reduced, robot
-from trajopt.optimise.terms.follows_curve import CurveError
+from trajopt.optimise.terms.frame_placement import CurveError
 from trajopt.problem.requirements import FollowsCurve
 from trajopt.problem.residual import Residual
 from trajopt.scene.reduced import ReducedModel

@@ -20,7 +20,7 @@ from tests.problem.requirements.sound import (
     violation,
 )
 from tests.verify.arms import quintic
-from trajopt.optimise.terms.point_on_arc import ArcCoordinates
+from trajopt.optimise.terms.positions import ArcCoordinates
 from trajopt.problem.requirements import (
     PointOnArc,
     point_on_arc,

@@ -16,7 +16,7 @@ from tests.scene.clouds.scenes_for_tests import (
     some_points,
 )
 from trajopt.geometry import Query
-from trajopt.geometry.path_search import SearchSpace, search_path
+from trajopt.geometry.query import SearchSpace, search_path
 from trajopt.scene.reduced import ReducedModel
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.pair_distances import PairDistances

@@ -9,11 +9,11 @@ from trajopt.optimise.kinematics.forward import Placements as Placements
 from trajopt.optimise.kinematics.forward import forward_kinematics as forward_kinematics
 from trajopt.optimise.kinematics.forward import frame_jacobian as frame_jacobian
 from trajopt.optimise.kinematics.forward import manipulability as manipulability
-from trajopt.optimise.kinematics.goal_candidates import INVERSE_METHODS as INVERSE_METHODS
-from trajopt.optimise.kinematics.goal_candidates import InverseMethod as InverseMethod
-from trajopt.optimise.kinematics.goal_candidates import LevenbergMarquardt as LevenbergMarquardt
-from trajopt.optimise.kinematics.goal_candidates import goal_configurations as goal_configurations
+from trajopt.optimise.kinematics.inverse import INVERSE_METHODS as INVERSE_METHODS
+from trajopt.optimise.kinematics.inverse import InverseMethod as InverseMethod
 from trajopt.optimise.kinematics.inverse import InverseSolutions as InverseSolutions
+from trajopt.optimise.kinematics.inverse import LevenbergMarquardt as LevenbergMarquardt
+from trajopt.optimise.kinematics.inverse import goal_configurations as goal_configurations
 from trajopt.optimise.kinematics.inverse import inverse_kinematics as inverse_kinematics
 from trajopt.optimise.kinematics.sampling import RandomConfigurations as RandomConfigurations
 from trajopt.optimise.kinematics.sampling import random_configurations as random_configurations

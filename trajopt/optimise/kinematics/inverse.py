@@ -1,26 +1,358 @@
 """Inverse kinematics: configurations that hold a goal, nearest first, or the reason why there are none."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.geometry import evaluator
+from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import count_of, requirements_of
-from trajopt.optimise.kinematics.goal_candidates import (
-    LEVENBERG_MARQUARDT,
-    STARTS,
-    InverseMethod,
-    goal_candidates,
-    inverse_method,
-)
+from trajopt.optimise.kinematics.projection import Projection, turning_joints
 from trajopt.optimise.kinematics.validity import Validity, validity
+from trajopt.optimise.terms.joint_positions import joint_box
+from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
+from trajopt.robot.limits import JointLimits, draw_positions
+from trajopt.scene.gravity_bound import largest_gravity_torques
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Value, floats, readonly
-from trajopt.values.errors import ProblemError
+from trajopt.values.arrays import Floats, Ints, Value, floats, one_of, readonly
+from trajopt.values.errors import ProblemError, SolverNotFound
 from trajopt.values.errors.arguments import checked
+
+
+class InverseMethod(Protocol):
+    """A method of inverse kinematics."""
+
+    @property
+    def name(self) -> str:
+        """Its name in `INVERSE_METHODS`."""
+        ...
+
+    def search(self, projection: Projection) -> Callable[[Floats], Floats] | None:
+        """Return a function that moves starts, (S, n) -> (S, n), to candidate solutions of the requirements.
+
+        The caller checks its results: it moves them into the limits, and the projection measures them.
+
+        Args:
+            projection: Has the robot and the requirements, `reduced` and `goals`.
+
+        Returns:
+            The search; None for the projection itself.
+
+        Raises:
+            RequirementNotSupported: If the method cannot state a requirement.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class LevenbergMarquardt:
+    """Levenberg-Marquardt on a batch of starts (`Projection`); it takes every requirement."""
+
+    name = "levenberg-marquardt"
+
+    @checked
+    def search(self, projection: Projection) -> None:
+        """Leave the search to the projection; see `InverseMethod.search`."""
+        del projection
+
+
+def _placo() -> InverseMethod:
+    from trajopt.optimise.kinematics.placo import Placo  # the package takes a while to import
+
+    return Placo()
+
+
+INVERSE_METHODS: Mapping[str, Callable[[], InverseMethod]] = {
+    "levenberg-marquardt": LevenbergMarquardt,
+    "placo": _placo,
+}
+"""Name of each method of inverse kinematics -> factory with default options."""
+
+
+def inverse_method(method: str | InverseMethod) -> InverseMethod:
+    """Return a method by name with its default options; a method object is returned unchanged.
+
+    Raises:
+        SolverNotFound: If the name is unknown.
+    """
+    if not isinstance(method, str):
+        return method
+    if method not in INVERSE_METHODS:
+        raise SolverNotFound("inverse-kinematics method", method, INVERSE_METHODS)
+    return INVERSE_METHODS[method]()
+
+
+STARTS = 64
+"""Configurations that the search starts from; twice as many cost a third more time."""
+MANY_STARTS = 1024
+"""Starts before the search fails: some goals are reached from one start in five hundred."""
+WAVES = 3
+"""Largest number of waves of starts, while no solution is free."""
+PUSHES = 3
+"""Largest number of waves around the solutions with the shallowest collisions, while none is free."""
+PUSH = 0.8
+"""Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
+SAME = 1e-2
+"""Solutions nearer to each other than this in every joint are one [rad | m]."""
+AS_FAR = 0.01
+"""Relative difference below which times to configurations count as equal: times at full speed, without
+acceleration, are not more precise.
+"""
+HOLDABLE = 1.0 - 2e-6
+"""Largest share of an effort limit for holding still: the rest has to move the joint."""
+
+LEVENBERG_MARQUARDT = LevenbergMarquardt()
+"""The default method."""
+
+
+@dataclass(frozen=True, eq=False)
+class GoalCandidates(Value):
+    """Result of the search.
+
+    Attributes:
+        free: Configurations that hold the goal and the requirements and can be held, nearest to the start
+            first.
+        blocked: Configurations that hold the goal but collide or come too near, nearest to the start first.
+        blocking: The pair of owners that blocks the nearest of these, and their distance [m].
+        overloaded: Configurations that hold the goal and keep clear, but need more torque to hold still than
+            the effort limits allow, smallest excess first.
+        required: Required clearance of the blocking pair [m].
+        nearest: The configuration with the smallest violation, shape (n,) [rad | m].
+        nearest_miss: Smallest violation of the goal if none holds it [m and rad].
+    """
+
+    free: tuple[Floats, ...]
+    blocked: tuple[Floats, ...]
+    blocking: tuple[str, str, float] | None
+    nearest: Floats
+    nearest_miss: float
+    required: float = 0.0
+    overloaded: tuple[Floats, ...] = ()
+
+    @property
+    def colliding(self) -> int:
+        """Number of configurations that hold the goal but collide."""
+        return len(self.blocked)
+
+
+def goal_candidates(
+    query: Evaluator,
+    goals: Sequence[Requirement],
+    *,
+    rng: np.random.Generator,
+    starts: int = STARTS,
+    method: InverseMethod = LEVENBERG_MARQUARDT,
+    effort: Floats | None = None,
+    check: Callable[[], None] | None = None,
+) -> GoalCandidates:
+    """Search configurations that hold all goals.
+
+    Args:
+        query: Of the robot and its surroundings; its counts receive the work done.
+        goals: Requirements to hold together.
+        rng: Draws the starts after the first, which is the start configuration.
+        starts: Number of starts of a wave.
+        method: Moves starts until they hold the goals.
+        effort: Effort limits within which the joints must hold the arm and its payload still, shape (n,)
+            [Nm | N]; not required when None.
+        check: Called before every wave of starts; may raise to stop.
+    """
+    reduced = query.reduced
+    projection = Projection(reduced, goals, query)
+    search = method.search(projection)
+    box = joint_box(goals, reduced)
+    narrow = bool((box[1] - box[0] <= SAME).all())
+    begin = random_starts(reduced, rng, WAVES * starts, box)
+    found = np.empty((0, begin.shape[1]))
+    closest: Floats = reduced.start_positions
+    nearest_miss = np.inf
+    depth, pair, load = np.empty(0), np.empty(0, dtype=np.int64), np.empty(0)
+    for wave in range(WAVES + PUSHES):
+        if check is not None:
+            check()
+        if wave < WAVES:
+            drawn = begin[wave * starts : (wave + 1) * starts]
+        elif len(found) > 0:
+            drawn = _around(found, depth, starts, rng.spawn(1)[0])
+        else:
+            break
+        ended = projection(drawn) if search is None else projection.measure(search(drawn))
+        least = int(ended.violation.argmin())
+        if ended.violation[least] < nearest_miss:
+            nearest_miss = float(ended.violation[least])
+            closest = ended.positions[least]
+        new = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
+        found = _by_travel(reduced, np.concatenate((found, new)))
+        # Where all of the goal is one, a free part of it must not be dropped for one that collides.
+        found = found if narrow else _distinct(found)
+        depth, pair = _deepest(query, found)
+        load = holding_load(query, found, effort)
+        if ((depth == 0.0) & (load < HOLDABLE)).any():
+            break
+    collides = depth > 0.0
+    blocking, least = None, 0.0
+    if collides.any():
+        nearest = int(np.argmax(collides))
+        least = float(reduced.pairs.required[pair[nearest]])
+        blocking = (*reduced.owners(int(pair[nearest])), least - float(depth[nearest]))
+    heavy = ~collides & (load >= HOLDABLE)
+    lightest = np.flatnonzero(heavy)[np.argsort(load[heavy], kind="stable")]
+    free, blocked, overloaded = (
+        _distinct(found[chosen]) for chosen in (~collides & ~heavy, collides, lightest)
+    )
+    return GoalCandidates(
+        tuple(free), tuple(blocked), blocking, closest, nearest_miss, least, tuple(overloaded)
+    )
+
+
+def random_starts(
+    reduced: ReducedModel,
+    rng: np.random.Generator,
+    count: int,
+    box: tuple[Floats, Floats] | None = None,
+) -> Floats:
+    """Return the start configuration and others drawn evenly within the limits, shape (count, n).
+
+    Args:
+        reduced: The robot and its limits.
+        rng: Draws them.
+        count: Number of configurations.
+        box: Lower and upper bounds of shape (n,) [rad | m] to draw within. Joints whose range in the box is
+            narrow are drawn from all of it.
+    """
+    limits = reduced.limits
+    if box is not None:
+        room, known = box[1] - box[0], np.isfinite(box[0]) & np.isfinite(box[1])
+        drawn = known & (room >= 0.0) & ((room > SAME) | bool((room <= SAME).all()))
+        lower, upper = (
+            np.where(drawn, side, limit)
+            for side, limit in zip(box, (limits.lower, limits.upper), strict=True)
+        )
+        limits = replace(limits, lower=lower, upper=upper)
+    begin = draw_positions(limits, count, rng=rng)
+    begin[0] = reduced.start_positions
+    return begin
+
+
+def _around(found: Floats, depth: Floats, count: int, rng: np.random.Generator) -> Floats:
+    """Draw starts around the solutions that collide least: a free one is more likely there than elsewhere."""
+    least = found[np.argsort(depth, kind="stable")[: max(count // 8, 1)]]
+    chosen = least[np.arange(count) % len(least)]
+    return chosen + rng.normal(scale=PUSH, size=chosen.shape)
+
+
+def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats) -> Floats:
+    """Turn joints by whole turns towards the start, if the goals do not fix the turn."""
+    turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning_joints(reduced))
+    moved = np.flatnonzero((turned != found).any(axis=1))
+    if len(moved) > 0:
+        broken = moved[projection.violation(turned[moved]) > 0.0]
+        turned[broken] = found[broken]
+    return turned
+
+
+def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
+    """Sort configurations by travel time at full velocity, then by total travel.
+
+    The slowest joint alone determines the time: for a goal of a single joint all configurations are equally
+    far, and the other joints should not move without need.
+    """
+    travel = np.abs(found - reduced.start_positions) / reduced.limits.velocity
+    times = travel.max(axis=1, initial=0.0)
+    order = np.argsort(times, kind="stable")
+    rank, nearest = np.empty(len(found)), -np.inf
+    for place in order:
+        if times[place] > nearest * (1.0 + AS_FAR):
+            nearest = times[place]
+        rank[place] = nearest
+    return found[np.lexsort((np.linalg.norm(travel, axis=1), rank))]
+
+
+def _distinct(found: Floats) -> Floats:
+    """Keep the first of those that are the same."""
+    apart = np.abs(found[:, None] - found).max(axis=2, initial=0.0)
+    kept: list[int] = []
+    for place in range(len(found)):
+        if not (apart[place, kept] < SAME).any():
+            kept.append(place)
+    return found[kept]
+
+
+def _deepest(query: Evaluator, found: Floats) -> tuple[Floats, Ints]:
+    """Return the largest lack of clearance [m] (0 for none) and its pair, both of shape (k,).
+
+    Without required clearance that is the depth of the deepest contact.
+    """
+    pairs = query.reduced.pairs
+    least = pairs.required.copy()
+    for pair, allowance in pairs.allowances:
+        if allowance.last > 0.0:
+            least[pair] = min(least[pair], 0.0, -allowance.depth)
+    contacts = query.close_pairs(found, pairs.required)
+    depth, worst = np.zeros(len(found)), np.zeros(len(found), dtype=np.int64)
+    lack = pairs.required[contacts.pair] - contacts.distance
+    for place in np.flatnonzero(contacts.distance < least[contacts.pair]):
+        sample = contacts.sample[place]
+        if lack[place] > depth[sample]:
+            depth[sample], worst[sample] = lack[place], contacts.pair[place]
+    return depth, worst
+
+
+def holding_load(query: Evaluator, positions: Floats, effort: Floats | None) -> Floats:
+    """Return the largest share of an effort limit that holding still needs, shape (k,).
+
+    Args:
+        query: Of the reduced model.
+        positions: Shape (k, n) [rad | m].
+        effort: Effort limits of the group's joints, shape (n,) [Nm | N]; None returns zeros, as do loads
+            within the limits.
+    """
+    if effort is None or not (largest_gravity_torques(query.reduced) > effort).any():
+        return np.zeros(len(positions))
+    return (np.abs(query.dynamics.gravity(positions).torque) / effort).max(axis=1, initial=0.0)
+
+
+def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Floats) -> Floats:
+    """Return the goal with whole turns added so that each revolute joint travels least.
+
+    Args:
+        start: Shape (n,) [rad | m].
+        goal: Shape (n,).
+        limits: Turns stay inside the position limits.
+        revolute: 1 for joints that turn, 0 for joints that slide, shape (n,).
+    """
+    turn = 2.0 * np.pi * revolute
+    best = np.array(goal)
+    for count in (-1.0, 0.0, 1.0):
+        turns = np.round((start - goal) / (2.0 * np.pi)) * revolute
+        shifted = goal + turns * turn + count * turn
+        inside = (shifted >= limits.lower) & (shifted <= limits.upper)
+        outside_now = (best < limits.lower) | (best > limits.upper)
+        nearer = np.abs(shifted - start) < np.abs(best - start)
+        best = np.where(inside & (nearer | outside_now), shifted, best)
+    return best
+
+
+def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = None) -> tuple[Floats, ...]:
+    """Return collision-free configurations at which a motion may end: they hold goal and path constraints.
+
+    Constraints from your own code are not considered.
+
+    Args:
+        problem: The problem.
+        rng: Draws the starts of the search; a fixed seed when None.
+
+    Returns:
+        Positions of the group's joints, each of shape (n,) [rad | m], nearest to the start first;
+        empty if the search found none.
+    """
+    one_of("problem", problem, Problem)
+    required = (*problem.goals, *problem.requirements_at(problem.last_stop))
+    draws = np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator)
+    return goal_candidates(problem.evaluator(problem.reduced), required, rng=draws).free
 
 
 @dataclass(frozen=True, eq=False)

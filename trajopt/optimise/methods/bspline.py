@@ -9,8 +9,13 @@ from trajopt.optimise.methods.method import Decoded, NlpProgram, Progress, follo
 from trajopt.optimise.solvers import Solver, SolveResult, Sqp
 from trajopt.optimise.terms import Acceleration, Jerk, Velocity
 from trajopt.optimise.transcription import transcribe
-from trajopt.optimise.transcription.basis import SplineBasis, fitted
-from trajopt.optimise.transcription.bspline import BsplineNlp, KnotPlaces, over_control_points
+from trajopt.optimise.transcription.bspline import (
+    BsplineNlp,
+    KnotPlaces,
+    SplineBasis,
+    fitted,
+    over_control_points,
+)
 from trajopt.problem.problem import Problem
 from trajopt.problem.residual import WHOLE
 from trajopt.values.arrays import Floats

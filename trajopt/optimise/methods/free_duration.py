@@ -13,8 +13,7 @@ from trajopt.optimise.methods.method import Decoded, Progress, followed_curve
 from trajopt.optimise.methods.timing import retime_path, stopping_motion, with_jerk
 from trajopt.optimise.solvers import SolveResult, Sqp
 from trajopt.optimise.solvers.sqp import TrustRegion
-from trajopt.optimise.transcription.basis import SplineBasis
-from trajopt.optimise.transcription.bspline import KnotPlaces, over_control_points
+from trajopt.optimise.transcription.bspline import KnotPlaces, SplineBasis, over_control_points
 from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp
 from trajopt.problem.problem import Problem
 from trajopt.timing import RetimeFailure

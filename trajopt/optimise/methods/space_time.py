@@ -13,8 +13,7 @@ from trajopt.optimise.methods.free_duration import MovingResult
 from trajopt.optimise.methods.method import Decoded, Progress, followed_curve
 from trajopt.optimise.solvers import Iteration, SolveResult, Sqp
 from trajopt.optimise.transcription import KnotsNlp, transcribe
-from trajopt.optimise.transcription.basis import even_basis
-from trajopt.optimise.transcription.bspline import KnotPlaces
+from trajopt.optimise.transcription.bspline import KnotPlaces, even_basis
 from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.optimise.transcription.knots import shortest_duration
 from trajopt.optimise.transcription.space_time import DEGREE, ObstacleMargins, SpaceTimeFamily, SpaceTimeNlp

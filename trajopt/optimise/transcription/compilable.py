@@ -30,14 +30,11 @@ from trajopt.optimise.solvers.parts import (
 )
 from trajopt.optimise.terms.alignment import AxisAngle, ViewAngle, ViewDistance
 from trajopt.optimise.terms.clearance import Clearance, SoftClearance
-from trajopt.optimise.terms.follows_curve import CurveError
-from trajopt.optimise.terms.frame_placement import FramePlacementError
+from trajopt.optimise.terms.frame_placement import CurveError, FramePlacementError
 from trajopt.optimise.terms.gravity_torque import GravityShare, HoldingTorque
-from trajopt.optimise.terms.joint_positions import JointPosition, JointSum, RestPosture
+from trajopt.optimise.terms.joint_positions import JointPosition, JointSum, RestPosture, Rolling
 from trajopt.optimise.terms.line_of_sight import SightClearance
-from trajopt.optimise.terms.point_on_arc import ArcCoordinates
-from trajopt.optimise.terms.positions import PointDistance, RegionCoordinates
-from trajopt.optimise.terms.rolling import Rolling
+from trajopt.optimise.terms.positions import ArcCoordinates, PointDistance, RegionCoordinates
 from trajopt.optimise.terms.singularity_distance import LostManipulability, SmallestSingularValue
 from trajopt.optimise.terms.user_functions import Expression, FunctionResidual
 from trajopt.optimise.transcription.margins import (

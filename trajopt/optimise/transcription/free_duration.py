@@ -14,8 +14,7 @@ import numpy as np
 from trajopt.geometry import WorkCounts
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
-from trajopt.optimise.transcription.basis import SplineBasis, fitted
-from trajopt.optimise.transcription.bspline import BsplineNlp
+from trajopt.optimise.transcription.bspline import BsplineNlp, SplineBasis, fitted
 from trajopt.robot.limits import JointLimits
 from trajopt.values.arrays import Floats, Ints, Loss, Rows, readonly
 from trajopt.values.trajectory import Trajectory

@@ -10,8 +10,7 @@ from trajopt.geometry import Evaluator, WorkCounts, covered_query, evaluator
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.optimise.terms.gravity_torque import HoldingTorque
-from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
-from trajopt.optimise.terms.rolling import rolling
+from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box, rolling
 from trajopt.optimise.transcription.compilable import CompilableMotionNlp
 from trajopt.optimise.transcription.margins import (
     ShrunkMargins,

@@ -16,8 +16,7 @@ import numpy as np
 from trajopt.geometry import DynamicObstacles, WorkCounts
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.terms import Constraint, constraint
-from trajopt.optimise.transcription.basis import SplineBasis
-from trajopt.optimise.transcription.bspline import COARSE_SAMPLES, BsplineNlp, KnotPlaces
+from trajopt.optimise.transcription.bspline import COARSE_SAMPLES, BsplineNlp, KnotPlaces, SplineBasis
 from trajopt.optimise.transcription.knots import (
     CLEARANCE_TOLERANCE,
     SWEEP,

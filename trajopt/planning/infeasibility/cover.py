@@ -9,7 +9,7 @@ from trajopt.geometry import WorkCounts, evaluator
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.planning.infeasibility.exclusion import between, distance, largest_turn
-from trajopt.planning.infeasibility.reach import Chain
+from trajopt.planning.infeasibility.joint_bounds import Chain
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import (
     AxisAlignment,

@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from trajopt.geometry import Evaluator
-from trajopt.optimise.kinematics.goal_candidates import random_starts
+from trajopt.optimise.kinematics.inverse import random_starts
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.problem.requirements import (

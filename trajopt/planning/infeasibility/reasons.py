@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from trajopt.geometry.geometry import supports
-from trajopt.optimise.kinematics.goal_candidates import GoalCandidates
+from trajopt.optimise.kinematics.inverse import GoalCandidates
 from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.nlp import ConstraintRows
 from trajopt.optimise.solvers import SolveResult

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.geometry import WorkCounts
-from trajopt.optimise.kinematics.goal_candidates import STARTS, goal_candidates
+from trajopt.optimise.kinematics.inverse import STARTS, goal_candidates
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.infeasibility.inevitable import (

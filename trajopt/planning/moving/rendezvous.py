@@ -13,7 +13,7 @@ import numpy as np
 
 from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.kinematics.forward import moving_frame, stacked_jacobian
-from trajopt.optimise.kinematics.goal_candidates import goal_candidates
+from trajopt.optimise.kinematics.inverse import goal_candidates
 from trajopt.planning.budget import Stopped
 from trajopt.planning.moving.dynamic_timing import LONGEST
 from trajopt.planning.moving.static_scenes import at_rest

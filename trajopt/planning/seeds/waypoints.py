@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from trajopt.geometry import Evaluator
-from trajopt.optimise.kinematics.goal_candidates import (
+from trajopt.optimise.kinematics.inverse import (
     HOLDABLE,
     MANY_STARTS,
     GoalCandidates,

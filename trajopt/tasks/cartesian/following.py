@@ -27,8 +27,8 @@ from trajopt.robot.configuration import ConfigurationLike
 from trajopt.scene.scene import Scene
 from trajopt.tasks.cartesian.program import detours
 from trajopt.tasks.cartesian.result import Followed, StopReason
-from trajopt.tasks.cartesian.search import LEAST, Found, Search, beginning, beginnings, stop_reason
-from trajopt.tasks.cartesian.tracking import OnCurve, Track, densified
+from trajopt.tasks.cartesian.search import LEAST, CurveSearch, Found, beginning, beginnings, stop_reason
+from trajopt.tasks.cartesian.tracking import CurveTrack, OnCurve, densified
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, retime
 from trajopt.values.arrays import Floats, number, one_of, readonly, unless_none
 from trajopt.values.errors import ProblemError
@@ -199,7 +199,7 @@ class _Following:
             starts, refusal = self._starts()
         if refusal is not None:
             return self._nothing(refusal)
-        search = Search(self.problem, self.on_curve, self.rng)
+        search = CurveSearch(self.problem, self.on_curve, self.rng)
         with self.on_curve.stage("track"):
             found = search.tracked(starts)
         if found.stop is not None and self.on_curve.spare:
@@ -270,7 +270,7 @@ class _Following:
             why = stop_reason(on_curve, Status.NOT_VERIFIED, 0.0, result.message)
         return self._followed(result, part.until / self.required.until if result.verified else 0.0, why)
 
-    def _judged(self, problem: Problem, on_curve: OnCurve, way: Track) -> Result | StopReason:
+    def _judged(self, problem: Problem, on_curve: OnCurve, way: CurveTrack) -> Result | StopReason:
         """Place knots along a path, time and judge the motion; repeat more tightly if it is refused."""
         workspace, result = PlanningWorkspace(problem, self.tracker), None
         for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):

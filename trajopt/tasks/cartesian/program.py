@@ -11,14 +11,14 @@ import numpy as np
 
 from trajopt.optimise.solvers import SolveResult, Sqp
 from trajopt.optimise.terms import Constraint, Cost, constraint
-from trajopt.optimise.terms.follows_curve import POSITION_ROWS, CurveError, within
+from trajopt.optimise.terms.frame_placement import POSITION_ROWS, CurveError, within
 from trajopt.optimise.transcription import transcribe
 from trajopt.planning.budget import BudgetTracker
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
 from trajopt.tasks.cartesian.curves import spline
-from trajopt.tasks.cartesian.tracking import OnCurve, Track, track
+from trajopt.tasks.cartesian.tracking import CurveTrack, OnCurve, track
 from trajopt.values.arrays import Floats, Rows, readonly
 from trajopt.values.curve import Curve
 from trajopt.values.placement import Placement
@@ -72,7 +72,7 @@ def knot_stations(required: FollowsCurve) -> Floats:
 
 
 def on_the_curve(
-    problem: Problem, required: FollowsCurve, seed: Track, tracker: BudgetTracker
+    problem: Problem, required: FollowsCurve, seed: CurveTrack, tracker: BudgetTracker
 ) -> SolveResult:
     """Plan the whole line on the curve, from a seed.
 
@@ -90,7 +90,7 @@ def on_the_curve(
 
 
 def in_a_tube(
-    problem: Problem, required: FollowsCurve, tube: float, seed: Track, tracker: BudgetTracker
+    problem: Problem, required: FollowsCurve, tube: float, seed: CurveTrack, tracker: BudgetTracker
 ) -> SolveResult:
     """Plan the whole line inside a tube around the curve, as near to the curve as possible.
 
@@ -113,7 +113,11 @@ def in_a_tube(
 
 
 def _solve(
-    problem: Problem, held: tuple[Constraint, ...], costs: Sequence[Cost], seed: Track, tracker: BudgetTracker
+    problem: Problem,
+    held: tuple[Constraint, ...],
+    costs: Sequence[Cost],
+    seed: CurveTrack,
+    tracker: BudgetTracker,
 ) -> SolveResult:
     whole = replace(
         problem, constraints=(*problem.constraints, *held), costs=tuple(costs), knots=len(seed.stations)
@@ -144,7 +148,7 @@ class Detour:
     """
 
     required: FollowsCurve
-    way: Track
+    way: CurveTrack
     deviation: float
 
 
@@ -166,11 +170,11 @@ def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) ->
         solved = in_a_tube(replace(problem, start=first), on_curve.required, tube, seed, on_curve.tracker)
         if solved.feasible:
             with on_curve.stage("deviate"):
-                found.append(_detour(on_curve, Track(seed.stations, solved.x)))
+                found.append(_detour(on_curve, CurveTrack(seed.stations, solved.x)))
     return sorted(found, key=lambda detour: detour.deviation)
 
 
-def _detour(on_curve: OnCurve, knots: Track) -> Detour:
+def _detour(on_curve: OnCurve, knots: CurveTrack) -> Detour:
     """Make a curve through the points of knots, with the ends and rotations of the blocked curve."""
     required = on_curve.required
     places = required.curve(knots.stations)
@@ -183,10 +187,10 @@ def _detour(on_curve: OnCurve, knots: Track) -> Detour:
     curve = spline(poses)
     far = float(np.linalg.norm(points - places.translation, axis=1).max())
     along = replace(required, curve=curve, until=curve.length)
-    return Detour(along, Track(curve.poses, knots.positions), far)
+    return Detour(along, CurveTrack(curve.poses, knots.positions), far)
 
 
-def _seeds(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[Track]:
+def _seeds(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[CurveTrack]:
     """Track the curve and bent ones, ignoring obstacles."""
     required = on_curve.required
     stations = knot_stations(required)
@@ -201,10 +205,10 @@ def _seeds(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[Track]:
         longest = max(tracks, key=lambda each: each.reached)
         missing = len(stations) - len(longest.stations)
         if missing <= 0:
-            yield Track(stations, longest.positions[: len(stations)])
+            yield CurveTrack(stations, longest.positions[: len(stations)])
         elif len(longest.stations) > len(stations) // 2:
             held = np.tile(longest.positions[-1], (missing, 1))
-            yield Track(stations, np.concatenate((longest.positions, held)))
+            yield CurveTrack(stations, np.concatenate((longest.positions, held)))
 
 
 def _bent_curves(curve: Curve, until: float, far: float) -> Iterator[Curve]:

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from trajopt.geometry import evaluator
-from trajopt.optimise.kinematics.goal_candidates import goal_candidates
+from trajopt.optimise.kinematics.inverse import goal_candidates
 from trajopt.optimise.transcription.knots import CLEARANCE_TOLERANCE
 from trajopt.optimise.transcription.margins import TaperedMargins, tapered_margins
 from trajopt.planning.status import Status
@@ -16,7 +16,7 @@ from trajopt.robot.joints import joint_unit
 from trajopt.robot.limits import LimitKind
 from trajopt.tasks.cartesian.program import knot_stations, on_the_curve
 from trajopt.tasks.cartesian.result import StopReason
-from trajopt.tasks.cartesian.tracking import FARTHEST, OnCurve, Track, resampled, stations_of, track
+from trajopt.tasks.cartesian.tracking import FARTHEST, CurveTrack, OnCurve, resampled, stations_of, track
 from trajopt.values.arrays import Bools, Floats, Ints, readonly
 from trajopt.values.printed import in_joint_position, in_unit
 
@@ -37,12 +37,12 @@ class Found:
         stop: The reason for its end; None at the end of the curve.
     """
 
-    way: Track
+    way: CurveTrack
     stop: StopReason | None
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class CurveSearch:
     """Searches joint paths along a curve.
 
     Attributes:
@@ -77,16 +77,16 @@ class Search:
                     break
         return max(found, key=lambda item: item.way.reached)
 
-    def _onward(self, way: Track) -> Found:
+    def _onward(self, way: CurveTrack) -> Found:
         """Continue from the end of a path by tracking, which finds the reason for its stop."""
         stations = stations_of(self.on_curve)
         rest = np.append(way.reached, stations[stations > way.reached])
         last = way.positions[-1:]
         (more,) = track(self.on_curve, rest, last, _still(last))
         stations = np.concatenate((way.stations, more.stations[1:]))
-        return self._best([Track(stations, np.concatenate((way.positions, more.positions[1:])))])
+        return self._best([CurveTrack(stations, np.concatenate((way.positions, more.positions[1:])))])
 
-    def _best(self, tracks: list[Track]) -> Found:
+    def _best(self, tracks: list[CurveTrack]) -> Found:
         """Return the longest clear part of the tracks; of equal ones the one with least motion."""
         found: list[Found] = []
         for each in tracks:
@@ -102,7 +102,7 @@ class Search:
         best = max(found, key=rank)
         return Found(best.way, best.stop or untracked(self.on_curve, best.way, self.rng))
 
-    def _shortened(self, way: Track, until: float) -> Track:
+    def _shortened(self, way: CurveTrack, until: float) -> CurveTrack:
         """Return the part of a track up to a length, which becomes its last station."""
         if until >= way.reached:
             return way
@@ -124,14 +124,14 @@ class Search:
             seed = resampled(on_part, way, knot_stations(part))
         solved = on_the_curve(problem, part, seed, on_part.tracker)
         with on_part.stage("track"):
-            planned = _continuous(on_part, Track(seed.stations, solved.x))
+            planned = _continuous(on_part, CurveTrack(seed.stations, solved.x))
             clear = clear_part(on_part, planned)
         if clear.stop is not None or planned.reached < way.reached:
             return found
         return Found(planned, found.stop)
 
 
-def beginning(problem: Problem, way: Track) -> Problem:
+def beginning(problem: Problem, way: CurveTrack) -> Problem:
     """Return the problem with the start of a path."""
     return replace(problem, start=readonly(problem.reduced.all_positions(way.positions[0])))
 
@@ -141,7 +141,7 @@ def _still(starts: Floats) -> Floats:
     return np.full_like(starts, np.nan)
 
 
-def _continuous(on_curve: OnCurve, planned: Track) -> Track:
+def _continuous(on_curve: OnCurve, planned: CurveTrack) -> CurveTrack:
     """Move the knots of a program onto the curve, and keep them up to the first jump."""
     stations = stations_of(on_curve)
     dense = resampled(on_curve, planned, stations)
@@ -150,7 +150,7 @@ def _continuous(on_curve: OnCurve, planned: Track) -> Track:
     good = there.held & (np.append(0.0, moved) <= 2.0 * FARTHEST)
     good[0] = True
     kept = len(good) if good.all() else int(np.argmin(good))
-    return Track(stations[:kept], dense.positions[:kept])
+    return CurveTrack(stations[:kept], dense.positions[:kept])
 
 
 CONE = 1e-4
@@ -227,7 +227,7 @@ class SelfMotions:
     on_curve: OnCurve
     margin: Floats
 
-    def farthest(self, stations: Floats, starts: Floats) -> Track:
+    def farthest(self, stations: Floats, starts: Floats) -> CurveTrack:
         """Return the sequence of least motion to the last reachable point.
 
         Args:
@@ -243,7 +243,7 @@ class SelfMotions:
             if len(found) == 0:
                 break
             layers.append(found)
-        return Track(stations[: len(layers)], _least_motion(layers))
+        return CurveTrack(stations[: len(layers)], _least_motion(layers))
 
     def _clear(self, q: Floats) -> Floats:
         if len(q) == 0:
@@ -326,7 +326,7 @@ class _Blocked:
     margin: float
 
 
-def clear_part(on_curve: OnCurve, found: Track) -> Clear:
+def clear_part(on_curve: OnCurve, found: CurveTrack) -> Clear:
     """Find the part of a track on which every pair keeps its margin.
 
     Near the start the margin is reduced to the start's clearance, as for all planned motions.
@@ -351,7 +351,7 @@ def clear_part(on_curve: OnCurve, found: Track) -> Clear:
     return Clear(until, _collision(on_curve, until, blocked))
 
 
-def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
+def _margins(on_curve: OnCurve, found: CurveTrack) -> TaperedMargins:
     """Return the margins along a track; at the end of the curve those of the end, if it is clear."""
     query = on_curve.query
     goal: Floats | None = None
@@ -408,7 +408,7 @@ def _collision(on_curve: OnCurve, s: float, blocked: _Blocked) -> StopReason:
     )
 
 
-def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> StopReason | None:
+def untracked(on_curve: OnCurve, found: CurveTrack, rng: np.random.Generator) -> StopReason | None:
     """Return the reason why a track ends before the curve; None if it does not.
 
     Args:

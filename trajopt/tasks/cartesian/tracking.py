@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from trajopt.geometry import Evaluator
-from trajopt.optimise.terms.follows_curve import CurveError
+from trajopt.optimise.terms.frame_placement import CurveError
 from trajopt.optimise.terms.frames import relative_frame
 from trajopt.planning.budget import Budget, BudgetTracker
 from trajopt.problem.motion import Motion
@@ -233,7 +233,7 @@ DRIFT = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class CurveTrack:
     """A path of the joints along a curve.
 
     Attributes:
@@ -249,10 +249,10 @@ class Track:
         """Its length along the curve [m]."""
         return float(self.stations[-1])
 
-    def until(self, s: float) -> "Track":
+    def until(self, s: float) -> "CurveTrack":
         """Return the part up to the last station within a length [m]."""
         kept = max(int(np.searchsorted(self.stations, s + 1e-12, side="right")), 1)
-        return Track(self.stations[:kept], self.positions[:kept])
+        return CurveTrack(self.stations[:kept], self.positions[:kept])
 
 
 def stations_of(on_curve: OnCurve) -> Floats:
@@ -269,7 +269,7 @@ def stations_of(on_curve: OnCurve) -> Floats:
     return np.append(np.interp(counted, np.arange(len(edges)), edges), until)
 
 
-def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> list[Track]:
+def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> list[CurveTrack]:
     """Track the curve from several first configurations.
 
     Args:
@@ -303,7 +303,7 @@ def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> l
                 q[branch] = reached
                 places[branch].append(place)
                 ways[branch].append(reached)
-    return [Track(np.array(place), np.array(way)) for place, way in zip(places, ways, strict=True)]
+    return [CurveTrack(np.array(place), np.array(way)) for place, way in zip(places, ways, strict=True)]
 
 
 def _drift(on_curve: OnCurve, q: Floats, s: float, step: float, pull: Floats) -> Floats:
@@ -336,7 +336,7 @@ APART = 2e-3
 """Largest distance of a chord from the curve's configuration half-way [rad | m]."""
 
 
-def densified(on_curve: OnCurve, found: Track, *, tolerance: float) -> Track:
+def densified(on_curve: OnCurve, found: CurveTrack, *, tolerance: float) -> CurveTrack:
     """Add knots until the chords between them are near enough to the curve.
 
     Args:
@@ -364,7 +364,7 @@ def densified(on_curve: OnCurve, found: Track, *, tolerance: float) -> Track:
         marks = np.zeros(len(doubtful), dtype=np.bool_)
         marks[left[coarse]] = True
         doubtful = np.repeat(marks, np.where(marks, 2, 1))
-    return Track(s, q)
+    return CurveTrack(s, q)
 
 
 def _interpolated(s: Floats, q: Floats, places: Floats) -> Floats:
@@ -374,10 +374,10 @@ def _interpolated(s: Floats, q: Floats, places: Floats) -> Floats:
     return np.asarray(PchipInterpolator(s, q)(places), dtype=np.float64)
 
 
-def resampled(on_curve: OnCurve, found: Track, stations: Floats) -> Track:
+def resampled(on_curve: OnCurve, found: CurveTrack, stations: Floats) -> CurveTrack:
     """Return the track with its configurations at other stations, on the curve."""
     estimate = np.concatenate(
         (found.positions[:1], _interpolated(found.stations, found.positions, stations[1:]))
     )
     moved = on_curve(estimate[1:], stations[1:]).positions
-    return Track(stations, np.concatenate((estimate[:1], moved)))
+    return CurveTrack(stations, np.concatenate((estimate[:1], moved)))

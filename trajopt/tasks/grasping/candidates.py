@@ -12,7 +12,7 @@ from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.tasks.grasping.result import Refusal, Segment, Stage
 from trajopt.tasks.grasping.straight import track_line, up, vector_of
-from trajopt.tasks.grasping.task import CandidateNames, Moment, Step, Task, in_turn
+from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, Step, TimedConfiguration, in_turn
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import Placement
 
@@ -51,7 +51,7 @@ class PickCandidate:
     held: Scene
 
 
-def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusal]:
+def pick_candidates(task: PickPlaceTask, grasp: Grasp) -> Iterator[PickCandidate | Refusal]:
     """Yield configurations for a grasp, nearest to the start first, or the reason why one fails."""
     scene, gripper, names = task.scene, task.gripper, CandidateNames(grasp=grasp.name)
     if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
@@ -98,10 +98,10 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
         yield PickCandidate(grasp, before, there, lifted, stood_on, held)
 
 
-def plan_pick(task: Task, candidate: PickCandidate) -> PlannedStages | Refusal:
+def plan_pick(task: PickPlaceTask, candidate: PickCandidate) -> PlannedStages | Refusal:
     """Plan the motions of a candidate, or return the reason why one fails."""
     names, grasp, scene = CandidateNames(grasp=candidate.grasp.name), candidate.grasp, task.scene
-    start, gripper = Moment(task.start), task.gripper
+    start, gripper = TimedConfiguration(task.start), task.gripper
     steps: tuple[Step, ...] = (
         lambda at: task.fingers(Stage.OPEN, scene, at, grasp.opening, names),
         lambda at: task.move(Stage.REACH, scene, at, candidate.before, names),
@@ -143,7 +143,7 @@ class PlaceCandidate:
 
 
 def place_candidates(
-    task: Task, held: Scene, start: Floats, place: Place, *, opening: float, names: CandidateNames
+    task: PickPlaceTask, held: Scene, start: Floats, place: Place, *, opening: float, names: CandidateNames
 ) -> Iterator[PlaceCandidate | Refusal]:
     """Yield configurations for a place, nearest to a start first, or the reason why one fails.
 
@@ -184,7 +184,7 @@ def place_candidates(
         yield PlaceCandidate(above, there, away, opening, stands_on)
 
 
-def _lowering(task: Task, held: Scene, supports: tuple[str, ...]) -> Scene:
+def _lowering(task: PickPlaceTask, held: Scene, supports: tuple[str, ...]) -> Scene:
     """Return the scene with the object in the hand, allowed to touch what it will stand on."""
     for support in supports:
         name = f"{task.name} stands on {support}"
@@ -193,7 +193,11 @@ def _lowering(task: Task, held: Scene, supports: tuple[str, ...]) -> Scene:
 
 
 def plan_place(
-    task: Task, held: Scene, candidate: PlaceCandidate, start: Moment, names: CandidateNames
+    task: PickPlaceTask,
+    held: Scene,
+    candidate: PlaceCandidate,
+    start: TimedConfiguration,
+    names: CandidateNames,
 ) -> PlannedStages | Refusal:
     """Plan the motions of a candidate from a start, or return the reason why one fails."""
     lowering, rest = _lowering(task, held, candidate.supports), task.options.release_time

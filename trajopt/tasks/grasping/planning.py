@@ -29,7 +29,7 @@ from trajopt.tasks.grasping.candidates import (
 from trajopt.tasks.grasping.grasp import Grasp, GraspingOptions, Place
 from trajopt.tasks.grasping.gripper import Gripper, arm_of, gripper_of
 from trajopt.tasks.grasping.result import STAGES, PickPlaceResult, Refusal, Segment
-from trajopt.tasks.grasping.task import CandidateNames, Moment, Task, later
+from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, TimedConfiguration, later
 from trajopt.values.arrays import Floats, one_of, sequence, several, unless_none
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
@@ -95,7 +95,7 @@ def pick_and_place(
     """
     tracker = _tracker(budget, cancel, progress)
     task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
-    return Search(task, _places(task.scene, places)).take(_graspable(task, grasps))
+    return PickPlaceSearch(task, _places(task.scene, places)).take(_graspable(task, grasps))
 
 
 @checked
@@ -121,7 +121,7 @@ def pick(
     """
     tracker = _tracker(budget, cancel, progress)
     task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
-    return Search(task, ()).take(_graspable(task, grasps))
+    return PickPlaceSearch(task, ()).take(_graspable(task, grasps))
 
 
 @checked
@@ -170,7 +170,7 @@ def place(
     if opening is None:
         opening = task.gripper.opening_at(scene.robot, task.start) + LET_GO
     opening = min(opening, task.gripper.widest)
-    return Search(task, _places(task.scene, places)).place(opening)
+    return PickPlaceSearch(task, _places(task.scene, places)).place(opening)
 
 
 def _task(
@@ -185,14 +185,14 @@ def _task(
     tracker: BudgetTracker,
     *,
     degrees: bool,
-) -> Task:
+) -> PickPlaceTask:
     """Check the arguments and fill in defaults."""
     robot = one_of("scene", scene, Scene).robot
     scene.object(one_of("name", name, str))
     hand = gripper_of(robot) if gripper is None else one_of("gripper", gripper, Gripper)
     arm = one_of("group", group, str) or arm_of(robot, hand)
     robot.group(arm)
-    return Task(
+    return PickPlaceTask(
         scene=scene,
         name=name,
         start=stated_configuration(robot, "start", start, group=arm, degrees=degrees),
@@ -226,7 +226,7 @@ def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
     return listed
 
 
-def _graspable(task: Task, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
+def _graspable(task: PickPlaceTask, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
     """Check that there are grasps, with known frames, and that the object is at rest."""
     listed = several("grasps", grasps, Grasp)
     if not listed:
@@ -265,7 +265,7 @@ class PlannedSequence:
 
 
 @dataclass(eq=False)
-class Search:
+class PickPlaceSearch:
     """A search for a sequence, and the rejected candidates.
 
     Attributes:
@@ -274,7 +274,7 @@ class Search:
         refusals: The rejected candidates with reasons, in order.
     """
 
-    task: Task
+    task: PickPlaceTask
     places: tuple[Place, ...]
     refusals: list[Refusal] = field(default_factory=list[Refusal])
     _candidates: dict[tuple[Grasp | None, Place], Remembered] = field(
@@ -324,7 +324,7 @@ class Search:
                 first = PlannedStages((), held) if before is None else before()
                 if first is None:
                     return None
-                moment = Moment(self.task.start).after(first.segments)
+                moment = TimedConfiguration(self.task.start).after(first.segments)
                 then = plan_place(self.task, first.scene, candidate, moment, names)
                 if not isinstance(then, Refusal):
                     return PlannedSequence((*first.segments, *then.segments), then.scene, grasp, place)
@@ -340,7 +340,7 @@ class Search:
             sequence, stopped = None, ended.stop
         final = task.scene
         if sequence is not None:
-            final = later(sequence.final_scene, Moment(task.start).after(sequence.segments).time)
+            final = later(sequence.final_scene, TimedConfiguration(task.start).after(sequence.segments).time)
         return PickPlaceResult(
             name=task.name,
             scene=task.scene,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.geometry import WorkCounts, evaluator
-from trajopt.optimise.kinematics.goal_candidates import goal_candidates
+from trajopt.optimise.kinematics.inverse import goal_candidates
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.infeasibility import reasons
 from trajopt.planning.plan import plan
@@ -31,7 +31,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class TimedConfiguration:
     """Configuration of the robot at a time.
 
     Attributes:
@@ -42,11 +42,11 @@ class Moment:
     positions: Floats
     time: float = 0.0
 
-    def after(self, segments: Sequence[Segment]) -> "Moment":
+    def after(self, segments: Sequence[Segment]) -> "TimedConfiguration":
         """Return configuration and time after motions that start here."""
         if not segments:
             return self
-        return Moment(segments[-1].end, self.time + sum(segment.duration for segment in segments))
+        return TimedConfiguration(segments[-1].end, self.time + sum(segment.duration for segment in segments))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -67,7 +67,7 @@ class CandidateNames:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Task:
+class PickPlaceTask:
     """The data shared by all candidates.
 
     Attributes:
@@ -159,7 +159,7 @@ class Task:
         return candidate.refusal(stage, status, reasons.no_goal_configuration(reduced, found, goals))
 
     def move(
-        self, stage: Stage, scene: Scene, start: Moment, goal: Floats, candidate: CandidateNames
+        self, stage: Stage, scene: Scene, start: TimedConfiguration, goal: Floats, candidate: CandidateNames
     ) -> Segment | Refusal:
         """Plan the arm's free motion to positions of all joints."""
         problem = Problem(
@@ -179,7 +179,7 @@ class Task:
         self,
         stage: Stage,
         scene: Scene,
-        start: Moment,
+        start: TimedConfiguration,
         goal: Floats,
         candidate: CandidateNames,
         *,
@@ -203,7 +203,7 @@ class Task:
         self,
         stage: Stage,
         scene: Scene,
-        start: Moment,
+        start: TimedConfiguration,
         opening: float,
         candidate: CandidateNames,
         *,
@@ -231,11 +231,11 @@ class Task:
         return self.plan(stage, problem, candidate, rest=rest)
 
 
-Step = Callable[[Moment], Segment | Refusal | None]
+Step = Callable[[TimedConfiguration], Segment | Refusal | None]
 """Plans a motion from the current moment; None if nothing has to move."""
 
 
-def in_turn(steps: Sequence[Step], start: Moment) -> tuple[Segment, ...] | Refusal:
+def in_turn(steps: Sequence[Step], start: TimedConfiguration) -> tuple[Segment, ...] | Refusal:
     """Plan motions in sequence; stop at the first that fails.
 
     Args:

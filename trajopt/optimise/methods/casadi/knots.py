@@ -11,7 +11,7 @@ from trajopt.optimise.methods.casadi.program import by_stages, objection, plainl
 from trajopt.optimise.methods.method import Decoded, NlpProgram, Progress, followed_curve, moving_start
 from trajopt.optimise.nlp import Linearisation
 from trajopt.optimise.solvers.solver import Iteration, SolveResult, SolverStatus
-from trajopt.optimise.terms.rolling import rolling
+from trajopt.optimise.terms.joint_positions import rolling
 from trajopt.optimise.transcription import KnotsNlp, transcribe
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve, Requirement
