@@ -367,6 +367,19 @@ def recording_kinds() -> Kinds:
 class RecordingFile(Value):
     """A recording on disk, which needs its robot to be read.
 
+        {
+         "format": "trajopt recording",
+         "version": 1,
+         "robot": {"name": "panda", "joints": ["panda_joint1", ...], "source": {...}},
+         "sightings": [{"since": 0.0, "stamp": 0.0, "scene": {"objects": {...}, "margin": 0.01, ...}}, ...],
+         "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
+        }
+
+    The fields are those of `trajopt.driving.Recording`, of its motions, events and scenes, and of the objects
+    of the scenes, with their names and units; `trajopt.values.documents.codec` describes the JSON of values.
+    The robot is not included: a reader has it, or loads it from its source, which is null or as `trajopt
+    plan` writes it.
+
     Attributes:
         robot_name: The name of the robot.
         source: How to load it, as given to `write_recording`; None if nothing was given.

@@ -385,6 +385,16 @@ RELEASED = "the button was let go"
 class Gamepad:
     """A gamepad found by pygame.
 
+    The buttons are named as on an Xbox pad; other pads have them in the same places.
+
+    - LB, held: the robot follows; released, it stops (a dead man's button).
+    - Left stick: up moves along x, left along y. Right stick: up moves along z, left turns about z.
+    - RB, held in addition: the left stick turns, sideways about x and up about y, and does not move.
+    - Cross, up and down: changes the speed factor by a tenth.
+
+    The axes belong to the given frame. A stick at its end gives 1, which `ServoOptions.scaling` and `turning`
+    convert to m/s and rad/s; `dead_zone` is a share of the stick's range.
+
     pygame and its SDL have one state per process: it is initialised with the first gamepad, without a window
     unless the program has one, and remains after `close`.
     """

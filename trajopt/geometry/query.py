@@ -229,6 +229,9 @@ def search_path(
 ) -> Floats | None:
     """Search a path; the interpreter's lock is released meanwhile.
 
+    RRT-Connect, with a shortened path; compiled, with a generator of its own. Sources: Kuffner and LaValle,
+    ICRA 2000; Geraerts and Overmars, IJRR 2007 (shortening).
+
     Args:
         query: Of the robot and its surroundings; its counts include the work done.
         start: Shape (n,) [rad | m].

@@ -18,6 +18,10 @@ RIDGE = 1e-6
 class SmoothMetric:
     """The inverse of A over the free knots, for each joint, with its largest entry scaled to 1.
 
+    A = K'K with K the second differences of the knots, at rest before the first and after the last. Its
+    inverse spreads a change of one knot smoothly over its neighbours (Zucker et al., CHOMP, IJRR 2013,
+    section 3.1; Kalakrishnan et al., STOMP, ICRA 2011, section II).
+
     Attributes:
         inverse: Shape (n, N, N); zero for fixed knots; in squares of ordinary steps.
         largest: The largest entry of A's inverse before scaling.
@@ -87,6 +91,8 @@ def always_listed(block: ConstraintRows) -> bool:
 @dataclass(frozen=True, eq=False)
 class LinearRows:
     """Constraint rows around a point, as one dense matrix: lower <= value + matrix . step <= upper.
+
+    Source: Zucker et al., CHOMP, IJRR 2013, section 4.
 
     Attributes:
         matrix: By the flattened knots, shape (m, N n).
@@ -162,6 +168,8 @@ class LinearRows:
 
 def into_bounds(x: Floats, lower: Floats, upper: Floats, metric: SmoothMetric) -> Floats:
     """Bend knots back between their bounds, smoothly, then clip the small rest.
+
+    Source: Zucker et al., CHOMP, IJRR 2013, section 3.3.
 
     In every joint the excess is smoothed by the metric and scaled to remove the largest excess.
 

@@ -116,6 +116,9 @@ SOLVED = (0, 1)
 class BandedSteps:
     """Steps by the native interior point method.
 
+    Every row touches few neighbouring knots, so the system of every iteration is a band whose pattern does
+    not depend on how many rows there are. The algebra is in docs/decisions/banded-qp.md.
+
     Attributes:
         max_iterations: Limit of interior-point iterations.
     """

@@ -91,6 +91,10 @@ NEAR = 1e-6
 class ViewAngle:
     """One component: the angle between the camera's axis and the direction to the target, in [0, pi] [rad].
 
+    The angle t = atan2(|a x p|, a . p) of the point p, seen from the camera, off its axis a has a slope for
+    every p, also behind the camera; 1 - cos t has none there. With p = r (cos t a + sin t n), n across the
+    axis, t' = (cos t n - sin t a) . p' / r.
+
     On the axis the slope is taken as zero; straight behind, the point leaves the axis to one side.
 
     Attributes:

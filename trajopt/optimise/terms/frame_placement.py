@@ -178,6 +178,10 @@ POSITION_ROWS = 4
 class CurveError(Value):
     """Components: position error (x, y, z), its length [m], rotation error (three, two or none) [rad].
 
+    The knots are spread along the curve: knot k belongs to its location s_k, with R_c and p_c. The components
+    are R_c^T (p - p_c), its length, and the rotation log(R_c^T R), or with a free spin about the axis a of
+    the frame the components of R_c^T R a that are across a.
+
     Attributes:
         reduced: The robot and its surroundings.
         required: The curve and the frame that follows it.

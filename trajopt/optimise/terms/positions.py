@@ -98,6 +98,10 @@ RESERVED_SIZE = 0.05
 class RegionCoordinates:
     """Coordinates of the point in the nearest member that bound the member [m].
 
+    Flat faces give linear rows. Round ones give the distance from the centre or axis, and the coordinates
+    across besides: the slope of a distance turns with the point, a coordinate's does not, so that steps much
+    longer than the width of a tube still end in it.
+
     Components 4 m ... 4 m + 3 are of member m: x, y, z of a box; x, y, z and the distance from the
     centre of a sphere; x, y, the distance from the axis and z of a cylinder; z of a half-space. Only
     the nearest member (by signed distance) has rows at a sample.

@@ -38,6 +38,8 @@ class Stencils:
 class SplineBasis:
     """A clamped B-spline: it begins and ends in a control point.
 
+    Source: de Boor, A Practical Guide to Splines, 2001, chapters IX and X.
+
     Attributes:
         degree: Of its polynomials.
         breaks: Parameters at which pieces meet, increasing from 0 to 1, shape (m + 1,).

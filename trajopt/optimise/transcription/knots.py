@@ -324,6 +324,10 @@ LISTED = 0.3
 def holding_rows(problem: Problem, query: Evaluator, stops: Floats) -> tuple[Constraint, ...]:
     """Return the rows that keep the joints able to hold the load still; none if they always are.
 
+    Retiming refuses a path on which a joint needs more than its effort limit just to stand still: no timing
+    helps there. So the program has rows against it, but only for joints that gravity can overload: the others
+    are shown never to need a row.
+
     A joint may use its share, or its load at a fixed stop if that is larger. If the problem itself limits
     the share of gravity, that is enough.
 

@@ -187,6 +187,9 @@ class StopExcess:
 class TaperedConstraint(Constraint):
     """A constraint whose bounds give way near stops.
 
+    The program keeps a part of every tolerance in reserve. A start, a goal or a waypoint that lies in that
+    part holds the requirement, and no path could hold more there: near it the bounds widen to its value.
+
     Attributes:
         stops: The stops.
     """

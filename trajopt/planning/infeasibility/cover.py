@@ -340,6 +340,9 @@ def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
 def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
     """Return whether every configuration of a box is proven to violate a requirement.
 
+    Distances and residuals in the box differ from those at its middle by at most the travel that its joints
+    cause.
+
     Args:
         required: The requirement.
         reduced: The robot and its surroundings.

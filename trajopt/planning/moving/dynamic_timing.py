@@ -34,6 +34,9 @@ LONGEST = 60.0
 class Waiting:
     """Finds when a motion can begin; one for each thread.
 
+    A motion that begins at rest may begin at any later time. Times are sampled in order; the judge proves the
+    candidates.
+
     Attributes:
         checks: Checks configurations for dynamic obstacles.
         dwell: How long the robot stays where a motion ends [s].

@@ -115,7 +115,11 @@ Along: TypeAlias = Callable[[Floats], Floats]
 def blocked_cells(
     checks: SampledChecks, along: Along, edges: Floats, times: Floats, *, hurried: bool = False
 ) -> Ints:
-    """Find what is in the way where along a path, and when.
+    """Find the cells of path and time that dynamic obstacles block.
+
+    A cell is sampled in its middle. Larger blocks of cells come first: an object farther away than the travel
+    within a block is clear of all of it, and a deeper contact blocks all of it, so that single cells are only
+    sampled along the borders of blocked regions.
 
     Args:
         checks: Checks configurations; it has the clearance that pairs keep.

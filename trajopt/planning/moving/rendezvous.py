@@ -303,6 +303,12 @@ class FollowingFrame:
 class FollowingMotion:
     """The joint motion that follows a goal, around the time at which it is met.
 
+    A motion y that ends at rest, at the frame's place of a time T, is made into one that meets the frame
+    then. The added part is the joint travel that follows the frame from the configuration at T: q*(t) -
+    q*(T). That is exact in the last part, so that the robot moves relative to the frame as y does, which was
+    planned with a frame at rest. Before, the added part grows from zero, by a quintic. So the sum begins as y
+    does, and at T it has the frame's velocity and acceleration, and none relative to the frame.
+
     Attributes:
         times: Shape (s,), increasing [s].
         rows: Positions, velocities and accelerations at these times, of a cubic spline, shape (3, s, n).

@@ -119,7 +119,12 @@ STILL = 1e-6
 
 @dataclass(frozen=True)
 class DetourLines:
-    """The `Source` of lines bent around obstacles."""
+    """The `Source` of lines bent around obstacles.
+
+    The sides are relative to the touching point of the body: across its way, in the world. First comes the
+    side that the contact itself pushes to. The bend is found by moving that point in small steps with the
+    damped inverse of its Jacobian (Nakamura and Hanafusa 1986), and dies away towards the ends of its leg.
+    """
 
     kind = SeedKind.AROUND
 
