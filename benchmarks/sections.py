@@ -17,7 +17,7 @@ from trajopt.cli.bench import table as set_table
 from trajopt.lab.suite import Outcome
 from trajopt.lab.suite.instance import by_set, row, summary
 from trajopt.planning.status import Status
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 
 TITLES = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter, both arms"}
 INSTEAD = {"hang": Status.OUT_OF_TIME, "crash": Status.METHOD_CANNOT, "refused": Status.METHOD_CANNOT}

@@ -16,8 +16,7 @@ from trajopt.lab.suite.comparison_page import markdown
 from trajopt.lab.suite.comparison_page import page as page_of
 from trajopt.lab.suite.instance import find_instances
 from trajopt.optimise.methods import METHODS, method_named
-from trajopt.values.documents.document import write_text
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json, write_text
 from trajopt.viewer.plots import comparison_figures
 
 ALLOWANCE = Allowance(attempts=20, cpu_seconds=10.0)

@@ -27,9 +27,9 @@ from trajopt.driving import IdealExecutor, Supervisor, commit_loop, soonest_stop
 from trajopt.driving.motion_guard import MotionGuard
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import with_jerk
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reducing import reduce_model, tool_frame
-from trajopt.timing.joint_stops import stop_after
+from trajopt.timing.stops import stop_after
 from trajopt.values.arrays import Floats
 from trajopt.verify import Judge
 

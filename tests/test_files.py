@@ -14,8 +14,7 @@ from trajopt.robot.loading.stated_limits import read_joint_limits
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.documents.files import read_json
 from trajopt.values.documents.yaml_files import MOST_ALIASED, read_yaml
-from trajopt.values.errors import FileFormatError, TrajoptError, shown
-from trajopt.values.errors.shown import SHOWN_LENGTH
+from trajopt.values.errors import SHOWN_LENGTH, FileFormatError, TrajoptError, shown
 
 pytestmark = pytest.mark.timeout(60)
 

@@ -56,7 +56,7 @@ if _TYPE_CHECKING:
     from trajopt.values.shapes.clouds.points import Points as Points
     from trajopt.values.shapes.clouds.voxels import Voxels as Voxels
     from trajopt.values.shapes.mesh import Mesh as Mesh
-    from trajopt.values.shapes.mesh_file import load_mesh as load_mesh
+    from trajopt.values.shapes.mesh import load_mesh as load_mesh
     from trajopt.values.shapes.shapes import Box as Box
     from trajopt.values.shapes.shapes import Capsule as Capsule
     from trajopt.values.shapes.shapes import Cone as Cone
@@ -95,8 +95,7 @@ _NAMES_OF: _Mapping[str, str] = {
     "values.placement": "Placement placement",
     "values.shapes.clouds.points": "Points",
     "values.shapes.clouds.voxels": "Voxels",
-    "values.shapes.mesh": "Mesh",
-    "values.shapes.mesh_file": "load_mesh",
+    "values.shapes.mesh": "Mesh load_mesh",
     "values.shapes.shapes": "Box Capsule Cone Cylinder Plane Sphere convex",
     "values.trajectory": "Path Trajectory",
     "verify": "examine",

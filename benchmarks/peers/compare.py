@@ -20,7 +20,7 @@ from benchmarks.peers.export import Asked, read_asked, write_problems
 from benchmarks.peers.judging import judge_result
 from benchmarks.peers.report import REFERENCE, compact, section, summary, tables
 from trajopt.lab.suite.instance import find_instances
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 
 ROOT = HERE.parent.parent
 PEERS = (

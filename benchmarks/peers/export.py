@@ -14,7 +14,7 @@ import trajopt as to
 from trajopt.lab.suite import Instance
 from trajopt.problem.requirements import JointPositions
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 from trajopt.values.shapes.shapes import Convex, Shape
 from trajopt.verify import Judge, Moment
 

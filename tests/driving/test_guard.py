@@ -11,7 +11,7 @@ from trajopt.driving import ActionOutcome, Decision, EventKind, Guard, GuardOpti
 from trajopt.driving.action_chunk import ActionChunk, along_actions
 from trajopt.driving.guard import SAME
 from trajopt.optimise.methods.timing import with_jerk
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ClockError, FrameNotFound, GroupNotFound, ProblemError

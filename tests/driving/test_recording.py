@@ -24,7 +24,7 @@ from trajopt.driving import (
     write_recording,
 )
 from trajopt.robot.mesh_cover import MeshPolicy
-from trajopt.scene.timing import Timing
+from trajopt.scene.track import Timing
 from trajopt.values.errors import FileFormatError, ProblemError, ShapeError
 from trajopt.values.shapes.mesh import Mesh
 

@@ -24,7 +24,7 @@ from trajopt.optimise.methods.timing import with_jerk
 from trajopt.optimise.terms.singularity_distance import frame_jacobian, singular_values
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements.joints import LENGTH
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.scene.reducing import tool_frame
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import FrameNotFound, JointNotFound, ProblemError

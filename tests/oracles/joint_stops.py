@@ -5,8 +5,8 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from trajopt.robot.limits import EXCESS, JointLimits
-from trajopt.timing.joint_stops import TICK
+from trajopt.robot.joints import EXCESS, JointLimits
+from trajopt.timing.stops import TICK
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Trajectory
 

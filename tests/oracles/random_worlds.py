@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from tests.oracles.moving_world import Poses, Thing, carried, curved, steady, through
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 

@@ -6,7 +6,7 @@ from math import ceil, inf
 import numpy as np
 
 from tests.oracles.retiming.peaks import motion_extremes
-from trajopt.robot.limits import EXCESS, JointLimits
+from trajopt.robot.joints import EXCESS, JointLimits
 from trajopt.timing.stops import KEPT, KEPT_STEPS, MOMENT, RAMP, SHARES, STEP, PathStop
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.trajectory import Trajectory

@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from trajopt.robot.loading.urdf import MOST_LINKS
-from trajopt.values.array_cache import cache_folder
+from trajopt.values.cached import cache_folder
 from trajopt.values.errors import FileFormatError, MeshFileError
 
 SELF_REFERENCE = """<?xml version="1.0"?>
@@ -63,7 +63,7 @@ def test_a_mesh_is_read_once_and_anew_when_it_changes(
     kept = list(cache_folder().iterdir())
     assert len(kept) == 1
     with monkeypatch.context() as patch:
-        patch.setattr("trajopt.values.shapes.mesh_file.answer_of", never)
+        patch.setattr("trajopt.values.shapes.mesh.answer_of", never)
         assert np.ptp(to.load_mesh(file).vertices, axis=0).tolist() == [1.0, 1.0, 0.0]
     file.write_text("v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n")
     assert np.ptp(to.load_mesh(file).vertices, axis=0).tolist() == [2.0, 1.0, 0.0]

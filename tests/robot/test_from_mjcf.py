@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import trajopt as to
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.robot.loading.pinocchio_model import link_placement
 from trajopt.values.errors import FileFormatError, ModelError, UnsupportedJoint

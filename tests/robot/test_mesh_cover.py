@@ -10,8 +10,7 @@ from tests.robot.test_robot import tetrahedron
 from trajopt.robot import mesh_cover
 from trajopt.robot.mesh_cover import Cover, MeshPolicy, cover_file, cover_mesh
 from trajopt.values.errors import MeshFileError
-from trajopt.values.shapes.mesh import Mesh
-from trajopt.values.shapes.mesh_file import load_mesh
+from trajopt.values.shapes.mesh import Mesh, load_mesh
 from trajopt.values.shapes.shapes import Convex
 
 SCALE = (0.1, 0.2, 0.3)

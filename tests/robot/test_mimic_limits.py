@@ -11,7 +11,7 @@ import trajopt as to
 from tests.robot.test_mimics import Stated, planar
 from tests.verify.arms import quintic, reduced
 from trajopt.optimise.kinematics import random_configurations
-from trajopt.robot.limits import JointLimits, LimitKind
+from trajopt.robot.joints import JointLimits, LimitKind
 from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.urdf import Mimic
 from trajopt.values.errors import MimicOutOfRange, ProblemError

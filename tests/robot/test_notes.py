@@ -10,7 +10,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM, odd_arm, two_arms
 from trajopt.files.moveit import read_request
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.values.errors import (
     FileFormatError,
     GroupNotFound,

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from tests.oracles.retiming.smooth_path import SmoothPath
 from tests.oracles.retiming.smoothing import Smoothing
 from trajopt.native import timing
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import DeviationBound, RetimeOptions
 from trajopt.timing.retiming import timed
 from trajopt.values.arrays import Floats

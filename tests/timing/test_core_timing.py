@@ -15,7 +15,7 @@ from tests.oracles.retiming.timing import fastest_trajectory
 from tests.timing.retime_cases import core_timed, make_limits, make_path, polylines
 from tests.timing.test_tool import chain_speeds
 from tests.timing.test_torque import two_links
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import DeviationBound, Retimed, RetimeFailure, RetimeOptions, ToolLimits, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError

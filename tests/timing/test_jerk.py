@@ -18,7 +18,7 @@ from tests.timing.retime_cases import (
     polylines,
     smooth_path,
 )
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, RetimeFailure, ToolLimits, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Path, Trajectory

@@ -6,7 +6,7 @@ from scipy.interpolate import CubicSpline
 
 from tests.oracles.retiming.smooth_path import SmoothPath
 from tests.timing.retime_cases import make_limits, make_path, smooth_path
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Path

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 
 from tests.timing.retime_cases import make_limits, make_path, polylines
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, RetimeOptions, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError

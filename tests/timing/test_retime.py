@@ -15,7 +15,7 @@ from tests.timing.retime_cases import (
     polylines,
     smooth_path,
 )
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError

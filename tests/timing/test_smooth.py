@@ -4,7 +4,7 @@ from hypothesis import given, settings
 
 from tests.oracles.retiming.smoothing import polyline
 from tests.timing.retime_cases import make_limits, make_path, polylines, smooth_path, smoothing
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Path
 

@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from tests.oracles import stopping
 from trajopt.native import timing
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.timing.stops import KEPT, MOMENT, RAMP, SHARES, STEP, StopsAlong
 from trajopt.values.arrays import Floats
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.timing.retime_cases import largest_use, make_limits, make_path, moments, polylines
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, ToolLimits, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Path

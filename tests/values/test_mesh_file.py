@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 import trajopt as to
 from trajopt.values.errors import MeshFileError, ShapeError
-from trajopt.values.shapes.mesh import Mesh
-from trajopt.values.shapes.mesh_file import load_mesh
+from trajopt.values.shapes.mesh import Mesh, load_mesh
 
 CORNERS_OF_SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 BOX_FACES = np.array([f for a, b, c, d in CORNERS_OF_SIDES for f in ((a, b, c), (a, c, d))], dtype=np.int32)

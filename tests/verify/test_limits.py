@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from tests.verify.arms import joint, link, mixed_arm, planar_arm, quintic, reduced, robot, wavy
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, readonly

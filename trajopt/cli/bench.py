@@ -27,7 +27,7 @@ from trajopt.cli.progress import quiet_bar
 from trajopt.lab.suite import Instance, Outcome, run
 from trajopt.lab.suite.instance import by_set, find_instances, row, summary
 from trajopt.server.warehouse import Warehouse
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 
 DataOption = Annotated[
     Path,

@@ -32,9 +32,8 @@ from trajopt.lab.suite.instance import find_instances
 from trajopt.lab.suite.outcome import summaries
 from trajopt.optimise.methods import Method, method_named, method_names
 from trajopt.planning.result import Result
-from trajopt.values.documents.document import write_text
+from trajopt.values.documents.document import write_json, write_text
 from trajopt.values.documents.files import read_json
-from trajopt.values.documents.json_files import write_json
 from trajopt.values.errors import FileFormatError, MissingExtra
 from trajopt.viewer.plots import comparison_figures
 

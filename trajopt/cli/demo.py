@@ -15,7 +15,7 @@ from trajopt.planning.plan import plan
 from trajopt.planning.result import Plan
 from trajopt.problem.problem import named_problem
 from trajopt.simulation import Rollout, render, simulate
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 from trajopt.viewer.plots import plot_motion
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the files.")]

@@ -34,7 +34,7 @@ from trajopt.planning.result import Result, improvement, table
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import joint_unit
 from trajopt.server.warehouse import Warehouse
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 from trajopt.values.errors import ProblemError
 from trajopt.values.printed import in_unit
 

@@ -30,7 +30,7 @@ from trajopt.driving.surprises import NONE, Surprises, random_surprise, read_sur
 from trajopt.problem.problem import Problem
 from trajopt.simulation import render
 from trajopt.simulation.picture_files import check_path
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.printed import in_length
 

@@ -29,7 +29,7 @@ from trajopt.cli.progress import ProgressLine, progress_line
 from trajopt.simulation import Layout, Rollout, SimulationOptions, render
 from trajopt.simulation import simulate as roll_out
 from trajopt.simulation.picture_files import check_path
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 from trajopt.values.errors import ProblemError, shown
 
 PictureOption = Annotated[

@@ -10,8 +10,7 @@ from trajopt.cli.progress import quiet_bar
 from trajopt.cli.thumbnails import PicturesOption, Thumbnails
 from trajopt.lab.suite import Outcome, installed_definitions, run
 from trajopt.lab.suite.suite_page import page, row, summary, text_table
-from trajopt.values.documents.document import write_text
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json, write_text
 
 JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every outcome here.")]
 HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page with figures here.")]

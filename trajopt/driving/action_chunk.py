@@ -9,8 +9,8 @@ import numpy as np
 from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Evaluator
 from trajopt.problem.requirements.joints import LENGTH
-from trajopt.robot.limits import JointLimits
-from trajopt.timing.joint_stops import stop_from
+from trajopt.robot.joints import JointLimits
+from trajopt.timing.stops import stop_from
 from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.trajectory import Trajectory

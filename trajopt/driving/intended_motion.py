@@ -13,10 +13,9 @@ import numpy as np
 
 from trajopt.driving.motion_guard import MotionGuard
 from trajopt.problem.problem import Problem
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing.stops import StopsAlong
-from trajopt.timing.time_scaling import RateChange, TimeScaling
-from trajopt.timing.within_limits import holds_limits
+from trajopt.timing.time_scaling import RateChange, TimeScaling, holds_limits
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 

@@ -13,9 +13,8 @@ from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.scene.deviation import largest_deviation
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.reducing import reduce_model
+from trajopt.scene.reducing import reduce_model, whole_robot
 from trajopt.scene.scene import Scene
-from trajopt.scene.whole_robot import whole_robot
 from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.cached import LruCache
 from trajopt.values.errors import JointNotFound, ProblemError, shown

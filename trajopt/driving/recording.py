@@ -15,17 +15,15 @@ from trajopt.driving.events import Event, EventKind
 from trajopt.driving.executor import Executor
 from trajopt.driving.intended_motion import IntendedMotion
 from trajopt.driving.world_snapshot import WorldSnapshot
-from trajopt.problem.kinds import model_kinds
+from trajopt.problem.file_kinds import check_fields, check_value, model_kinds
 from trajopt.problem.problem import Problem
-from trajopt.problem.read_checks import check_fields, check_value
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, floats, several
 from trajopt.values.documents.codec import Kinds, Reader, Writer
-from trajopt.values.documents.document import Node, read_document
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import Node, read_document, write_json
 from trajopt.values.errors import ProblemError, ShapeError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory

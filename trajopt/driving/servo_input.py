@@ -33,8 +33,7 @@ import numpy as np
 from trajopt.driving.servo import Servo
 from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
 from trajopt.values.arrays import Value, number, several
-from trajopt.values.documents.document import Node, read_document
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import Node, read_document, write_json
 from trajopt.values.errors import FileFormatError, MissingExtra, ModelError, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, placement

@@ -20,11 +20,11 @@ from trajopt.geometry import JointPlacements, evaluator
 from trajopt.geometry.geometry import BoundingBoxes
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers.subproblem import BandedSteps
-from trajopt.robot.limits import EXCESS, JointLimits
+from trajopt.robot.joints import EXCESS, JointLimits
 from trajopt.scene.deviation import pair_levers
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.timed import ChangingPairs
-from trajopt.timing.joint_stops import TICK
+from trajopt.timing.stops import TICK
 from trajopt.values.arrays import Floats, Loss, Rows, Value
 
 

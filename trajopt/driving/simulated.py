@@ -11,8 +11,8 @@ import numpy as np
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.executor import STOPPED, RobotState
 from trajopt.scene.payload import loaded_model
+from trajopt.scene.reducing import driven_joints, whole_robot
 from trajopt.scene.scene import Scene
-from trajopt.scene.whole_robot import driven_joints, whole_robot
 from trajopt.simulation import ContactInterval, SimulationOptions
 from trajopt.simulation.execution import BLOWN_UP, ComputedTorque
 from trajopt.simulation.rollout import ContactLog

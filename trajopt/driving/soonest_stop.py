@@ -11,9 +11,9 @@ from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import stop_from, stopping_motion, with_jerk
 from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reducing import reduce_model
-from trajopt.timing.joint_stops import stop_after
+from trajopt.timing.stops import stop_after
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 

@@ -37,10 +37,9 @@ from trajopt.planning.plan import plan
 from trajopt.problem.problem import Problem
 from trajopt.scene.clearances import Part
 from trajopt.scene.group_tools import ends_of
-from trajopt.scene.reducing import reduce_model
+from trajopt.scene.reducing import driven_joints, reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
-from trajopt.scene.whole_robot import driven_joints
 from trajopt.timing.stops import StopsAlong
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import Node, read_document

@@ -14,7 +14,7 @@ from trajopt.optimise.kinematics.forward import manipulability, moving_frame, st
 from trajopt.optimise.kinematics.sampling import BATCH, Progress, Sampler
 from trajopt.optimise.kinematics.validity import clear, pair_margins
 from trajopt.problem.requirements.joints import LENGTH
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Ints, Value, direction_of, floats, number, readonly
 from trajopt.values.errors import FileFormatError, MissingExtra, ShapeError, shown

@@ -33,7 +33,7 @@ from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import JointPositions, Requirement
 from trajopt.problem.residual import WHOLE
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.values.arrays import Floats
 from trajopt.verify import Examination, Moment
 

@@ -18,7 +18,7 @@ from trajopt.planning.seeds import SeedKind, with_knots
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.values.arrays import Floats, number, one_of
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import named

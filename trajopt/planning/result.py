@@ -18,10 +18,9 @@ from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
 from trajopt.problem.problem import Problem
 from trajopt.timing import Retimed
-from trajopt.values.documents.json_files import write_json
-from trajopt.values.errors import PlanningFailed, shown
+from trajopt.values.documents.document import write_json
+from trajopt.values.errors import PlanningFailed, shown, unknown_attribute
 from trajopt.values.errors.arguments import checked
-from trajopt.values.errors.shown import unknown_attribute
 from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Certificate

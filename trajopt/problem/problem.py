@@ -10,25 +10,26 @@ from pathlib import Path
 
 from trajopt.geometry import MakesEvaluator, evaluator
 from trajopt.geometry.geometry import inside_carriers
-from trajopt.problem.knots import stated_knots
 from trajopt.problem.requirements import During, GoalSet, Requirement
 from trajopt.problem.residual import Constraint, Cost, check_path_constraint
 from trajopt.problem.smoothness import default_costs
-from trajopt.problem.starting import in_motion, start_rates
 from trajopt.problem.stated import (
     GoalLike,
     check_goal,
     check_names,
     check_waypoints,
+    in_motion,
     only_group,
+    start_rates,
     stated_dwell,
     stated_goal,
+    stated_knots,
     stated_rates,
     stated_waypoints,
 )
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
-from trajopt.robot.limits import JointLimits, LimitKind
+from trajopt.robot.joints import JointLimits, LimitKind
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene

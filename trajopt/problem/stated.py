@@ -1,4 +1,4 @@
-"""Conversion of starts, goals and waypoints from any accepted form to requirements of a group."""
+"""Conversion of starts, goals, waypoints and knots from any accepted form to values of a group."""
 
 from collections.abc import Mapping, Sequence
 from typing import cast
@@ -18,14 +18,23 @@ from trajopt.problem.requirements import (
 )
 from trajopt.problem.requirements.alternatives import GoalLike
 from trajopt.robot.configuration import FORMS, Motion, joints_of, stated_configuration
-from trajopt.robot.joints import joint_unit
+from trajopt.robot.joints import JointLimits, LimitKind, joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.group_tools import tool_of
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats, floats, mapping, number, one_of, sequence
-from trajopt.values.errors import ModelError, ProblemError, ShapeError, StateNotFound, listed, shown
-from trajopt.values.likely_units import stated_angle
+from trajopt.values.arrays import Floats, floats, mapping, number, one_of, readonly, sequence
+from trajopt.values.errors import (
+    JointNotFound,
+    ModelError,
+    ProblemError,
+    ShapeError,
+    StateNotFound,
+    listed,
+    shown,
+)
+from trajopt.values.likely_units import meant_at_speed, stated_angle
 from trajopt.values.placement import Placement, as_placement
+from trajopt.values.printed import in_unit
 
 
 def stated_rates(
@@ -287,3 +296,85 @@ def _moving(scene: Scene, item: Requirement) -> str:
             moves = "moves by itself" if carrier == frame else f"is carried by {shown(carrier)}, which moves"
             return f"{shown(frame)} {moves}"
     return ""
+
+
+DEFAULT_KNOTS = 24
+"""Knots of a path; 20 to 32 perform alike, 16 lose a few problems."""
+
+ROLLING_KNOTS = 48
+"""Knots for bases with driven wheels. Their drift falls with the square of a step; with 24 knots it is 10 to
+30 mm over ten metres.
+"""
+
+LEG_KNOTS = 8
+"""Knots of the leg between two waypoints: enough for a detour around an obstacle."""
+
+MOST_KNOTS = 2000
+"""Time and memory grow with the square of the knots; this number takes some seconds and 0.3 GB."""
+
+
+def stated_knots(robot: Robot, group: str, stated: int, waypoints: int = 0) -> int:
+    """Return the number of knots of a group's path: the stated number, or the default if it is 0.
+
+    Args:
+        robot: Robot.
+        group: Planning group.
+        stated: `Problem.knots`.
+        waypoints: Number of waypoints on the path.
+
+    Raises:
+        ProblemError: If `stated` is not an integer, or out of range.
+    """
+    if stated != 0:
+        whole = isinstance(stated, int)  # pyright: ignore[reportUnnecessaryIsInstance]
+        if not whole or not 3 <= stated <= MOST_KNOTS:
+            raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}, not {shown(stated)}")
+        return stated
+    rolls = robot.base.rolling(robot.group(group).joints)
+    least = DEFAULT_KNOTS if rolls is None else ROLLING_KNOTS
+    return min(max(least, LEG_KNOTS * (waypoints + 1) + 1), MOST_KNOTS)
+
+
+KINDS = (LimitKind.VELOCITY, LimitKind.ACCELERATION)
+"""Limits on start rates, in the order of derivatives."""
+
+
+def start_rates(
+    stated: Mapping[str, float], kind: LimitKind, limits: JointLimits, model: pin.Model
+) -> Floats:
+    """Return the velocities or accelerations at the start, shape (n,); zero for unnamed joints.
+
+    Args:
+        stated: Joint -> velocity [rad/s | m/s] or acceleration [rad/s^2 | m/s^2].
+        kind: Velocity or acceleration.
+        limits: Limits of the group's n joints.
+        model: Pinocchio's model of the robot.
+
+    Raises:
+        JointNotFound: If a joint is not in the group.
+        ShapeError: If a value is not a number.
+        ProblemError: If a value exceeds its limit.
+    """
+    names, rates = limits.joint_names, np.zeros(len(limits.joint_names))
+    most = limits.velocity if kind is LimitKind.VELOCITY else limits.acceleration
+    for joint, value in stated.items():
+        if joint not in names:
+            raise JointNotFound("joint of the group", joint, names)
+        place = names.index(joint)
+        unit = joint_unit(model, joint, order=1 + KINDS.index(kind))
+        rates[place] = number(f"start {kind.value} of {joint}", value)
+        if abs(rates[place]) > most[place]:
+            here, limit = (in_unit(float(rate), unit) for rate in (rates[place], most[place]))
+            words = f"{joint} cannot start at {here}: its {kind.value} limit is {limit}"
+            meant = meant_at_speed(abs(float(rates[place])), float(most[place]), unit)
+            raise ProblemError(words + limits.because(joint, kind) + meant)
+    return readonly(rates)
+
+
+def in_motion(model: pin.Model, velocity: Mapping[str, float], acceleration: Mapping[str, float]) -> str:
+    """Format joint rates at the start: "elbow at 22.9 deg/s"; empty if all are zero."""
+    return ", ".join(
+        f"{joint} at {in_unit(value, joint_unit(model, joint, order=order))}"
+        for order, stated in enumerate((velocity, acceleration), start=1)
+        for joint, value in stated.items()
+    )

@@ -10,13 +10,12 @@ from time import monotonic
 import numpy as np
 
 from trajopt.native import covers
-from trajopt.values.array_cache import Arrays, cached_arrays
 from trajopt.values.arrays import Floats, readonly
+from trajopt.values.cached import Arrays, cached_arrays
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.shapes.closed_surface import closed_surface
-from trajopt.values.shapes.mesh import Mesh
-from trajopt.values.shapes.mesh_file import ALONE, load_mesh
+from trajopt.values.shapes.mesh import ALONE, Mesh, load_mesh
 from trajopt.values.shapes.shapes import Convex, Shape, convex
 
 _VERSION = 4  # of what is kept: part of the key of the cache

@@ -13,8 +13,7 @@ import pinocchio as pin
 
 from trajopt.robot.bases import MovingBase, RobotBase
 from trajopt.robot.bodies import CollisionBody, robot_bodies
-from trajopt.robot.joints import configuration, joint_unit, joint_units
-from trajopt.robot.limits import JointLimits, LimitKind
+from trajopt.robot.joints import JointLimits, LimitKind, configuration, joint_unit, joint_units
 from trajopt.robot.loading.base_joints import with_base
 from trajopt.robot.loading.from_pinocchio import check_joints, described, group_elements
 from trajopt.robot.loading.groups import Group

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.joints import Anchor, FixedBody, configuration
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import Anchor, FixedBody, JointLimits, configuration
 from trajopt.values.arrays import Floats, Ints, Value, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import FrameNotFound, ProblemError, shown
@@ -26,7 +25,7 @@ from trajopt.values.printed import in_number
 if TYPE_CHECKING:
     from trajopt.scene.clearances import ContactAllowance
     from trajopt.scene.scene import Scene
-    from trajopt.scene.timing import Timing
+    from trajopt.scene.track import Timing
 
 T = TypeVar("T")
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.joints import WORLD_ANCHOR, Anchor, FixedBody
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import WORLD_ANCHOR, Anchor, FixedBody, JointLimits
 from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import distinct_links, named_again
 from trajopt.robot.robot import Robot

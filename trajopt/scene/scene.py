@@ -38,8 +38,7 @@ from trajopt.scene.scene_object import (
     object_placement,
     replaced_cloud,
 )
-from trajopt.scene.timing import ALWAYS, Timing, timing_of
-from trajopt.scene.track import TOLERANCE, Prediction, Track
+from trajopt.scene.track import ALWAYS, TOLERANCE, Prediction, Timing, Track, timing_of
 from trajopt.values.arrays import Floats, Value, floats, name_of, number, one_of, several, unless_none
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import (
@@ -50,8 +49,8 @@ from trajopt.values.errors import (
     ShapeError,
     listed,
     shown,
+    unknown_attribute,
 )
-from trajopt.values.errors.shown import unknown_attribute
 from trajopt.values.likely_units import warn_of_far_apart
 from trajopt.values.placement import IDENTITY, WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.printed import in_short

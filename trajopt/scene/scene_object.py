@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from trajopt.robot.joints import Anchor, FixedBody
 from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
-from trajopt.scene.timing import ALWAYS, Timing
+from trajopt.scene.track import ALWAYS, Timing
 from trajopt.values.arrays import Value, number
 from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.likely_units import warn_of_far_object, warn_of_wide_mesh

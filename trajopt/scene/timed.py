@@ -5,13 +5,12 @@ from math import inf
 
 import numpy as np
 
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.pairs import collision_model_of
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.scene.reduced_robot import ReducedRobot, add_driven, reduce_robot
 from trajopt.scene.scene import Scene
-from trajopt.scene.timing import Timing
-from trajopt.scene.track import Prediction
+from trajopt.scene.track import Prediction, Timing
 from trajopt.values.arrays import Bools, Floats, Ints, Printed, readonly
 from trajopt.values.cached import LruCache, cached_in_value, cached_per_value
 

@@ -10,8 +10,7 @@ from trajopt.robot.joints import FixedBody
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.scene.reduced import ReducedModel, TimedModel
-from trajopt.scene.timing import Timing
-from trajopt.scene.track import Prediction
+from trajopt.scene.track import Prediction, Timing
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.placement import IDENTITY, Placement
 from trajopt.values.printed import in_length

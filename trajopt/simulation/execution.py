@@ -11,8 +11,8 @@ from trajopt.robot.joints import configuration
 from trajopt.scene.payload import loaded_model
 from trajopt.scene.planned_robot import Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import whole_robot
 from trajopt.scene.scene import Scene
-from trajopt.scene.whole_robot import whole_robot
 from trajopt.simulation.rollout import (
     ContactLog,
     Friction,

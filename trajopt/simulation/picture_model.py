@@ -22,8 +22,7 @@ from trajopt.values.placement import WORLD, Placement, from_quaternion
 from trajopt.values.shapes.clouds.points import Points
 from trajopt.values.shapes.clouds.surface import cloud_surface
 from trajopt.values.shapes.clouds.voxels import Voxels
-from trajopt.values.shapes.mesh import Mesh
-from trajopt.values.shapes.mesh_file import load_mesh
+from trajopt.values.shapes.mesh import Mesh, load_mesh
 from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
 
 Colour = tuple[float, float, float, float]

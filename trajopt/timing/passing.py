@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from trajopt.native.timing import Outcome, Retimed
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats, Ints
 
 NEAR_ENOUGH = 1e-7

@@ -4,7 +4,7 @@ import numpy as np
 
 from trajopt.native.timing import Kind, Outcome
 from trajopt.native.timing import Retimed as Found
-from trajopt.robot.limits import JointLimits, LimitKind
+from trajopt.robot.joints import JointLimits, LimitKind
 from trajopt.timing.result import RetimeFailure
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import LONGEST

@@ -1,9 +1,10 @@
-"""Options and results of retiming."""
+"""Arguments and results of retiming."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
-from trajopt.values.arrays import Printed
+from trajopt.values.arrays import Floats, Printed, Value
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
@@ -89,3 +90,29 @@ class RetimeFailure:
     reason: str
     joint: str | None
     place: float
+
+
+SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
+"""Joint positions and velocities, (S, n) each -> m tool speeds, (S, m) [m/s | rad/s]."""
+InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
+"""Joint positions, velocities and accelerations, (S, n) each -> joint torques, (S, n) [Nm | N]."""
+DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
+"""Positions (S, n) on the smooth path and on the polyline -> bound on the travel of any body point, (S,)
+[m].
+"""
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class ToolLimits(Value):
+    """Limited tool speeds.
+
+    Attributes:
+        speeds: Computes the speeds; they must scale with the joint velocities.
+        limit: Largest speeds, positive, shape (m,) [m/s | rad/s].
+        names: Name of each speed for messages.
+    """
+
+    speeds: SpeedOfTools
+    limit: Floats
+    names: tuple[str, ...]

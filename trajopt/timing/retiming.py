@@ -6,11 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.native import timing
-from trajopt.robot.limits import JointLimits
-from trajopt.timing.functions import DeviationBound, InverseDynamics, ToolLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing.passing import timed_through
 from trajopt.timing.refusal import ROOM, STILL, endless, immovable, untimed
-from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.timing.result import (
+    DeviationBound,
+    InverseDynamics,
+    Retimed,
+    RetimeFailure,
+    RetimeOptions,
+    ToolLimits,
+)
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked

@@ -1,6 +1,7 @@
-"""Specification of a motion for the judge, and the verdict on it."""
+"""Specification of a motion for the judge, its criteria, and the verdict."""
 
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -8,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from trajopt.problem.requirement import During, Requirement
 from trajopt.problem.tool_speed import ToolSpeed
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.errors.arguments import checked
-from trajopt.verify.certificate import Counts
+from trajopt.verify.certificate import Check, Counts
 
 
 @runtime_checkable
@@ -90,3 +91,19 @@ class Verdict:
 
     verified: bool
     counts: Counts
+
+
+class Criterion(ABC):
+    """One part of the judgement.
+
+    The judge decides its list of criteria to accept or reject a motion, and measures them to write a
+    certificate. Both give the same verdict; deciding may stop early and skip measurements.
+    """
+
+    @abstractmethod
+    def measure(self) -> Iterable[Check]:
+        """Judge the criterion and return its checks with margins."""
+
+    def holds(self) -> bool:
+        """Decide whether every required check of `measure` holds."""
+        return all(check.holds or not check.required for check in self.measure())

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.geometry import JointPlacements, evaluator
 from trajopt.problem.requirements import AxisAlignment, Requirement
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.timed import ChangingPairs
 from trajopt.values.arrays import Bools, Floats

@@ -16,9 +16,8 @@ from trajopt.geometry import JointPlacements
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.reducing import reduce_model, tool_frame
+from trajopt.scene.reducing import reduce_model, tool_frame, whole_robot
 from trajopt.scene.scene import Scene
-from trajopt.scene.whole_robot import whole_robot
 from trajopt.values.arrays import Floats, Value, floats, one_of
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import MissingExtra, ProblemError, TrajoptError, shown

@@ -17,7 +17,7 @@ from trajopt.lab.suite.outcome import performance_profile
 from trajopt.planning.moving.path_time import PathTime, forbidden_times
 from trajopt.planning.result import Plan, Result
 from trajopt.problem.requirements import Requirement
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.errors import FileFormatError, ShapeError

@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.driving.events import Event
 from trajopt.planning.budget import Stop
 from trajopt.planning.result import Result
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_length
 from trajopt.viewer.clearance import Nearest

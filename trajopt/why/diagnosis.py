@@ -17,8 +17,7 @@ from trajopt.planning.infeasibility.reasons import (
 )
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
-from trajopt.robot.joints import joint_unit
-from trajopt.robot.limits import LimitKind
+from trajopt.robot.joints import LimitKind, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_joint_position

@@ -18,7 +18,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement, ShownUnit
 from trajopt.problem.requirements.joints import SHARE
 from trajopt.problem.residual import WHOLE
-from trajopt.robot.limits import LimitKind
+from trajopt.robot.joints import LimitKind
 from trajopt.timing import Retimed
 from trajopt.values.arrays import Floats, Loss, Rows
 from trajopt.values.trajectory import Path

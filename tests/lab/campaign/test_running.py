@@ -119,7 +119,7 @@ def test_a_shard_that_cannot_be_written_is_planned_again(
     planned: CampaignFolder, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     full = iter((False, False, True, True))  # after the table of problems, which is written
-    monkeypatch.setattr("trajopt.values.documents.whole.os.fsync", lambda _: on_disk(next(full, False)))
+    monkeypatch.setattr("trajopt.values.documents.files.os.fsync", lambda _: on_disk(next(full, False)))
     said: list[Progress] = []
     folder = run_campaign(small, tmp_path / "full", Local(1), progress=said.append)
     assert said[-1].unwritten == 2 and rows_of(folder) == rows_of(planned)
@@ -131,7 +131,7 @@ def test_a_disk_that_stays_full_ends_it_and_it_can_be_resumed(
     # The table of problems and the first shard, each with its folder, are written; then there is no room.
     room = iter((True, True, True, True, False, False, False))
     with monkeypatch.context() as patched:
-        patched.setattr("trajopt.values.documents.whole.os.fsync", lambda _: on_disk(not next(room)))
+        patched.setattr("trajopt.values.documents.files.os.fsync", lambda _: on_disk(not next(room)))
         with pytest.raises(CampaignError, match=r"No space left on device.*campaign resume"):
             run_campaign(small, tmp_path / "full", Local(1))
     assert 0 < len(CampaignFolder.open(tmp_path / "full").done()) < 12

@@ -6,7 +6,7 @@ import pytest
 
 import trajopt as to
 from trajopt.optimise.kinematics import forward_kinematics, frame_jacobian, manipulability
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 

@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from trajopt.lab.reach import ReachMap, even_directions, reach_map
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 

@@ -19,7 +19,7 @@ from trajopt.optimise.transcription.bspline import (
 )
 from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp, least_duration
 from trajopt.planning.seeds import straight_line
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}

@@ -19,7 +19,7 @@ from tests.oracles.retiming.peaks import (
 from tests.oracles.retiming.profile import Profile
 from tests.oracles.retiming.refusal import exceeded
 from tests.oracles.retiming.smoothing import Smoothing
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import ToolLimits
 from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
 from trajopt.values.arrays import Bools

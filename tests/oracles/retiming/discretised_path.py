@@ -11,7 +11,7 @@ from tests.oracles import reachability
 from tests.oracles.retiming.constraints import RampedTorque, Rows, TorqueAlong, squared_speed_bound
 from tests.oracles.retiming.profile import Profile, from_control, stations
 from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import ToolLimits
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.trajectory import Trajectory

@@ -5,7 +5,7 @@ import numpy as np
 from tests.oracles.retiming.constraints import TorqueLimits
 from tests.oracles.retiming.discretised_path import DiscretisedPath
 from tests.oracles.retiming.peaks import Slowdown
-from trajopt.robot.limits import JointLimits, LimitKind
+from trajopt.robot.joints import JointLimits, LimitKind
 from trajopt.timing.result import RetimeFailure
 
 GRAVITY = 1.0 - 1e-6

@@ -21,7 +21,7 @@ from tests.oracles.retiming.jerk_timing import DEVIATION, JerkTimer, limited_jer
 from tests.oracles.retiming.peaks import path_deviation, tightened
 from tests.oracles.retiming.refusal import ROOM, unholdable
 from tests.oracles.retiming.smoothing import Smoothing
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import ToolLimits
 from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
 from trajopt.values.arrays import Floats, readonly

@@ -22,7 +22,7 @@ from trajopt.planning.moving.order_search import (
     possible_changes,
 )
 from trajopt.planning.moving.timed_path import followed, stretched
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, retime
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Path

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from trajopt.optimise.kinematics.inverse import nearest_turn
 from trajopt.planning.seeds.lines import straight_line
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 
 
 def limits(lower: float, upper: float) -> JointLimits:

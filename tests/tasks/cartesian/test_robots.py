@@ -24,7 +24,7 @@ from trajopt.tasks.cartesian import (
     read_poses,
     spline,
 )
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 
 UR5_READY = {
     f"{name}_joint": value

@@ -24,7 +24,7 @@ from trajopt.tasks.grasping import (
     pick_and_place,
     place,
 )
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 from trajopt.values.errors import FrameNotFound, ObjectNotFound, PlanningFailed, ProblemError, ShapeError
 
 from .conftest import BLOCK, FUNCTIONS, STOOD, drawn, on_table

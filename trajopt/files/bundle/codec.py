@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from trajopt.files.bundle.kinds import bundle_kinds
 from trajopt.files.bundle.kinematics import MOST_JOINTS, kinematics_document, model_from
-from trajopt.problem.read_checks import check_fields, check_value
+from trajopt.problem.file_kinds import check_fields, check_value
 from trajopt.values.documents.codec import Form, Kinds, Reader, Writer, is_mapping, of_known_type
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ShapeError

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from trajopt.problem.kinds import model_kinds
+from trajopt.problem.file_kinds import model_kinds
 from trajopt.values.documents.codec import Kinds, kinds_in
 
 _ASKED = {"trajopt.tasks.grasping.grasp": "Straight Grasp Place", "trajopt.tasks.grasping.gripper": "Gripper"}

@@ -14,8 +14,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.values.documents.files import is_file
-from trajopt.values.documents.whole import written_whole
+from trajopt.values.documents.files import is_file, written_whole
 from trajopt.values.errors import FileFormatError, shown
 
 LARGEST = 2**28

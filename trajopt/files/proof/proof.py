@@ -13,9 +13,9 @@ from trajopt.files.proof.requirements import Shown
 from trajopt.files.proof.statement import Asked, Pairs, asked, proven_pairs, statement
 from trajopt.planning.judgement import judge
 from trajopt.problem.problem import Problem
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Bools, Floats
-from trajopt.values.documents.whole import written_whole
+from trajopt.values.documents.files import written_whole
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.shapes.shapes import Mesh

@@ -9,7 +9,7 @@ from trajopt.files.proof.parts import ConvexPart, Document, convex_part, placed
 from trajopt.files.proof.requirements import Shown, stated, stated_speed
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.placement import Placement

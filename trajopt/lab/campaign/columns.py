@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from trajopt.values.documents.whole import written_whole
+from trajopt.values.documents.files import written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, MissingExtra
 
 Row = Mapping[str, Any]

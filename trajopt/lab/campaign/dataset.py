@@ -15,7 +15,7 @@ from trajopt.lab.campaign.row import Fate
 from trajopt.planning.experience import Experience
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, Value, readonly
-from trajopt.values.documents.whole import written_whole
+from trajopt.values.documents.files import written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory

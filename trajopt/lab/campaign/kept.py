@@ -14,9 +14,8 @@ from trajopt.files.bundle.bundle import versions
 from trajopt.lab.campaign.campaign import SYSTEM, Campaign, CampaignTask, Options
 from trajopt.lab.campaign.columns import Row, need_parquet, read_rows, write_tasks
 from trajopt.lab.campaign.documents import Packer
-from trajopt.values.documents.files import read_json
-from trajopt.values.documents.json_files import write_json
-from trajopt.values.documents.whole import written_whole
+from trajopt.values.documents.document import write_json
+from trajopt.values.documents.files import read_json, written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, shown
 from trajopt.values.errors.arguments import checked
 

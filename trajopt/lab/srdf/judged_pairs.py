@@ -10,7 +10,7 @@ import numpy as np
 from trajopt.geometry import Contacts, Evaluator, evaluator
 from trajopt.lab.srdf.groups import LinkTree
 from trajopt.optimise.kinematics.sampling import Progress
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.robot.loading.groups import ALL_JOINTS, resolve_groups
 from trajopt.robot.loading.srdf import Srdf
 from trajopt.robot.robot import Robot

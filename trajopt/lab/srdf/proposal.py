@@ -19,7 +19,7 @@ from trajopt.lab.srdf.judged_pairs import (
 from trajopt.lab.srdf.urdf_checks import Finding, Severity, check_urdf
 from trajopt.optimise.kinematics.sampling import Progress
 from trajopt.robot.bodies import CollisionBody
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.robot.loading.pinocchio_model import link_placement
 from trajopt.robot.loading.srdf import EndEffector
 from trajopt.robot.robot import Robot

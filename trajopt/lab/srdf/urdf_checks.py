@@ -16,7 +16,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.errors import MeshFileError, MimicOutOfRange, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.mesh_file import load_mesh
+from trajopt.values.shapes.mesh import load_mesh
 from trajopt.values.shapes.shapes import Shape, bounding_box
 
 LARGE = 5.0

@@ -15,7 +15,7 @@ from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement, together
 from trajopt.problem.residual import WHOLE
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats
 

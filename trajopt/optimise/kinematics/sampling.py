@@ -10,7 +10,7 @@ from trajopt.optimise.kinematics.arguments import count_of, requirements_of
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.kinematics.validity import clear, pair_margins
 from trajopt.problem.requirements import Requirement
-from trajopt.robot.limits import draw_positions
+from trajopt.robot.joints import draw_positions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors.arguments import checked

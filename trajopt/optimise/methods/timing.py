@@ -11,10 +11,10 @@ from trajopt.geometry import Evaluator, angular_jacobian, point_jacobian
 from trajopt.optimise.transcription.free_duration import SHORTEST
 from trajopt.problem.problem import Problem
 from trajopt.problem.tool_speed import ToolSpeed
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
-from trajopt.timing.joint_stops import stop_from
 from trajopt.timing.standing import in_turn
+from trajopt.timing.stops import stop_from
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Path, Trajectory

@@ -15,7 +15,7 @@ from trajopt.geometry import WorkCounts
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.transcription.bspline import BsplineNlp, SplineBasis, fitted
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats, Ints, Loss, Rows, readonly
 from trajopt.values.trajectory import Trajectory
 

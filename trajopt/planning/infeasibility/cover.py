@@ -19,7 +19,7 @@ from trajopt.problem.requirements import (
     PositionInRegion,
     Requirement,
 )
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.scene.gravity_bound import largest_gravity_slopes
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats

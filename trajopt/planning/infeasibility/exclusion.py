@@ -23,8 +23,7 @@ from trajopt.problem.requirements import (
     Requirement,
     RotationCoordinates,
 )
-from trajopt.robot.joints import joint_unit
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit

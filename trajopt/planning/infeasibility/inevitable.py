@@ -20,7 +20,7 @@ from trajopt.planning.infeasibility.joint_bounds import by_then
 from trajopt.planning.infeasibility.occupied import ClosingPair, Occupancy, Span
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.scene.reduced import TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.printed import in_length

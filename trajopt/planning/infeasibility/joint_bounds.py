@@ -9,8 +9,7 @@ from trajopt.geometry import evaluator
 from trajopt.optimise.terms.joint_positions import joint_box
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement, PointOnArc, PositionInRegion, Requirement
-from trajopt.robot.joints import joint_unit
-from trajopt.robot.limits import EXCESS, JointLimits, LimitKind
+from trajopt.robot.joints import EXCESS, JointLimits, LimitKind, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.likely_units import meant_at_distance

@@ -18,8 +18,7 @@ from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.planning.infeasibility import ClosedCut
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve, FramePlacement, JointPositions, Requirement
-from trajopt.robot.joints import effort_unit, joint_unit
-from trajopt.robot.limits import EXCESS, LimitKind
+from trajopt.robot.joints import EXCESS, LimitKind, effort_unit, joint_unit
 from trajopt.scene.clearances import how_near
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats

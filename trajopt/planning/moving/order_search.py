@@ -14,7 +14,7 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import InverseDynamics
 from trajopt.timing.time_scaling import RateChange
 from trajopt.values.arrays import Bools, Floats, Ints

@@ -23,7 +23,7 @@ from trajopt.planning.status import Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import TimedModel
 from trajopt.timing.standing import begun_later
 from trajopt.values.arrays import Floats

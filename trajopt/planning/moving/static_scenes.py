@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
-from trajopt.scene.timing import ALWAYS
+from trajopt.scene.track import ALWAYS
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import bounding_box

@@ -25,7 +25,7 @@ from trajopt.planning.moving.order_search import (
 )
 from trajopt.planning.moving.path_time import FREE, blocked_cells
 from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.timing import InverseDynamics
 from trajopt.timing.standing import begun_later
 from trajopt.timing.time_scaling import TimeScaling

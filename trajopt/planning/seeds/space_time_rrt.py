@@ -15,7 +15,7 @@ import numpy as np
 from trajopt.geometry import DynamicObstacles
 from trajopt.optimise.transcription.space_time import ObstacleMargins
 from trajopt.planning.seeds.sampled import STEP, SURE, TURN
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Bools, Floats, Printed
 from trajopt.values.trajectory import Trajectory
 

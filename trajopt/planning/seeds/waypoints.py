@@ -19,7 +19,7 @@ from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
 from trajopt.problem.requirements import Requirement
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.scene.clearances import how_near
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Value

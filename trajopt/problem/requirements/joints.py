@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.problem.requirement import PERCENT, PLAIN, RADIANS, Relaxation, Requirement
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.values.arrays import Floats, floats, mapping, number, positive
 from trajopt.values.errors import JointNotFound, ProblemError
 from trajopt.values.errors.arguments import checked

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.robot.limits import JointLimits, LimitKind
+from trajopt.robot.joints import JointLimits, LimitKind
 from trajopt.robot.loading.urdf import Mimic
 from trajopt.values.arrays import Floats, floats, readonly, several
 from trajopt.values.errors import MimicContradiction, MimicCycle, MimicOutOfRange, listed, shown

@@ -5,8 +5,7 @@ from collections.abc import Collection
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.joints import configuration, effort_unit
-from trajopt.robot.limits import JointLimits, draw_positions
+from trajopt.robot.joints import JointLimits, configuration, draw_positions, effort_unit
 from trajopt.values.errors import listed
 
 POSTURES = 64

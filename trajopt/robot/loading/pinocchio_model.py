@@ -6,8 +6,7 @@ from typing import cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.robot.joints import configuration
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits, configuration
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.placement import Placement
 

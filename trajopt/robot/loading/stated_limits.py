@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from trajopt.robot.limits import PER_SECOND, JointLimits, LimitKind
+from trajopt.robot.joints import PER_SECOND, JointLimits, LimitKind
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.documents.files import number_of
 from trajopt.values.errors import FileFormatError, JointNotFound, ModelError, shown

@@ -28,7 +28,7 @@ from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import speaks_moveit
 from trajopt.values.documents.document import Node
-from trajopt.values.shapes.mesh_file import load_mesh
+from trajopt.values.shapes.mesh import load_mesh
 
 T = TypeVar("T")
 Three = Sequence[float]

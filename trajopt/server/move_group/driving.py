@@ -14,7 +14,7 @@ from trajopt.driving.soonest_stop import StopTaken, soonest_stop
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import joint_positions
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.timing.stops import StopsAlong

@@ -9,7 +9,7 @@ from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
 from trajopt.timing import Retimed
-from trajopt.values.documents.json_files import write_json
+from trajopt.values.documents.document import write_json
 from trajopt.values.errors import PlanningFailed
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_degrees, in_length

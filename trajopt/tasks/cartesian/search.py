@@ -12,8 +12,7 @@ from trajopt.optimise.transcription.margins import TaperedMargins, tapered_margi
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, axis_alignment, frame_placement
-from trajopt.robot.joints import joint_unit
-from trajopt.robot.limits import LimitKind
+from trajopt.robot.joints import LimitKind, joint_unit
 from trajopt.tasks.cartesian.program import knot_stations, on_the_curve
 from trajopt.tasks.cartesian.result import StopReason
 from trajopt.tasks.cartesian.tracking import FARTHEST, CurveTrack, OnCurve, resampled, stations_of, track

@@ -7,11 +7,14 @@ silently keep the last one.
 import json
 import os
 import re
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
 from math import inf
 from pathlib import Path
+from secrets import token_hex
 from typing import cast
 
-from trajopt.values.errors import FileFormatError, shown
+from trajopt.values.errors import FileFormatError, TrajoptError, shown
 
 LARGEST_FILE = 2**28
 """Largest text file [bytes]."""
@@ -128,3 +131,47 @@ def refuse_deep_nesting(path: Path | str, text: str) -> None:
         depth += 1 if mark in "[{" else -1 if mark in "]}" else DEEPEST
         if depth >= DEEPEST:
             raise FileFormatError(str(path), f"is nested more than {DEEPEST} levels deep")
+
+
+@contextmanager
+def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]:
+    """Yield the name of a temporary file, which replaces the file if the block succeeds.
+
+    Each call has its own temporary file, so processes and threads may write one file simultaneously: the last
+    to finish wins. Missing folders are created; a failed block leaves nothing.
+
+    Args:
+        path: The file.
+        durable: Whether to flush the file to disk, so that it survives a power failure; takes some
+            milliseconds.
+
+    Raises:
+        FileFormatError: If the file cannot be written.
+    """
+    try:
+        target = Path(path)
+        draft = target.with_name(f".trajopt-{token_hex(8)}")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            yield draft
+            if durable:
+                _to_disk(draft)
+            draft.replace(target)
+            if durable:
+                _to_disk(target.parent)  # which has the name
+        finally:
+            with suppress(OSError):
+                draft.unlink()
+    except TrajoptError:
+        raise
+    except (OSError, ValueError) as error:
+        raise FileFormatError(str(path), f"cannot be written: {error}") from error
+
+
+def _to_disk(path: Path) -> None:
+    """Flush a file, or the names in a folder, to disk."""
+    opened = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)

@@ -12,8 +12,7 @@ from typing import Any, TypeVar, Union, cast
 
 import numpy as np
 
-from trajopt.values.errors import ProblemError, ShapeError, UnknownArgument
-from trajopt.values.errors.shown import listed, shown
+from trajopt.values.errors import ProblemError, ShapeError, UnknownArgument, listed, shown
 
 Target = TypeVar("Target", bound=Callable[..., Any])
 Test = Callable[[Any], bool]

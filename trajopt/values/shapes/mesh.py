@@ -1,13 +1,21 @@
 """Triangle meshes: containment, distance and connected parts."""
 
+import io
+import json
 from dataclasses import dataclass
+from pathlib import Path
 
 import coal
 import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, number, readonly
-from trajopt.values.errors import ShapeError
+from trajopt.values.arrays import path as path_of
+from trajopt.values.cached import Arrays, cached_arrays
+from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
+from trajopt.values.documents.files import is_file
+from trajopt.values.errors import MeshFileError, ShapeError
+from trajopt.values.errors.arguments import checked
 
 LARGEST = 1e6
 """Largest coordinate of a vertex [m]; its fourth power does not overflow."""
@@ -220,3 +228,62 @@ def _is_above(triangles: Floats, points: Floats) -> Bools:
     above = np.zeros(len(points), dtype=np.bool_)
     above[within] = height > points[within, 2]
     return above
+
+
+ALONE = frozenset((".stl", ".dae", ".obj", ".ply", ".off"))
+"""Suffixes of self-contained files; others, such as .gltf, may refer to more files."""
+_CHILD, _KEPT = Path(__file__).with_name("mesh_child.py"), ("vertices", "faces")
+
+
+@checked
+def load_mesh(path: Path | str, scale: float | tuple[float, float, float] = 1.0) -> Mesh:
+    """Read a mesh file.
+
+    Args:
+        path: A file whose suffix assimp knows: .dae, .stl, .obj, ...
+        scale: One factor, such as 0.001 for a file in millimetres, or factors along x, y, z, as in a URDF. If
+            they mirror, faces are turned to point outward.
+
+    Returns:
+        All nodes of the file in one frame; in metres if file and scale are consistent.
+
+    Raises:
+        MeshFileError: If the file is missing or unreadable, has no triangle, or takes more than 30 s of CPU
+            time or 4 GB to read.
+    """
+    path = path_of("path", path)
+    factors = np.array(np.broadcast_to(np.asarray(scale, dtype=np.float64), 3))
+    if not is_file(path):
+        raise MeshFileError(str(path), "no such file")
+    vertices, faces = _triangles(path, factors)
+    if np.prod(np.sign(factors)) < 0:
+        faces = faces[:, ::-1]
+    if not np.isfinite(vertices).all():
+        raise MeshFileError(str(path), "it has vertices that are not finite")
+    try:
+        mesh = Mesh(vertices, faces)
+    except ShapeError as error:
+        raise MeshFileError(str(path), str(error)) from error
+    if not len(mesh.faces):
+        raise MeshFileError(str(path), "it holds no triangle")
+    return mesh
+
+
+def _triangles(path: Path, factors: Floats) -> tuple[Floats, NDArray[np.int32]]:
+    """Return assimp's vertices and faces; cached for files that refer to no other."""
+
+    def read() -> Arrays:
+        request = json.dumps({"file": str(path.absolute()), "scale": factors.tolist()})
+        try:
+            answer = answer_of(_CHILD, request.encode())
+        except ProcessRefused as error:
+            raise MeshFileError(str(path), str(error)) from error
+        with np.load(io.BytesIO(answer), allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in _KEPT}
+
+    if path.suffix.lower() in ALONE:
+        key = (path.suffix.lower().encode(), factors.tobytes(), path.read_bytes())
+        arrays = cached_arrays("mesh", key, _KEPT, read)
+    else:
+        arrays = read()
+    return arrays["vertices"], arrays["faces"]

@@ -12,10 +12,10 @@ import numpy as np
 
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
-from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.clearance_search import Contact, Findings, Tally, search_clearance
 from trajopt.verify.kernel.motion import Motion, Polynomials
 from trajopt.verify.kernel.pair_distances import PairDistances, rows
+from trajopt.verify.specification import Criterion
 
 if TYPE_CHECKING:
     from trajopt.scene.clearances import ContactAllowance

@@ -21,13 +21,12 @@ from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError
 from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.checks.quantities import When, check_requirement
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.specification import Specification
+from trajopt.verify.specification import Criterion, Specification
 
 if TYPE_CHECKING:
-    from trajopt.scene.timing import Timing
+    from trajopt.scene.track import Timing
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.native import proof
-from trajopt.robot.joints import joint_unit
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.printed import in_unit, in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.specification import Criterion
 
 
 def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLimits:

@@ -15,8 +15,8 @@ import numpy as np
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_length
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.specification import Criterion
 
 _FIRST_CUTS = 8
 """Initial intervals per piece of a trajectory; doubled until the result is decisive."""

@@ -14,11 +14,11 @@ from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.values.arrays import Floats
 from trajopt.values.trajectory import Interpolation
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.checks.quantities import Component, When, requirement_check
 from trajopt.verify.kernel.interval_proof import Excess, prove_over_time
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import PointMotion
+from trajopt.verify.specification import Criterion
 
 SAMPLES = 2001
 """Number of times at which a steady speed is checked."""

@@ -5,16 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.robot.joints import effort_unit
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits, effort_unit
 from trajopt.scene.payload import Payload, payloads
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.checks.criterion import Criterion
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion, counting, steps_in_pieces
+from trajopt.verify.specification import Criterion
 
 
 def payload_torques(

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trajopt.robot.limits import EXCESS
+from trajopt.robot.joints import EXCESS
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 

@@ -14,8 +14,7 @@ from trajopt.optimise.methods import Knots, method_named, method_names
 from trajopt.planning.result import Plan, Result
 from trajopt.problem.problem import Problem
 from trajopt.problem.tool_speed import ToolSpeed
-from trajopt.robot.joints import effort_unit, joint_unit
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits, effort_unit, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import tool_frames
 from trajopt.values.arrays import Bools, Floats, Ints, Value, floats

@@ -1,17 +1,19 @@
-"""Invariants of values read from files that no constructor checks."""
+"""Classes that robot, scene and request files may contain, and their invariants."""
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
 
 from trajopt.problem.requirements.joints import JointPositions
 from trajopt.robot.bodies import CollisionBody
-from trajopt.robot.limits import JointLimits
+from trajopt.robot.joints import JointLimits
 from trajopt.robot.loading.urdf import MeshReference
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, floats
+from trajopt.values.documents.codec import Kinds, kinds_in
 from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.placement import Placement, as_placement
 from trajopt.values.shapes.clouds.points import Points
@@ -19,6 +21,40 @@ from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Convex
 from trajopt.values.trajectory import Path
+
+
+@cache
+def model_kinds() -> Kinds:
+    """Return the classes by name."""
+    return kinds_in(
+        {
+            "trajopt.values.shapes.shapes": "Box Sphere Cylinder Capsule Cone Plane Convex",
+            "trajopt.values.shapes.mesh": "Mesh",
+            "trajopt.values.shapes.clouds.points": "Points",
+            "trajopt.values.shapes.clouds.voxels": "Voxels",
+            "trajopt.values.placement": "Placement",
+            "trajopt.robot.robot": "Robot FrameAttachment",
+            "trajopt.robot.joints": "JointLimits LimitKind",
+            "trajopt.robot.bases": "RobotBase Drive",
+            "trajopt.robot.bodies": "CollisionBody",
+            "trajopt.scene.clearances": "AllowedCollisions ContactAllowance Clearances PairKind",
+            "trajopt.robot.loading.urdf": "LinkGeometry MeshReference Mimic",
+            "trajopt.robot.loading.srdf": "EndEffector",
+            "trajopt.robot.loading.groups": "Group",
+            "trajopt.scene.scene": "Scene",
+            "trajopt.scene.scene_object": "SceneObject",
+            "trajopt.scene.track": "Timing Track Prediction",
+            "trajopt.problem.tool_speed": "ToolSpeed",
+            "trajopt.values.trajectory": "Path Trajectory",
+            "trajopt.values.curve": "Piece Places Curve",
+            "trajopt.problem.requirements": (
+                "AxisAlignment CoupledJoints DistanceBetween During FollowsCurve FramePlacement Gaze GoalSet "
+                "GravityTorque JointPositions LineOfSight PointOnArc PositionInRegion RotationCoordinates "
+                "SingularityDistance"
+            ),
+        }
+    )
+
 
 MOST_FACES = 200_000
 """Most faces of a convex shape or mesh; a hull has a few thousand."""
