@@ -17,7 +17,6 @@ from trajopt.robot.loading.mesh_names import MeshNames
 from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import one_of, path
-from trajopt.values.documents.yaml_files import read_yaml
 from trajopt.values.errors import (
     FileFormatError,
     MeshFileError,
@@ -203,6 +202,8 @@ def read_config_folder(folder: Path, package_dirs: Sequence[Path] = ()) -> Confi
 
 def _stated(noted: Path) -> dict[str, dict[str, Any]]:
     """Return the content of `.setup_assistant` in lower case: its versions write URDF and urdf."""
+    from trajopt.values.documents.yaml_files import read_yaml  # slow to import
+
     content = next(iter(read_yaml(noted)), None)
     inner = cast("dict[str, Any]", content).get(_CONFIG) if isinstance(content, dict) else None
     if not isinstance(inner, dict):

@@ -30,6 +30,7 @@ MOVED: Mapping[str, str] = {
     "model": "robot",
     "model.clouds": "values.shapes.clouds",
     "model.curve": "values.curve",
+    "model.limits": "robot.joints",
     "model.placement": "values.placement",
     "model.requirements": "problem.requirements",
     "model.scene": "scene.scene",
