@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+import pinocchio
 import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry.dynamics import DynamicsQuery
+from trajopt.native.proximity import Dynamics
 from trajopt.scene.reducing import reduce_model
 
 
@@ -32,3 +34,10 @@ def test_slopes_are_those_of_the_torque(tmp_path: Path) -> None:
                 moved[kind][:, joint] += sign * step
                 sides.append(query.torque(moved[0], moved[1], moved[2]))
             assert slope[:, :, joint] == pytest.approx((sides[0] - sides[1]) / (2 * step), abs=1e-5)
+
+
+def test_a_model_with_a_joint_of_several_degrees_of_freedom_is_refused() -> None:
+    model = pinocchio.Model()
+    model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "floating")
+    with pytest.raises(ValueError, match="one degree of freedom"):
+        Dynamics(model, np.eye(6), np.zeros(6))

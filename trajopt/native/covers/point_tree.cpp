@@ -3,7 +3,7 @@
 namespace covers {
 
 namespace {
-constexpr int kLeaf = 8;
+constexpr int kFewPoints = 8;
 }
 
 PointTree::PointTree(Points& points) {
@@ -18,7 +18,7 @@ void PointTree::build(Points& points, int begin, int end) {
   for (int index = begin; index < end; ++index) box.add(points[index]);
   nodes_[here].box = box;
   nodes_[here].begin = begin, nodes_[here].end = end;
-  if (end - begin <= kLeaf) return;
+  if (end - begin <= kFewPoints) return;
   const Vec extent = box.extent();
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const int half = begin + (end - begin) / 2;

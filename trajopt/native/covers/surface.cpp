@@ -6,7 +6,7 @@ namespace covers {
 
 namespace {
 
-constexpr int kLeaf = 4;
+constexpr int kFewTriangles = 4;
 
 // A rotation whose axes run along nothing that a designer would draw: by angles that no drawing has.
 const std::array<Vec, 3> kGeneric = [] {
@@ -69,7 +69,7 @@ void Surface::build(std::vector<int>& order, const Points& centres, int begin, i
   }
   nodes_[here].box = box;
   nodes_[here].begin = begin, nodes_[here].end = end;
-  if (end - begin <= kLeaf) return;
+  if (end - begin <= kFewTriangles) return;
   const Vec extent = middle.extent();
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const int half = begin + (end - begin) / 2;

@@ -1,7 +1,6 @@
 // How near everything comes, once it is decided that it keeps apart: what a reader of the certificate is told.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "clearance_search.hpp"
 #include "nearest.hpp"
@@ -10,8 +9,7 @@ namespace proof {
 
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr int probes = 9, rounds = 3;  // The smallest distance is sharpened by so many measurements, so often.
+constexpr int probes = 9, sharpenings = 3;  // The smallest distance is sharpened by so many measurements, so often.
 
 }  // namespace
 
@@ -66,7 +64,7 @@ void ClearanceSearch::measure_free(int pair, Snapshot& at) {
 // Look around the smallest distance of a pair for a smaller one.
 void ClearanceSearch::sharpen(int pair) {
   double span = motion_.duration() / first_intervals;
-  for (int round = 0; round < rounds; ++round, span /= probes / 2.0) {
+  for (int round = 0; round < sharpenings; ++round, span /= probes / 2.0) {
     const double middle = free.time[pair];
     for (int i = 0; i < probes; ++i) {
       const double time = middle + span * (2.0 * i / (probes - 1) - 1.0);

@@ -9,7 +9,6 @@ namespace proof {
 
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double near_enough = 0.75;  // Share of the measured clearance at which a bound is near enough.
 constexpr int surveyed = 65;          // Once a contact is found, contacts are looked for at so many times.
 

@@ -14,7 +14,6 @@ namespace proof {
 
 namespace {
 
-constexpr double doubtful = 1e-5;        // Where Coal and the gap along its normal differ by more [m].
 constexpr double gjk_tolerance = 1e-9;   // Smaller than Coal's default, for better directions.
 constexpr double epa_tolerance = 1e-7;   // With a smaller one round shapes get wrong depths.
 constexpr int most_iterations = 512;
@@ -22,7 +21,6 @@ constexpr int even_directions = 2000, rounds = 48, most_attempts = 100;
 constexpr int starts = 12;            // Between even directions a lower one may lead to a larger gap.
 constexpr size_t most_cuts = 24;      // Of a model of the gap: its peaks grow with the square of them.
 constexpr double negligible = 1e-10;  // Gaps that no model allows to be larger by more are the largest [m].
-constexpr double pi = 3.14159265358979323846;
 const double widest = 2.0 * std::sqrt(4.0 * pi / even_directions);  // The next even directions are within it [rad].
 
 std::shared_ptr<const coal::CollisionGeometry> make(const Form& form) {

@@ -5,6 +5,9 @@
 
 namespace proof {
 
+// Two ways of measuring that differ by more call for another [m].
+constexpr double doubtful = 1e-5;
+
 // Gap between two forms along a unit direction from the first to the second, all in one frame [m].
 double gap_along(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at, const Vec& n);
 

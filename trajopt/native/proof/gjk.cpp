@@ -12,7 +12,7 @@ namespace proof {
 
 namespace {
 
-constexpr int most_iterations = 96;
+constexpr int most_steps = 96;
 constexpr double tightness = 1e-9;   // Gap and distance this near are taken for one [m].
 constexpr double touching = 1e-10;   // Nearer than this no direction can be trusted [m].
 constexpr double good_share = 0.9;   // A sufficient gap is sharpened to this share of the possible one.
@@ -116,7 +116,7 @@ Separation separate(const Sweep& sweep, const Vec& guess, double enough, Aim aim
   const double length = guess.norm();
   Vec direction = length > touching ? Vec(guess / length) : Vec::UnitX();
   double nearest = infinite;
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+  for (int iteration = 0; iteration < most_steps; ++iteration) {
     const Vec point = sweep.lowest(direction);
     const double gap = direction.dot(point) - rounding;
     if (gap > result.gap) result.gap = gap, result.direction = direction;

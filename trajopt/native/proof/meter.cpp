@@ -1,7 +1,5 @@
 #include "meter.hpp"
 
-#include <limits>
-
 #include "cloud_distance.hpp"
 #include "coal_depth.hpp"
 #include "cloud_points.hpp"
@@ -10,9 +8,6 @@
 namespace proof {
 
 namespace {
-
-constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double doubtful = 1e-5;  // Gap and distance apart by more call for Coal's second opinion [m].
 
 const Form& solid(const Form& form) { return form.kind == Kind::Mesh ? *form.hull : form; }
 

@@ -1,10 +1,14 @@
 // Signed distances of pairs at one moment, and proofs that pairs keep apart between two.
 #pragma once
 
+#include <limits>
+
 #include "bodies.hpp"
 #include "gjk.hpp"
 
 namespace proof {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 struct Measured {
   double distance;  // [m], less the error.

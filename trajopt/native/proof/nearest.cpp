@@ -1,13 +1,11 @@
 #include "nearest.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace proof {
 
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double first_radius = 0.05, growth = 4.0, last_radius = 10.0;
 
 }  // namespace

@@ -9,6 +9,8 @@ namespace proof {
 using Vec = Eigen::Vector3d;
 using Mat = Eigen::Matrix3d;
 
+constexpr double pi = 3.14159265358979323846;
+
 struct Pose {
   Mat R = Mat::Identity();
   Vec p = Vec::Zero();

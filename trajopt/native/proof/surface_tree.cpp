@@ -9,7 +9,6 @@ namespace proof {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double far_factor = 3.0;  // Farther than so many radii a node's triangles act as one.
 
 // Source: van Oosterom and Strackee, IEEE Trans. Biomedical Engineering, 1983.

@@ -52,7 +52,7 @@ class Clear {
   Kinematics kinematics_;
   NarrowPhase narrow_;
   CloudPhase clouds_{narrow_};
-  const pinocchio::container::aligned_vector<pinocchio::SE3>* placed_ = nullptr;
+  const Placements* placed_ = nullptr;
   Places places_;                             // by mover
   std::vector<std::vector<int>> with_still_;  // mover -> pairs with bodies that stand still
   std::vector<char> many_;                    // mover -> whether these are looked up in the tree

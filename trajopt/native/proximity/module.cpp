@@ -37,7 +37,9 @@ Vector3 vector_at(const Matrix<double>& values, size_t row) {
 Robot make_robot(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset) {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   expect(expand.shape(0) == offset.shape(0), "as many offsets as model joints");
-  return Robot(inside<const pinocchio::Model&>(model, "not a pinocchio model"),
+  const pinocchio::Model* handed = pinocchio_model(model.ptr());
+  if (handed == nullptr) throw nb::type_error("not a pinocchio model");
+  return Robot(*handed,
                Eigen::Map<const RowMajor>(expand.data(), expand.shape(0), expand.shape(1)),
                Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.shape(0)));
 }
@@ -185,7 +187,7 @@ Numpy<double> points_within(const CloudCover& cover, const Solid& solid, const V
 auto placements(Query& query, const Matrix<double>& positions) {
   expect_positions(query, positions);
   const Robot& robot = query.cell.robot;
-  const size_t samples = positions.shape(0), joints = robot.joints(), columns = robot.model->nv;
+  const size_t samples = positions.shape(0), joints = robot.joints(), columns = robot.columns();
   std::vector<double> rotation(samples * joints * 9), translation(samples * joints * 3);
   std::vector<double> jacobian(samples * 6 * columns);
   {
@@ -200,7 +202,7 @@ auto placements(Query& query, const Matrix<double>& positions) {
         Eigen::Map<Vector3>(translation.data() + 3 * row) = frame.translation();
         if (joint == 0) continue;
         const auto velocity = frame.act(robot.axis[joint]).toVector();
-        const int column = robot.model->joints[joint].idx_v();
+        const int column = robot.column(static_cast<int>(joint));
         for (int part = 0; part < 6; ++part) columns_here[part * columns + column] = velocity[part];
       }
     }

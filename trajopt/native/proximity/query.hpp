@@ -42,7 +42,7 @@ struct Query : robot::RobotQuery {
     seen.spin.setZero(3, cell.robot.dofs());
     const auto add = [&](int carried, double sign) {
       for (int joint : cell.robot.supports[carried]) {
-        const auto by_group = cell.robot.expand.row(cell.robot.model->joints[joint].idx_v());
+        const auto by_group = cell.robot.expand.row(cell.robot.column(joint));
         const Vector3 angular = placed[joint].rotation() * cell.robot.axis[joint].angular();
         const Vector3 linear = placed[joint].rotation() * cell.robot.axis[joint].linear() +
                                angular.cross(point - placed[joint].translation());
