@@ -11,7 +11,7 @@ import pytest
 import trajopt as to
 from tests.cli.process import trajopt
 from tests.files.proof.conftest import Checker, Proof, planar_problem, planned
-from trajopt.files.proof import check_proof, save_proof
+from trajopt.files.proof import save_proof
 from trajopt.files.proof.checking import CHECKER
 from trajopt.values.errors import ProblemError
 
@@ -90,16 +90,6 @@ def test_attached_objects_and_required_clearances_are_in_the_statement(
     owners = [part["owner"] for part in proof.statement["parts"]]
     pairs = {(owners[one], owners[other], level) for one, other, level in proof.statement["pairs"]}
     assert ("part", "post", 0.002) in pairs or ("post", "part", 0.002) in pairs
-
-
-def test_a_cubic_motion_is_proven(tmp_path: Path, planar_plan: to.Plan) -> None:
-    motion = planar_plan.trajectory
-    limits = planar_problem()
-    cubic = to.Trajectory(motion.joint_names, motion.times, motion.positions, motion.velocities)
-    if not to.judge(limits, cubic).verified:
-        pytest.skip("the cubic passes a limit of jerk")
-    save_proof(limits, cubic, tmp_path / "x.proof")
-    assert check_proof(tmp_path / "x.proof").proven
 
 
 def test_motions_that_are_refused_or_linear_have_no_proof(tmp_path: Path, planar_plan: to.Plan) -> None:

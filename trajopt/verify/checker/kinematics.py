@@ -167,8 +167,7 @@ def _moved(joint: Joint, positions: Interval) -> tuple[Interval, Interval]:
         shape = (len(positions.low), 3, 3)
         unturned = Interval(np.broadcast_to(fixed.low, shape), np.broadcast_to(fixed.high, shape))
         return unturned, still + turned(fixed, axis) * positions[:, None]
-    zero = exactly(0.0)
-    x, y, z = axis[0], axis[1], axis[2]
+    zero, x, y, z = exactly(0.0), axis[0], axis[1], axis[2]
     skew = intervals.joined(
         [intervals.joined(row, 0) for row in ([zero, -z, y], [z, zero, -x], [-y, x, zero])], 0
     )

@@ -81,12 +81,13 @@ def _derivative(coefficients: list[Interval], length: Interval) -> list[Interval
 def _restricted(coefficients: list[Interval], begin: Interval, end: Interval) -> list[Interval]:
     """Return the coefficients over a part of the unit interval: values of the polynomial's blossom."""
     degree = len(coefficients) - 1
+    before, after = exactly(1.0) - begin, exactly(1.0) - end
     found: list[Interval] = []
     for ends in range(degree + 1):
         row = coefficients
         for step in range(degree):
-            at = end if step < ends else begin
-            row = [one + (other - one) * at for one, other in pairwise(row)]
+            rest, at = (after, end) if step < ends else (before, begin)
+            row = [one * rest + other * at for one, other in pairwise(row)]
         found.append(row[0])
     return found
 
