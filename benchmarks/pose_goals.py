@@ -17,7 +17,7 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.lab.suite import Instance, Outcome, run
+from trajopt.lab.suite import Instance, RunOutcome, run
 from trajopt.lab.suite.instance import find_instances
 from trajopt.optimise.transcription import fixed_goal
 
@@ -28,8 +28,8 @@ FRAME = "panda_hand"
 class Pair:
     """One problem both ways."""
 
-    joints: Outcome
-    pose: Outcome
+    joints: RunOutcome
+    pose: RunOutcome
 
 
 def with_pose_goal(problem: to.Problem) -> to.Problem:

@@ -14,7 +14,7 @@ from benchmarks.page import table, write_section
 from benchmarks.workers import Row
 from trajopt.cli.bench import stage_table, winners
 from trajopt.cli.bench import table as set_table
-from trajopt.lab.suite import Outcome
+from trajopt.lab.suite import RunOutcome
 from trajopt.lab.suite.instance import by_set, row, summary
 from trajopt.planning.status import Status
 from trajopt.values.documents.document import write_json
@@ -42,20 +42,20 @@ class Done:
     """
 
     name: str
-    outcomes: Sequence[Outcome]
+    outcomes: Sequence[RunOutcome]
     reasons: Mapping[str, list[str]]
     hangs: int
 
-    def askable(self, outcome: Outcome) -> bool:
+    def askable(self, outcome: RunOutcome) -> bool:
         """Return whether a problem is answerable."""
         return not self.reasons[outcome.problem]
 
     @property
-    def asked(self) -> list[Outcome]:
+    def asked(self) -> list[RunOutcome]:
         return [outcome for outcome in self.outcomes if self.askable(outcome)]
 
     @property
-    def solved(self) -> list[Outcome]:
+    def solved(self) -> list[RunOutcome]:
         return [outcome for outcome in self.asked if outcome.verified]
 
 
@@ -112,12 +112,12 @@ def machine_of(data: Path, name: str) -> askable.Machine:
     return askable.read_machine(folder / f"{name}.urdf", folder / f"{name}.srdf", folder)
 
 
-def outcome_of(row: Row, seconds: float) -> Outcome:
+def outcome_of(row: Row, seconds: float) -> RunOutcome:
     """Return a row's outcome; one that hung took all of its time."""
     if "told" in row:
-        return Outcome.from_dict(cast("Mapping[str, object]", row["told"]))
+        return RunOutcome.from_dict(cast("Mapping[str, object]", row["told"]))
     ended = str(row["outcome"])
-    return Outcome(
+    return RunOutcome(
         problem=f"{str(row['family']).split('/')[1]}/{row['seed']}",
         solver="sqp",
         expected=Status.SOLVED,

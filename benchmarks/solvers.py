@@ -11,7 +11,7 @@ from pathlib import Path
 import trajopt as to
 from benchmarks.page import write_section
 from trajopt.cli.compare import read_runs
-from trajopt.lab.suite import Allowance, Instance, Outcome, compared, installed_instances
+from trajopt.lab.suite import Allowance, Instance, RunOutcome, compared, installed_instances
 from trajopt.lab.suite.comparison_page import markdown
 from trajopt.lab.suite.comparison_page import page as page_of
 from trajopt.lab.suite.instance import find_instances
@@ -36,7 +36,7 @@ def main() -> None:
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     given = parser.parse_args()
     instances: list[Instance] = []
-    found: list[Outcome] = []
+    found: list[RunOutcome] = []
     for name in given.solver or METHODS:
         kept = given.runs / f"{name}.json"
         if not kept.is_file():

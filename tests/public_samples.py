@@ -47,12 +47,12 @@ RETURNED = frozenset(
     Choice Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual
     SoftClearance SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit
     Overload PairClearance PairDistance Unproven Verdict ContactInterval PoseError Rollout SequenceLog
-    TrackingError Viewer ProblemChange Explanation NearestFree Price Remedy Moment Outcome Finding
+    TrackingError Viewer ProblemChange Explanation NearestFree Price Remedy Moment RunOutcome Finding
     PairEvidence ProposedGroup SrdfProposal Attempt BudgetTracker PlanningWorkspace Phase Instance
     Definition Track Prediction PathTime Event RobotState Rule RunReport StopTaken RecordedMoment
     Recording Sighting RecordedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud Cluster FlatPart
-    Mount Perceived Radius CampaignFolder Progress Source Dataset Extracted Summary Comparison Memory
-    Session AsyncSession SessionCalls Reply Watch Decision
+    Mount Perceived Radius CampaignFolder Progress ProblemSource Dataset Extracted CampaignSummary
+    Comparison Memory Session AsyncSession SessionCalls Reply Watch Decision IterationRecord
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""

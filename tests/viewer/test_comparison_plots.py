@@ -8,12 +8,12 @@ import numpy as np
 from PIL import Image
 
 from tests.lab.suite.comparison.runs_for_tests import ALL, REFUSED
-from trajopt.lab.suite import Outcome
+from trajopt.lab.suite import RunOutcome
 from trajopt.viewer.palette import LINES
 from trajopt.viewer.plots import comparison_figures
 
 
-def images(runs: tuple[Outcome, ...]) -> list[np.ndarray]:
+def images(runs: tuple[RunOutcome, ...]) -> list[np.ndarray]:
     return [
         np.asarray(Image.open(BytesIO(b64decode(uri.split(",")[1]))))
         for uri in comparison_figures(runs).values()

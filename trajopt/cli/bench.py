@@ -24,7 +24,7 @@ from trajopt.cli.options import (
     budget_of,
 )
 from trajopt.cli.progress import quiet_bar
-from trajopt.lab.suite import Instance, Outcome, run
+from trajopt.lab.suite import Instance, RunOutcome, run
 from trajopt.lab.suite.instance import by_set, find_instances, row, summary
 from trajopt.server.warehouse import Warehouse
 from trajopt.values.documents.document import write_json
@@ -69,7 +69,7 @@ def bench(
     budget = budget_of(time_budget, portfolio, clock=time.process_time)
     ending, machine = Ending(dwell, finish_by), source.load()
     instances = find_instances(data, machine, [name for name in sets.split(",") if name], limit=limit)
-    outcomes: list[Outcome] = []
+    outcomes: list[RunOutcome] = []
     remembered = None if experience is None else Warehouse(experience).experience()
     with quiet_bar() as bar:
         task = bar.add_task("planning", total=len(instances))

@@ -15,7 +15,7 @@ from trajopt.lab.suite import (
     STANDARD,
     Allowance,
     Instance,
-    Outcome,
+    RunOutcome,
     compared,
     installed_instances,
 )
@@ -100,7 +100,7 @@ def compare(
     console.print(LEGEND, style="dim")
 
 
-def read_runs(path: Path) -> tuple[Outcome, ...]:
+def read_runs(path: Path) -> tuple[RunOutcome, ...]:
     """Read a file written by `--json`.
 
     Raises:
@@ -108,7 +108,7 @@ def read_runs(path: Path) -> tuple[Outcome, ...]:
     """
     try:
         document = cast("dict[str, list[dict[str, object]]]", read_json(path))
-        return tuple(Outcome.from_dict(item) for item in document["results"])
+        return tuple(RunOutcome.from_dict(item) for item in document["results"])
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise FileFormatError(str(path), f"holds no runs of a comparison ({error})") from error
 
@@ -130,8 +130,8 @@ def _planned(
     methods: Sequence[Method],
     allowance: Allowance,
     drawn: Thumbnails[tuple[str, str]],
-) -> list[Outcome]:
-    found: list[Outcome] = []
+) -> list[RunOutcome]:
+    found: list[RunOutcome] = []
     results: list[Result] = []
     with quiet_bar() as bar:
 

@@ -8,7 +8,7 @@ import typer
 
 from trajopt.cli.progress import quiet_bar
 from trajopt.cli.thumbnails import PicturesOption, Thumbnails
-from trajopt.lab.suite import Outcome, installed_definitions, run
+from trajopt.lab.suite import RunOutcome, installed_definitions, run
 from trajopt.lab.suite.suite_page import page, row, summary, text_table
 from trajopt.values.documents.document import write_json, write_text
 
@@ -32,7 +32,7 @@ def suite(
     """Plan every installed problem, judge each motion again. Exit status 0 if all end as expected, else 1."""
     chosen = installed_definitions([name for name in problems.split(",") if name])
     asked = [item.instance(draw) for item in chosen for draw in range(1 + random * item.randomised)]
-    outcomes: list[Outcome] = []
+    outcomes: list[RunOutcome] = []
     drawn = Thumbnails[tuple[str, int]](enabled=html_file is not None and pictures)
     with quiet_bar() as bar:
         task = bar.add_task("planning", total=len(asked))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.lab.reach import ReachMap
-from trajopt.lab.suite import Outcome
+from trajopt.lab.suite import RunOutcome
 from trajopt.lab.suite.outcome import performance_profile
 from trajopt.planning.moving.path_time import PathTime, forbidden_times
 from trajopt.planning.result import Plan, Result
@@ -364,7 +364,7 @@ WIDTH = 10.0
 """Of every figure [inch]."""
 
 
-def comparison_figures(runs: Sequence[Outcome]) -> Mapping[str, str]:
+def comparison_figures(runs: Sequence[RunOutcome]) -> Mapping[str, str]:
     """Draw a comparison.
 
     Args:
@@ -392,7 +392,7 @@ def comparison_figures(runs: Sequence[Outcome]) -> Mapping[str, str]:
     return {caption: _uri(figure) for caption, figure in figures.items()}
 
 
-def _profile(runs: Sequence[Outcome], styles: Mapping[str, tuple[str, str]]) -> "Figure":
+def _profile(runs: Sequence[RunOutcome], styles: Mapping[str, tuple[str, str]]) -> "Figure":
     figure = _figure(4.6)
     axes = figure.subplots()
     profile = performance_profile(runs)
@@ -419,7 +419,7 @@ def _profile(runs: Sequence[Outcome], styles: Mapping[str, tuple[str, str]]) -> 
 
 
 def _histories(
-    runs: Sequence[Outcome], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]
+    runs: Sequence[RunOutcome], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]
 ) -> "Figure":
     columns = min(3, len(problems))
     rows = -(-len(problems) // columns)
@@ -446,7 +446,7 @@ def _histories(
 
 
 def _paths(
-    runs: Sequence[Outcome], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]
+    runs: Sequence[RunOutcome], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]
 ) -> "Figure":
     figure = _figure(5.6)
     panels = _panels(figure, 2, len(problems))
@@ -473,7 +473,7 @@ def _paths(
     return figure
 
 
-def _chosen(runs: Sequence[Outcome]) -> list[str]:
+def _chosen(runs: Sequence[RunOutcome]) -> list[str]:
     """Return a few problems, spread over those with results of most methods."""
     counts: dict[str, int] = {}
     for run in runs:

@@ -15,7 +15,7 @@ import trajopt as to
 from tests.viewer.test_page import CHROMIUM, FLAGS, PATIENCE
 from trajopt.files.bundle import read_bundle
 from trajopt.viewer.report import write_report
-from trajopt.viewer.report.scenery import recorded
+from trajopt.viewer.report.page import recorded
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, ConsoleMessage, Frame, Page, Request

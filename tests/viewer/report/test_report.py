@@ -18,7 +18,7 @@ from trajopt.values.errors import FileFormatError, ProblemError
 from trajopt.values.trajectory import Path as PlannedPath
 from trajopt.viewer.report import write_report
 from trajopt.viewer.report.measured import SAMPLES, amount, measured, subject_of
-from trajopt.viewer.report.scenery import scenery
+from trajopt.viewer.report.page import scenery
 from trajopt.viewer.report.sections import change_of_duration, plot, ticks
 
 from .conftest import HOSTILE

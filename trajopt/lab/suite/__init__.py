@@ -8,7 +8,7 @@ from trajopt.lab.suite.instance import expected_status as expected_status
 from trajopt.lab.suite.instance import installed_definitions as installed_definitions
 from trajopt.lab.suite.instance import installed_instances as installed_instances
 from trajopt.lab.suite.outcome import IterationRecord as IterationRecord
-from trajopt.lab.suite.outcome import Outcome as Outcome
+from trajopt.lab.suite.outcome import RunOutcome as RunOutcome
 from trajopt.lab.suite.running import Allowance as Allowance
 from trajopt.lab.suite.running import compare as compare
 from trajopt.lab.suite.running import compared as compared

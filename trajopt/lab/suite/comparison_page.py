@@ -5,7 +5,7 @@ from html import escape
 from math import inf
 
 from trajopt.lab.suite.html import document, image, table, words
-from trajopt.lab.suite.outcome import MethodSummary, Outcome, summaries
+from trajopt.lab.suite.outcome import MethodSummary, RunOutcome, summaries
 
 STYLE = """
 .runs td:last-child { white-space: normal; min-width: 12rem; }
@@ -24,7 +24,7 @@ TEXTS = {"problem", "solver", "outcome", "broken"}
 
 
 def page(
-    outcomes: Sequence[Outcome],
+    outcomes: Sequence[RunOutcome],
     figures: Mapping[str, str],
     pictures: Mapping[tuple[str, str], bytes] | None = None,
     remark: str = "",
@@ -63,14 +63,14 @@ def _html_table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = 
     return table(head, [[escape(cell) for cell in row] for row in rows], numbers=numbers, kind=kind)
 
 
-def _grid(outcomes: Sequence[Outcome], problems: Sequence[str]) -> str:
+def _grid(outcomes: Sequence[RunOutcome], problems: Sequence[str]) -> str:
     solvers = list(dict.fromkeys(run.solver for run in outcomes))
     known = {(run.problem, run.solver): run for run in outcomes}
     rows = [[escape(name), *(_cell(known.get((name, solver))) for solver in solvers)] for name in problems]
     return table(("problem", *solvers), rows, numbers=solvers, kind="grid")
 
 
-def _cell(run: Outcome | None) -> str:
+def _cell(run: RunOutcome | None) -> str:
     if run is None:
         return ""
     kind, mark = ("good", "") if run.good else ("bad", " ✗")
@@ -78,7 +78,7 @@ def _cell(run: Outcome | None) -> str:
     return f'<span class="{kind}" title="{escape(told)}">{1000 * run.cpu_seconds:.0f}{mark}</span>'
 
 
-def _runs(outcomes: Sequence[Outcome], problem: str, pictures: Mapping[tuple[str, str], bytes]) -> str:
+def _runs(outcomes: Sequence[RunOutcome], problem: str, pictures: Mapping[tuple[str, str], bytes]) -> str:
     mine = [run for run in outcomes if run.problem == problem]
     good = sum(run.good for run in mine)
     kind = "good" if good == len(mine) else "bad"
@@ -115,7 +115,7 @@ LEGEND = (
 )
 
 
-def run_cells(run: Outcome) -> tuple[str, ...]:
+def run_cells(run: RunOutcome) -> tuple[str, ...]:
     """Return a run's row under `RUN_HEAD`."""
     return (
         run.problem,
@@ -147,7 +147,7 @@ def summary_cells(item: MethodSummary) -> tuple[str, ...]:
     )
 
 
-def markdown(outcomes: Sequence[Outcome]) -> str:
+def markdown(outcomes: Sequence[RunOutcome]) -> str:
     """Return tables: methods side by side, their successes by group, and the unsolved problems of each."""
     found = summaries(outcomes)
     groups = list(dict.fromkeys(name for item in found for name in item.groups))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.files.moveit import read_motions, read_request, read_scene
-from trajopt.lab.suite.outcome import Outcome
+from trajopt.lab.suite.outcome import RunOutcome
 from trajopt.planning.result import Status
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
@@ -237,7 +237,7 @@ def _instance(name: str, scene: Path, robot: Robot) -> Instance:
     return Instance(f"{name}/{int(number)}", made, files=(scene, request, *((motions,) if moving else ())))
 
 
-def row(outcome: Outcome) -> dict[str, object]:
+def row(outcome: RunOutcome) -> dict[str, object]:
     """Return an outcome as plain data that JSON can hold."""
     name, number = outcome.problem.rsplit("/", maxsplit=1)
     return {
@@ -257,12 +257,12 @@ def row(outcome: Outcome) -> dict[str, object]:
     }
 
 
-def seconds(outcome: Outcome) -> dict[str, float]:
+def seconds(outcome: RunOutcome) -> dict[str, float]:
     """Return process time by stage [s]: "read" is the files', "total" all but that."""
     return {"read": outcome.setup_seconds, **outcome.stages, "total": outcome.cpu_seconds}
 
 
-def cause(outcome: Outcome) -> str:
+def cause(outcome: RunOutcome) -> str:
     """Return the cause of a failure without numbers, so that equal causes can be counted."""
     return cause_of(outcome.status, outcome.message)
 
@@ -273,13 +273,13 @@ def cause_of(status: Status, message: str) -> str:
     return status.name if blocked is None else f"{status.name}: {blocked[1]}"
 
 
-def not_proven_unaskable(outcome: Outcome) -> bool:
+def not_proven_unaskable(outcome: RunOutcome) -> bool:
     """Return whether a problem counts, as far as planning can decide."""
     return outcome.askable
 
 
 def summary(
-    outcomes: Sequence[Outcome], askable: Callable[[Outcome], bool] = not_proven_unaskable
+    outcomes: Sequence[RunOutcome], askable: Callable[[RunOutcome], bool] = not_proven_unaskable
 ) -> dict[str, object]:
     """Summarise success over all valid problems, CPU time, counts, and causes of failures.
 
@@ -326,7 +326,7 @@ def summary(
 
 
 def by_set(
-    outcomes: Sequence[Outcome], askable: Callable[[Outcome], bool] = not_proven_unaskable
+    outcomes: Sequence[RunOutcome], askable: Callable[[RunOutcome], bool] = not_proven_unaskable
 ) -> dict[str, dict[str, object]]:
     """Return the summary of each set, in the order met."""
     names = dict.fromkeys(outcome.set_name for outcome in outcomes)

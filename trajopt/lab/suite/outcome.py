@@ -35,7 +35,7 @@ class IterationRecord:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class RunOutcome:
     """Outcome of one problem with one method.
 
     Attributes:
@@ -132,9 +132,9 @@ class Outcome:
 
     @staticmethod
     @checked
-    def from_dict(document: Mapping[str, object]) -> "Outcome":
+    def from_dict(document: Mapping[str, object]) -> "RunOutcome":
         """Restore the data of `as_dict`; missing data counts as not measured."""
-        known = {item.name: document[item.name] for item in fields(Outcome) if item.name in document}
+        known = {item.name: document[item.name] for item in fields(RunOutcome) if item.name in document}
         broken = cast("dict[str, float | None]", document["violations"])
         history = cast("list[dict[str, float | None]]", document.get("history", ()))
         held = cast("list[dict[str, object]]", document.get("constraints", ()))
@@ -155,7 +155,7 @@ class Outcome:
             ),
             "tip": tuple(tuple(point) for point in cast("list[list[float]]", document.get("tip", ()))),
         }  # fmt: skip
-        return Outcome(**known)  # pyright: ignore[reportArgumentType]
+        return RunOutcome(**known)  # pyright: ignore[reportArgumentType]
 
 
 def _finite(value: object) -> object:
@@ -208,7 +208,7 @@ class MethodSummary:
     clearance: float | None
 
 
-def summaries(runs: Sequence[Outcome]) -> tuple[MethodSummary, ...]:
+def summaries(runs: Sequence[RunOutcome]) -> tuple[MethodSummary, ...]:
     """Return the summary of each method, in the order of appearance, without invalid problems."""
     asked = [run for run in runs if run.askable]
     return tuple(
@@ -217,7 +217,7 @@ def summaries(runs: Sequence[Outcome]) -> tuple[MethodSummary, ...]:
     )
 
 
-def _summary(solver: str, mine: Sequence[Outcome], everybody: Sequence[Outcome]) -> MethodSummary:
+def _summary(solver: str, mine: Sequence[RunOutcome], everybody: Sequence[RunOutcome]) -> MethodSummary:
     solved = [run for run in mine if run.verified]
     groups = dict.fromkeys(run.set_name for run in mine)
     return MethodSummary(
@@ -242,7 +242,9 @@ def _summary(solver: str, mine: Sequence[Outcome], everybody: Sequence[Outcome])
 
 
 def _ratio(
-    solved: Sequence[Outcome], everybody: Sequence[Outcome], measure: Callable[[Outcome], float | None]
+    solved: Sequence[RunOutcome],
+    everybody: Sequence[RunOutcome],
+    measure: Callable[[RunOutcome], float | None],
 ) -> float | None:
     """Return the median ratio to the best of all methods, over the problems that a method solved."""
     least: dict[str, float] = {}
@@ -262,7 +264,7 @@ def _median(values: Sequence[float]) -> float | None:
     return float(np.median(values)) if values else None
 
 
-def performance_profile(runs: Sequence[Outcome]) -> Mapping[str, Floats]:
+def performance_profile(runs: Sequence[RunOutcome]) -> Mapping[str, Floats]:
     """Return for each method the ratios of its CPU time to the best one's, ascending.
 
     The profile rises by one over the number of problems at each ratio; an unsolved problem has no

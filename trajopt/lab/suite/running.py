@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.geometry import evaluator
 from trajopt.lab.suite.instance import Instance, instances_of
-from trajopt.lab.suite.outcome import IterationRecord, Outcome
+from trajopt.lab.suite.outcome import IterationRecord, RunOutcome
 from trajopt.optimise.methods import Knots, Method, method_named
 from trajopt.optimise.solvers import Iteration
 from trajopt.planning.budget import Budget
@@ -36,7 +36,7 @@ def run(
     follow: bool = False,
     seen: Callable[[Result], None] | None = None,
     experience: Remembers | None = None,
-) -> Outcome:
+) -> RunOutcome:
     """Make and plan one problem, and judge the motion with a fresh judge.
 
     Args:
@@ -70,7 +70,7 @@ def run(
         seen(result)
     trajectory, certificate, path = result.trajectory, result.certificate, result.path
     clearance = None if certificate is None else certificate.clearance
-    return Outcome(
+    return RunOutcome(
         problem=instance.name,
         draw=instance.draw,
         solver=chosen.name,
@@ -161,7 +161,7 @@ def compare(
     *,
     attempts: int = 8,
     cpu_seconds: float = 30.0,
-) -> tuple[Outcome, ...]:
+) -> tuple[RunOutcome, ...]:
     """Plan every problem with every method, and judge all motions with the same judge.
 
     Args:
@@ -190,7 +190,7 @@ def compared(
     *,
     skipped: Callable[[Method, MissingExtra], None] | None = None,
     seen: Callable[[Result], None] | None = None,
-) -> Iterator[Outcome]:
+) -> Iterator[RunOutcome]:
     """Yield every outcome, problem by problem.
 
     Args:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from trajopt.lab.suite.html import document, image, table, words
-from trajopt.lab.suite.outcome import Outcome
+from trajopt.lab.suite.outcome import RunOutcome
 from trajopt.planning.status import Status
 from trajopt.values.printed import aligned
 from trajopt.verify import Check, CheckKind
@@ -34,7 +34,7 @@ NUMBERS = ("worst", "bound", "at [s]")
 
 
 def page(
-    outcomes: Sequence[Outcome], pictures: Mapping[tuple[str, int], bytes] | None = None, remark: str = ""
+    outcomes: Sequence[RunOutcome], pictures: Mapping[tuple[str, int], bytes] | None = None, remark: str = ""
 ) -> str:
     """Return the page: one line per problem, which expands to its constraints; failures are expanded.
 
@@ -53,7 +53,7 @@ def page(
     )
 
 
-def _one(outcome: Outcome, picture: bytes | None) -> str:
+def _one(outcome: RunOutcome, picture: bytes | None) -> str:
     good = outcome.good
     told = words(outcome.status)
     if outcome.status is not outcome.expected:
@@ -68,7 +68,7 @@ def _one(outcome: Outcome, picture: bytes | None) -> str:
     )
 
 
-def _motion(outcome: Outcome) -> str:
+def _motion(outcome: RunOutcome) -> str:
     """Print duration and clearance of a motion; empty for a refused one."""
     if outcome.duration is None or outcome.status is not Status.SOLVED:
         return ""
@@ -80,7 +80,7 @@ def _motion(outcome: Outcome) -> str:
     return ", ".join([f"motion of {outcome.duration:.2f} s", *near])
 
 
-def _inside(outcome: Outcome) -> str:
+def _inside(outcome: RunOutcome) -> str:
     if not outcome.constraints:
         return f"<p>{escape(outcome.message)}</p>"
     return table(COLUMNS, [_row(item) for item in outcome.constraints], numbers=NUMBERS)
@@ -119,7 +119,7 @@ _COLUMNS = {
 """Key of a constraint as data -> the attribute of a check."""
 
 
-def text_table(outcomes: Sequence[Outcome]) -> list[str]:
+def text_table(outcomes: Sequence[RunOutcome]) -> list[str]:
     """Return aligned lines: every constraint of every motion with its worst value, bound and time."""
     rows: list[tuple[str, ...]] = [HEAD]
     for outcome in outcomes:
@@ -144,7 +144,7 @@ def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
     )
 
 
-def reason(outcome: Outcome) -> str:
+def reason(outcome: RunOutcome) -> str:
     """Return the status, and the expected one if it differs."""
     told = f"refused: {outcome.status.name}"
     return told if outcome.good else f"{told}, expected {ending(outcome.expected)}"
@@ -155,7 +155,7 @@ def ending(status: Status) -> str:
     return "solved" if status is Status.SOLVED else status.name
 
 
-def row(outcome: Outcome) -> dict[str, object]:
+def row(outcome: RunOutcome) -> dict[str, object]:
     """Return plain data that JSON can hold; numbers that are not finite become None."""
     return {
         "problem": outcome.problem,
@@ -179,7 +179,7 @@ def number(value: float | None) -> str:
     return "" if value is None else f"{value:.4g}"
 
 
-def summary(outcomes: Sequence[Outcome]) -> str:
+def summary(outcomes: Sequence[RunOutcome]) -> str:
     """Sum up in a line."""
     good = sum(outcome.good for outcome in outcomes)
     used = sum(outcome.cpu_seconds for outcome in outcomes)

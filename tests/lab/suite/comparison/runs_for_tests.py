@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from trajopt.lab.suite import IterationRecord, Outcome
+from trajopt.lab.suite import IterationRecord, RunOutcome
 from trajopt.planning.status import Certainty, Status
 
-FAST = Outcome(
+FAST = RunOutcome(
     problem="past a post",
     solver="sqp",
     expected=Status.SOLVED,

@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.test_plan import GOAL, START
-from trajopt.lab.suite import Allowance, Outcome, compared, installed_definitions, run
+from trajopt.lab.suite import Allowance, RunOutcome, compared, installed_definitions, run
 from trajopt.lab.suite.instance import find_instances, instances_of
 from trajopt.optimise.methods import Knots, Program
 from trajopt.optimise.solvers import Chomp, Sqp
@@ -26,7 +26,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> to.Problem:
 
 
 @pytest.fixture(scope="module")
-def found(problem: to.Problem) -> tuple[Outcome, ...]:
+def found(problem: to.Problem) -> tuple[RunOutcome, ...]:
     blocked = to.joint_positions({**GOAL, "pan": 0.0})
     refused = to.Problem(scene=problem.scene, start=START, goal=blocked)
     return to.compare(
@@ -35,13 +35,13 @@ def found(problem: to.Problem) -> tuple[Outcome, ...]:
     )  # fmt: skip
 
 
-def test_every_problem_by_every_method(found: tuple[Outcome, ...]) -> None:
+def test_every_problem_by_every_method(found: tuple[RunOutcome, ...]) -> None:
     assert [(item.problem, item.solver) for item in found] == [
         (name, solver) for name in ("pillar", "blocked") for solver in ("sqp", "chomp", "sqp-osqp", "sqp")
     ]
 
 
-def test_a_run_repeats_the_outcome_of_planning(problem: to.Problem, found: tuple[Outcome, ...]) -> None:
+def test_a_run_repeats_the_outcome_of_planning(problem: to.Problem, found: tuple[RunOutcome, ...]) -> None:
     plan = to.plan(problem).require()
     solved = found[0]
     assert solved.verified and solved.good and not solved.violations
@@ -54,7 +54,7 @@ def test_a_run_repeats_the_outcome_of_planning(problem: to.Problem, found: tuple
     assert times == sorted(times) and 0.0 < times[0] and times[-1] < solved.cpu_seconds
 
 
-def test_the_tip_goes_where_the_last_joint_goes(problem: to.Problem, found: tuple[Outcome, ...]) -> None:
+def test_the_tip_goes_where_the_last_joint_goes(problem: to.Problem, found: tuple[RunOutcome, ...]) -> None:
     reduced = problem.reduced
     begin, end = found[0].tip[0], found[0].tip[-1]
     for point, positions in ((begin, START), (end, GOAL)):
@@ -68,20 +68,20 @@ def test_the_tip_goes_where_the_last_joint_goes(problem: to.Problem, found: tupl
     assert begin != end
 
 
-def test_a_failure_names_the_violated_constraint(found: tuple[Outcome, ...]) -> None:
+def test_a_failure_names_the_violated_constraint(found: tuple[RunOutcome, ...]) -> None:
     given_up = found[3]
     assert not given_up.good and given_up.status is to.Status.STUCK
     assert given_up.attempts == 1 and given_up.iterations == 1, "one step is not enough"
     assert given_up.violations["clearance"] > 1e-3 and not given_up.tip
 
 
-def test_unanswerable_problems_are_not_counted(found: tuple[Outcome, ...]) -> None:
+def test_unanswerable_problems_are_not_counted(found: tuple[RunOutcome, ...]) -> None:
     assert all(item.status is to.Status.GOAL_IN_COLLISION and not item.askable for item in found[4:])
 
 
-def test_runs_survive_json(found: tuple[Outcome, ...]) -> None:
+def test_runs_survive_json(found: tuple[RunOutcome, ...]) -> None:
     for item in found:
-        again = Outcome.from_dict(json.loads(json.dumps(item.as_dict(), allow_nan=False)))
+        again = RunOutcome.from_dict(json.loads(json.dumps(item.as_dict(), allow_nan=False)))
         assert again == item
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from trajopt.lab.suite import Outcome
+from trajopt.lab.suite import RunOutcome
 from trajopt.planning.result import Status
 from trajopt.verify import Check, CheckKind, Evidence
 
@@ -49,7 +49,7 @@ UNBOUNDED = replace(
     evidence=Evidence.UNPROVEN,
 )
 
-GOOD = Outcome(
+GOOD = RunOutcome(
     problem="past a post",
     solver="sqp",
     expected=Status.SOLVED,
