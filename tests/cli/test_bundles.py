@@ -48,7 +48,7 @@ def test_replay_gives_the_same_answer(kept: Path) -> None:
     assert done.returncode == 1 and not json.loads(done.stdout)["same"]
 
 
-def test_what_is_no_bundle_is_refused(kept: Path, tmp_path: Path) -> None:
+def test_files_of_other_formats_are_refused(kept: Path, tmp_path: Path) -> None:
     (tmp_path / "half.trajopt").write_bytes(kept.read_bytes()[:500])
     for command in ("check", "view", "replay", "simulate"):
         done = trajopt(command, tmp_path / "half.trajopt")

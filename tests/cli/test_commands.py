@@ -56,7 +56,7 @@ def plan_file(folder: Path) -> Path:
     return folder / "plan.json"
 
 
-def test_plan_writes_what_it_promises(plan_file: Path) -> None:
+def test_plan_writes_the_promised_files(plan_file: Path) -> None:
     document = json.loads(plan_file.read_text())
     assert document["status"] == "SOLVED" and document["verified"] is True
     assert document["joint_names"] == ["pan", "reach", "elbow", "wrist"]
@@ -271,7 +271,7 @@ def test_compare(folder: Path) -> None:
     assert told.read_text().startswith("| solver |")
 
 
-def test_compare_refuses_what_is_no_comparison(folder: Path) -> None:
+def test_compare_refuses_other_files(folder: Path) -> None:
     done = trajopt("compare", "--results", folder / "scene.yaml")
     assert done.returncode == 2 and "holds no runs of a comparison" in done.stderr
     assert trajopt("compare", "--solver", "chump").returncode == 2

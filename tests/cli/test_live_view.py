@@ -39,11 +39,11 @@ def test_the_robot_stands_as_the_scene_has_it(tmp_path: Path) -> None:
         (("--mirror", "http://127.0.0.1:1", "--robot", "planar2"), "--mirror"),
     ],
 )
-def test_what_does_not_go_together_is_one_line(words: tuple[str, ...], why: str) -> None:
+def test_conflicting_options_are_reported_in_one_line(words: tuple[str, ...], why: str) -> None:
     done = trajopt("view", *words, *SHORT)
     assert done.returncode == 2 and why in done.stderr
 
 
-def test_nobody_to_mirror_is_one_line() -> None:
+def test_an_unreachable_mirror_is_reported_in_one_line() -> None:
     done = trajopt("view", "--mirror", f"http://127.0.0.1:{free_port()}", *SHORT)
     assert done.returncode == 2 and "unreachable" in done.stderr

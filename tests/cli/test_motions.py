@@ -48,7 +48,7 @@ def test_a_plan_among_things_that_move_is_shown_among_them(
     assert done.returncode == 0 and "open http" in done.stdout, done.stderr
 
 
-def test_a_deadline_and_a_stay_are_asked_for_and_judged(folder: Path, moving: tuple[Path, Path]) -> None:
+def test_deadline_and_dwell_options_are_planned_and_judged(folder: Path, moving: tuple[Path, Path]) -> None:
     motions, plan = moving
     duration = json.loads(plan.read_text())["duration"]
     ends, written = ("--dwell", 0.5, "--finish-by", duration + 0.1), folder / "ends.json"
@@ -69,7 +69,7 @@ def test_a_deadline_and_a_stay_are_asked_for_and_judged(folder: Path, moving: tu
         assert refused.returncode == 2 and why in refused.stderr and refused.stderr.count("\n") == 1
 
 
-def test_what_comes_to_the_goal_after_the_end_is_met_by_staying(
+def test_an_obstacle_that_reaches_the_goal_later_is_met_during_the_dwell(
     folder: Path, moving: tuple[Path, Path]
 ) -> None:
     plan = moving[1]
@@ -108,7 +108,7 @@ def test_bench_takes_the_motions_beside_a_scene(folder: Path, tmp_path: Path) ->
     assert refused.returncode == 2 and "ghost" in refused.stderr
 
 
-def test_simulation_tells_what_to_simulate_finds(folder: Path, moving: tuple[Path, Path]) -> None:
+def test_simulation_prints_the_rollout(folder: Path, moving: tuple[Path, Path]) -> None:
     motions, plan = moving
     document = json.loads(trajopt("simulate", plan, "--json").stdout)
     assert document["contacts"] == [] and document["diverged"] is None
@@ -125,7 +125,7 @@ def test_a_collision_in_simulation_is_an_exit_status(folder: Path, moving: tuple
     assert done.returncode == 1 and "pillar touches" in done.stdout, done.stderr + done.stdout
 
 
-def test_simulation_refuses_what_it_cannot_draw_or_read(folder: Path, moving: tuple[Path, Path]) -> None:
+def test_simulation_refuses_invalid_options(folder: Path, moving: tuple[Path, Path]) -> None:
     for words, why in (
         (("--picture", folder / "a.bmp"), "use a suffix of .png, .gif, .mp4"),
         (("--moments", "0.1;0.2"), "--moments must be times with commas between, is '0.1;0.2'"),

@@ -60,7 +60,7 @@ def test_a_script_with_arguments_of_its_own(folder: Path) -> None:
     assert "[INFO] hello" in done.stderr and "[INFO] /words: String(data='spoken')" in done.stderr
 
 
-def test_what_cannot_be_done_is_one_line(folder: Path) -> None:
+def test_unsupported_scripts_are_reported_in_one_line(folder: Path) -> None:
     done = run(folder, "--yes", "--state", "bent", "s.py", "--subscribe")
     assert done.returncode == 2
     assert "known: []" in done.stdout and "at: [0.0, 0.5, 0.0]" not in done.stdout

@@ -11,7 +11,7 @@ from tests.viewer.test_viewer import free_port
 __all__ = ["folder"]
 
 
-def test_a_run_tells_what_happened(folder: Path, tmp_path: Path) -> None:
+def test_a_run_prints_its_events(folder: Path, tmp_path: Path) -> None:
     out, picture = tmp_path / "run.json", tmp_path / "run.png"
     done = trajopt("run", *common(folder), "--out", out, "--picture", picture, "--json")
     assert done.returncode == 0, done.stderr

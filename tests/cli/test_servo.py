@@ -40,6 +40,6 @@ def test_a_stream_leads_the_robot_and_is_recorded(folder: Path, tmp_path: Path) 
     assert json.loads(again.stdout) == told
 
 
-def test_what_is_no_input_is_refused(folder: Path) -> None:
+def test_an_invalid_input_is_refused(folder: Path) -> None:
     done = trajopt("servo", *common(folder)[:4], "--input", "gamepat")
     assert done.returncode == 2 and "--input is gamepad, browser or a file" in done.stderr

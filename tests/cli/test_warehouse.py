@@ -109,7 +109,7 @@ def test_a_plan_is_kept_from_its_bundle(filled: Path, tmp_path: Path) -> None:
     assert "removed" in said("rm", filled, "task", "--kind", "plan")
 
 
-def test_what_does_not_fit_together_is_refused(filled: Path, tmp_path: Path) -> None:
+def test_conflicting_arguments_are_refused(filled: Path, tmp_path: Path) -> None:
     save(
         to.Problem(scene=to.Scene(to.load("planar2")), start=[0.0, 0.4], goal={"joint1": 0.4}),
         tmp_path / "p.trajopt",
@@ -127,7 +127,7 @@ def test_what_does_not_fit_together_is_refused(filled: Path, tmp_path: Path) -> 
     assert not (tmp_path / "none").exists()
 
 
-def test_plan_begins_from_what_a_warehouse_remembers(file: Path, tmp_path: Path) -> None:
+def test_plan_starts_from_the_memory_of_a_warehouse(file: Path, tmp_path: Path) -> None:
     words = ("--robot", "planar2", "--scene", tmp_path / "s.yaml", "--request", tmp_path / "r.yaml", "--json")
     for memories, remembered in (([], False), ([1], True)):
         done = CliRunner().invoke(app_for(["plan"]), ["plan", *map(str, words), "--experience", str(file)])

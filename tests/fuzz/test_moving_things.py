@@ -48,7 +48,7 @@ def outcome(number: int) -> str:
     return "SOLVED"
 
 
-def test_some_random_problems_among_what_moves() -> None:
+def test_some_random_problems_with_dynamic_obstacles() -> None:
     seen = Counter(outcome(number) for number in range(QUICK))
     assert seen["SOLVED"] > 0
 
@@ -56,7 +56,7 @@ def test_some_random_problems_among_what_moves() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("first", range(0, ALL, CHUNK))
-def test_many_random_problems_among_what_moves(first: int) -> None:
+def test_many_random_problems_with_dynamic_obstacles(first: int) -> None:
     assert Counter(outcome(number) for number in range(first, first + CHUNK))["SOLVED"] > 0
 
 

@@ -70,7 +70,7 @@ def test_margins_are_kept_or_give_way_or_are_named() -> None:
 ANY_ROBOT = ("serial_robots", "tree_robots", "mimic_robots")
 
 
-def test_robots_that_nobody_has_met_are_loaded_and_planned() -> None:
+def test_unknown_robots_are_loaded_and_planned() -> None:
     rows = [trial(*key) for key in keys(24, start=2, families=ANY_ROBOT)]
     assert not [row for row in rows if row["outcome"] in (*FALSE, "refused")], summary(rows)
     assert sum(row["outcome"] == "verified" for row in rows) >= len(rows) - 1
@@ -188,7 +188,7 @@ def test_a_follower_beyond_its_limits_is_seen() -> None:
     assert any(fault == "is outside the limits" for fault in seen)
 
 
-def test_what_is_inside_a_closed_mesh_is_seen() -> None:
+def test_objects_inside_a_closed_mesh_collide() -> None:
     turns = np.linspace(0.0, 2 * np.pi, 12, endpoint=False)
     outline = np.stack((np.cos(turns), np.sin(turns)), axis=1)
     for solid in (ball(1.0), prism(outline, 2.0, lids=True)):
@@ -226,7 +226,7 @@ def test_one_that_hangs_or_dies_costs_its_problem_only(tmp_path: Path) -> None:
     assert "any-1: hang" in summary(list(rows.done.values()))
 
 
-def test_a_row_torn_off_is_asked_again(tmp_path: Path) -> None:
+def test_an_incomplete_row_is_planned_again(tmp_path: Path) -> None:
     file = tmp_path / "rows.jsonl"
     Rows(file).append({"key": "a-0", "outcome": "verified"})
     whole = file.read_text()

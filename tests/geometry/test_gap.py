@@ -25,7 +25,7 @@ def test_a_gap_is_that_of_the_formula() -> None:
 
 
 @pytest.mark.parametrize("touch_links", [(), ("panda_leftfinger", "panda_rightfinger")])
-def test_what_stands_in_a_finger_is_said_with_the_problem(
+def test_an_object_inside_a_finger_is_reported_with_the_problem(
     panda: to.Scene, touch_links: tuple[str, ...]
 ) -> None:
     """Fingers are no joints of the arm's group: nothing else would say so, with touch links or without."""
@@ -41,7 +41,7 @@ def test_what_stands_in_a_finger_is_said_with_the_problem(
     assert 10.0 < depth < 30.0, "the finger is 20 mm wide, and the cup goes all the way through it"
 
 
-def test_what_fits_between_the_fingers_and_what_stands_in_the_world_is_not_named(panda: to.Scene) -> None:
+def test_objects_between_fingers_or_in_the_world_are_not_reported(panda: to.Scene) -> None:
     held = panda.add("pen", to.Box(0.02, 0.02, 0.02), BETWEEN, frame="panda_hand_tcp")
     hand = panda.placement_of("panda_hand_tcp", panda.robot.positions("ready"))
     for scene in (held, panda.add("block", to.Box(0.1, 0.1, 0.1), hand)):

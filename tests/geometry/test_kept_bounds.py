@@ -94,7 +94,7 @@ def test_corners_that_hardly_stick_out(tmp_path: Path) -> None:
     assert compare(found, plain, reach, exact=False) > 100
 
 
-def test_whatever_was_asked_before_not_a_bit_changes(tmp_path: Path) -> None:
+def test_results_do_not_depend_on_earlier_queries(tmp_path: Path) -> None:
     """Coarse and fine samples, steps of all sizes, and reaches that take turns."""
     shapes = [*SHAPES.values(), Box(0.4, 0.02, 0.3), round_body(150), round_body(30)]
     reduced = among(tmp_path, shapes, seed=4)
@@ -116,7 +116,7 @@ def test_whatever_was_asked_before_not_a_bit_changes(tmp_path: Path) -> None:
     assert count > 2000
 
 
-def test_what_is_far_stays_far_whatever_the_reach(tmp_path: Path) -> None:
+def test_far_pairs_stay_far_for_any_reach(tmp_path: Path) -> None:
     """A cost on clearance asks wider than the constraint beside it; neither forgets what the other found."""
     reduced = among(tmp_path, [round_body(40) for _ in range(8)], seed=7)
     query, motion = Query(reduced), path_through(reduced, 8, 40)

@@ -24,7 +24,7 @@ def test_a_model_outlives_neither_its_cell_nor_its_dynamics(tmp_path: Path) -> N
         assert sys.getrefcount(model) == before
 
 
-def test_a_scene_in_which_something_moves_is_let_go_with_what_was_planned_in_it(tmp_path: Path) -> None:
+def test_a_scene_with_dynamic_obstacles_is_freed_with_its_plans(tmp_path: Path) -> None:
     """Whoever watches a world that moves has another scene each time that he sees it."""
     robot, at = odd_arm(tmp_path), {"pan": 0.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 

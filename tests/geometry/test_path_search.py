@@ -72,7 +72,7 @@ START, GOAL = np.array([-1.0, 0.1, 0.3, 0.0]), np.array([1.0, 0.1, 0.3, 0.0])
 
 @given(st.integers(0, 2**32))
 @example(7525)
-def test_what_is_found_is_clear_in_small_worlds(number: int) -> None:
+def test_found_paths_are_clear_in_small_worlds(number: int) -> None:
     rng = np.random.default_rng(number)
     with TemporaryDirectory() as folder:
         scene = to.Scene(odd_arm(Path(folder)))
@@ -153,7 +153,7 @@ def test_threads_do_not_disturb_each_other(arm: to.Robot) -> None:
 
 
 @pytest.mark.timeout(60)
-def test_what_is_raised_meanwhile_ends_it(arm: to.Robot) -> None:
+def test_an_exception_of_the_callback_ends_the_search(arm: to.Robot) -> None:
     class Enough(Exception):
         pass
 

@@ -43,7 +43,7 @@ def said(code: str) -> str:
     return done.stdout
 
 
-def test_what_was_measured_first_in_a_process_changes_nothing(tmp_path: Path) -> None:
+def test_results_do_not_depend_on_the_first_query_of_a_process(tmp_path: Path) -> None:
     """Coal keeps for all later boxes how it rounds the first one's edges."""
     measured = f"print(digest(Path({str(tmp_path)!r})))"
     fresh = said(CODE.format("digest", measured))

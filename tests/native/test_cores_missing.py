@@ -29,7 +29,7 @@ def test_all_are_there() -> None:
 
 
 @pytest.mark.parametrize("core", CORES)
-def test_the_first_import_says_what_is_missing(core: str) -> None:
+def test_the_first_import_names_the_missing_core(core: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", BLOCKED.format(core=core)], capture_output=True, text=True, check=True
     )

@@ -157,7 +157,7 @@ def test_never_worse_than_the_first_guess(arm: to.Robot) -> None:
         ({"improve": True}, "seconds, work or attempts"),
     ],
 )
-def test_what_bounds_nothing_is_refused(given: dict[str, object], words: str) -> None:
+def test_a_budget_without_a_bound_is_refused(given: dict[str, object], words: str) -> None:
     with pytest.raises(to.TrajoptError, match=words):
         to.Budget(**given)  # pyright: ignore[reportArgumentType]
 
@@ -179,7 +179,7 @@ def test_the_wall_needs_no_backstop_and_work_has_none() -> None:
     assert to.Budget(seconds=2.0, clock=time.process_time).wall_seconds == 30.0
 
 
-def test_a_stage_inside_another_is_no_time_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_nested_stage_does_not_count_for_the_outer_one(monkeypatch: pytest.MonkeyPatch) -> None:
     looks = iter([0.0, 1.0, 4.0, 6.0, 10.0, 11.0])
     monkeypatch.setattr(time, "thread_time", lambda: next(looks))
     tracker = BudgetTracker(to.Budget())

@@ -21,7 +21,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> to.Problem:
     return to.Problem(scene=scene, start=START, goal=to.joint_positions(GOAL))
 
 
-def test_planning_decides_and_the_result_measures_when_asked(problem: to.Problem) -> None:
+def test_planning_decides_and_the_result_measures_on_request(problem: to.Problem) -> None:
     result = to.plan(problem)
     assert result.verified and result.judged is not None and result.judged.known is None
     certificate = result.certificate

@@ -54,7 +54,7 @@ def test_it_is_off_by_default(arm: to.Robot) -> None:
     assert result.as_dict()["goals"] == []
 
 
-def test_where_none_is_reached_the_reason_of_each_is_told(arm: to.Robot) -> None:
+def test_without_a_reached_goal_the_reason_of_each_is_reported(arm: to.Robot) -> None:
     scene = to.Scene(arm)
     for name, where in (("one", NEAR), ("other", FAR)):
         scene = scene.add(name, to.Box(0.2, 0.2, 0.2), to.placement(tip(scene, where)))
@@ -76,7 +76,7 @@ def test_a_budget_is_shared_out(arm: to.Robot) -> None:
     assert {each.status for each in tiny.of_each_goal.values()} == {to.Status.OUT_OF_WORK}
 
 
-def test_each_better_motion_is_told_once(arm: to.Robot) -> None:
+def test_each_better_motion_is_reported_once(arm: to.Robot) -> None:
     told: list[to.Result] = []
     result = to.plan(problem(to.Scene(arm)), every_goal=True, on_incumbent=told.append)
     assert [each.goal_name for each in told] == ["far", "near"]
@@ -84,7 +84,7 @@ def test_each_better_motion_is_told_once(arm: to.Robot) -> None:
     assert told[-1].cost == result.cost
 
 
-def test_an_interruption_leaves_what_was_planned(arm: to.Robot) -> None:
+def test_an_interruption_keeps_finished_plans(arm: to.Robot) -> None:
     def interrupt(stage: str, step: object) -> None:
         seen.append(stage)
         if seen.count("verify") == 1 and stage == "examine":

@@ -33,12 +33,12 @@ def hard_to_find(number: int) -> to.Problem:
 
 
 @pytest.mark.parametrize("number", [76, 208, 209, 271])
-def test_what_can_be_held_together_is_not_called_a_conflict(number: int) -> None:
+def test_compatible_requirements_are_not_a_conflict(number: int) -> None:
     found = to.plan(hard_to_find(number), budget=to.Budget(attempts=1))
     assert found.status not in {to.Status.CONFLICTING_CONSTRAINTS, to.Status.NO_INVERSE_KINEMATICS}
 
 
-def test_a_conflict_without_a_proof_says_what_was_found() -> None:
+def test_a_conflict_without_a_proof_reports_the_evidence() -> None:
     robot = to.load("planar2")
     names = robot.joint_names
     where = to.Scene(robot).placement_of("tool", robot.positions(dict(zip(names, (0.6, 0.8), strict=True))))

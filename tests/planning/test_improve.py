@@ -9,7 +9,7 @@ from trajopt.optimise.methods import method_named
 from trajopt.values.errors import ProblemError
 
 
-def test_both_durations_are_told() -> None:
+def test_both_durations_are_reported() -> None:
     asked = to.named_problem("past_pillar_xarm7")
     along, found = to.plan(asked), to.plan(asked, improve=True)
     assert along.along_path is None and along.trajectory is not None
@@ -48,7 +48,7 @@ def test_it_goes_on_from_any_path_over_knots() -> None:
     assert named.along_path is not None and named.because == ""
 
 
-def test_what_it_cannot_hold_is_refused_by_name() -> None:
+def test_unsupported_constraints_are_refused_by_name() -> None:
     asked = replace(to.named_problem("past_pillar_ur5"), tool_speed=to.tool_speed("tool0", linear=0.2))
     found = to.plan(asked, improve=True)
     assert found.status is to.Status.METHOD_CANNOT

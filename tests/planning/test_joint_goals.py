@@ -32,7 +32,7 @@ def joints(shoulder: float, elbow: float, tolerance: float) -> to.Requirement:
     return to.joint_positions({SHOULDER: shoulder, ELBOW: elbow}, tolerance=tolerance)
 
 
-def test_a_motion_may_end_beside_what_is_in_the_middle_of_its_goal() -> None:
+def test_a_motion_may_end_next_to_an_obstacle_in_the_middle_of_its_goal() -> None:
     result = to.plan(asked(joints(QUARTER, 0.0, 0.6), scene=post()))
     assert result.status is to.Status.SOLVED, result.reason
 
@@ -93,7 +93,7 @@ def test_goals_of_the_same_joint_that_share_nothing_are_refused_with_a_proof() -
     assert SHOULDER in result.message and result.explain().certainty is Certainty.PROVEN
 
 
-def test_a_path_constraint_that_part_of_the_goal_holds_is_no_reason_to_refuse_it() -> None:
+def test_a_path_constraint_that_part_of_the_goal_fulfils_is_accepted() -> None:
     always = to.joint_positions({SHOULDER: 0.0}, tolerance=1.4)
     result = to.plan(asked(joints(QUARTER, 0.0, 0.4), constraints=[always]))
     assert result.status is to.Status.SOLVED, result.reason
@@ -129,7 +129,7 @@ def test_the_start_is_refused_where_the_judge_refuses_it(beyond: float) -> None:
     assert result.verified == accepted, result.reason
 
 
-def test_a_waypoint_may_be_passed_beside_what_is_in_its_middle() -> None:
+def test_a_waypoint_may_be_passed_next_to_an_obstacle_in_its_middle() -> None:
     result = to.plan(asked(joints(0.3, 0.0, 1e-4), scene=post(), waypoints={"up": joints(QUARTER, 0.0, 0.6)}))
     assert result.status is to.Status.SOLVED, result.reason
 

@@ -57,7 +57,7 @@ def test_problems_may_come_without_end_and_the_iteration_may_end_early(problems:
     assert not helpers()
 
 
-def test_plans_that_are_no_longer_wanted_are_cancelled(problems: list[to.Problem]) -> None:
+def test_unneeded_plans_are_cancelled(problems: list[to.Problem]) -> None:
     cancelled = Event()
 
     def waiting(problem: to.Problem, *, cancel: Event | None = None) -> to.Result:

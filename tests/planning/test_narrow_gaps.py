@@ -50,7 +50,7 @@ def test_where_there_is_room_the_margin_stays(tmp_path: Path) -> None:
     assert found.certificate.clearance > 9e-3
 
 
-def test_a_margin_that_was_asked_for_stays(tmp_path: Path) -> None:
+def test_a_requested_margin_stays(tmp_path: Path) -> None:
     problem = gap(tmp_path, 0.02, 0.0)
     assert to.plan(problem, budget=to.Budget(attempts=3)).verified
     asked = replace(problem, scene=problem.scene.with_margin(0.03))

@@ -53,7 +53,7 @@ def joins(result: to.Result, running: to.Trajectory, time: float) -> None:
     assert to.judge(result.problem, found).verified
 
 
-def test_where_nothing_is_new_what_is_left_is_the_answer(
+def test_in_an_unchanged_world_the_rest_of_the_motion_is_the_answer(
     under_way: tuple[to.Problem, to.Trajectory, float],
 ) -> None:
     problem, running, time = under_way
@@ -72,7 +72,7 @@ def test_no_library_is_imported_while_a_robot_drives() -> None:
     assert not done.stdout.split()
 
 
-def test_what_is_left_gives_way_to_a_box(under_way: tuple[to.Problem, to.Trajectory, float]) -> None:
+def test_the_rest_of_the_motion_avoids_a_new_box(under_way: tuple[to.Problem, to.Trajectory, float]) -> None:
     problem, running, time = under_way
     changed = replace(problem, scene=near_the_end(problem, running, 0.5, 0.06))
     left = running.between(time, running.duration)
@@ -102,7 +102,7 @@ def test_the_goal_of_a_set_that_is_nearest_is_kept() -> None:
     assert result.verified and result.goal_name == "near" and result.method == "space-time"
 
 
-def test_another_way_is_planned_anew_and_counted_with_it() -> None:
+def test_a_new_path_is_planned_and_counted_with_the_replan() -> None:
     problem = to.named_problem("past_pillar_ur5")
     running = to.plan(problem).require().trajectory
     back = dict(zip(problem.reduced.joint_names, running(0.0).tolist(), strict=True))
@@ -114,7 +114,7 @@ def test_another_way_is_planned_anew_and_counted_with_it() -> None:
     assert result.counts["forward_kinematics"] > anew.counts["forward_kinematics"]
 
 
-def test_where_nobody_can_get_the_reason_is_that_of_planning() -> None:
+def test_an_unreachable_goal_has_the_reason_of_planning() -> None:
     problem = to.named_problem("past_pillar_ur5")
     running = to.plan(problem).require().trajectory
     end = problem.reduced.all_positions(running(running.duration))

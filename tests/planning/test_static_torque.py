@@ -198,7 +198,7 @@ def test_where_little_torque_is_left_the_motion_is_slow(share: float) -> None:
         assert found.require().trajectory.duration > free
 
 
-def test_an_end_with_nothing_left_to_move_is_refused_at_once() -> None:
+def test_an_end_without_torque_left_is_refused_before_the_search() -> None:
     end = (0.0, 0.9, 0.0, -0.6, 0.0, 1.8, 0.0)
     need = float(shares(moving(ABOVE, end), np.array([end]))[0, 1])
     found = to.plan(moving(ABOVE, end, carrying(shoulder=87.0 * need / (1.0 - 1e-8))))
@@ -219,13 +219,13 @@ def test_a_way_that_no_path_can_hold_names_the_joint() -> None:
     assert {"mass of load", f"effort limit of {wrist}"} <= {change.what for change in candidates(told)}
 
 
-def test_the_price_of_holding_still_is_told() -> None:
+def test_the_price_of_gravity_torque_is_reported() -> None:
     told = to.plan(moving(ABOVE, FOLDED)).explain(plan_again=True)
     (price,) = (item for item in told.prices if item.what == "effort limit of panda_joint6, to hold still")
     assert price.unit == "%" and price.objective is not None and price.objective > 0.0
 
 
-def test_a_share_that_is_asked_for_counts_alone() -> None:
+def test_a_required_share_replaces_the_default() -> None:
     """The rows are the requirement's; what planning counts is as without rows of its own."""
     problem = heavy_payload_panda()
     seed = np.tile(problem.reduced.start_positions, (problem.knots, 1))

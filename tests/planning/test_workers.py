@@ -32,7 +32,7 @@ def test_the_answer_is_the_same_with_any_number_of_workers(arm: to.Robot, inner_
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
 
 
-def test_so_is_an_improved_one(arm: to.Robot) -> None:
+def test_an_improved_answer_is_the_same_with_any_number_of_workers(arm: to.Robot) -> None:
     one, three = (
         to.plan(wall(arm), budget=to.Budget(attempts=17, improve=True, workers=workers)) for workers in (1, 3)
     )
@@ -40,7 +40,7 @@ def test_so_is_an_improved_one(arm: to.Robot) -> None:
     assert len(one.attempts) == 17
 
 
-def test_so_is_one_that_ran_out_of_work(arm: to.Robot) -> None:
+def test_an_exhausted_answer_is_the_same_with_any_number_of_workers(arm: to.Robot) -> None:
     work = to.plan(wall(arm)).counts["forward_kinematics"] - 1
     one, three = (to.plan(wall(arm), budget=to.Budget(work=work, workers=workers)) for workers in (1, 3))
     assert one.status is three.status is Status.OUT_OF_WORK

@@ -211,7 +211,7 @@ def test_size_not_finite(shape: str, size: float) -> None:
         SIZES[shape](size)
 
 
-def test_size_that_is_no_number() -> None:
+def test_a_size_that_is_not_a_number_is_refused() -> None:
     with pytest.raises(ShapeError, match=r"Sphere\.radius"):
         Sphere("large")  # type: ignore[arg-type]
 
@@ -220,7 +220,7 @@ NO_NUMBERS = ("1", b"1", True, np.True_, np.array("1"), 1j, np.datetime64(1, "s"
 
 
 @pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
-def test_what_numpy_makes_a_number_of_and_is_none_is_refused(value: object) -> None:
+def test_values_that_numpy_would_convert_are_refused(value: object) -> None:
     with pytest.raises(ShapeError, match=r"Box\.x: must be (a|one) number"):
         Box(value, 1.0, 1.0)  # type: ignore[arg-type]
     with pytest.raises(ShapeError, match=r"hz: must be (a|one) number"):
@@ -282,7 +282,7 @@ def test_mesh_file_is_empty(tmp_path: Path, name: str) -> None:
         load_mesh(tmp_path / name)
 
 
-def test_message_names_what_comes_near(scene: Scene) -> None:
+def test_the_message_names_near_matches(scene: Scene) -> None:
     with pytest.raises(FrameNotFound) as caught:
         scene.add("a", BOX, frame="left_fingre")
     assert caught.value.name == "left_fingre"

@@ -159,7 +159,7 @@ def test_pieces_are_few(name: str, most: int) -> None:
         ("torus", (0.0, 0.0, 0.0), 0.07 * np.cos(np.pi / 16)),
     ],
 )
-def test_what_is_open_stays_open(name: str, point: tuple[float, float, float], true: float) -> None:
+def test_open_meshes_stay_open(name: str, point: tuple[float, float, float], true: float) -> None:
     distance = clearance(case(name).cover, point)
     assert true - TOLERANCE - SEEN <= distance <= true + 1e-6
 
@@ -293,7 +293,7 @@ def test_a_damaged_file_is_made_again(tmp_path: Path, monkeypatch: pytest.Monkey
     assert same(first, convex_pieces(box(0.1, 0.2, 0.3)))
 
 
-def test_a_folder_that_cannot_be_written_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unwritable_cache_folder_is_not_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "file"))
     assert len(convex_pieces(box(0.1, 0.2, 0.3)).pieces) == 1

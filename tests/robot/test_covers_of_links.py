@@ -40,7 +40,7 @@ def test_a_cover_that_stays_coarse_is_a_note_on_the_robot(arm: Path, monkeypatch
         assert "stand out of it by up to" in note
 
 
-def test_progress_is_told_after_a_second(
+def test_progress_is_reported_after_a_second(
     arm: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     to.load(arm)

@@ -53,7 +53,7 @@ def never(*_: object) -> bytes:
     pytest.fail("read again")
 
 
-def test_a_mesh_is_read_once_and_anew_when_it_changes(
+def test_a_mesh_is_read_once_and_again_when_it_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "cache"))

@@ -142,7 +142,7 @@ def test_masses_and_moments_are_the_same(tmp_path: Path) -> None:
         np.testing.assert_allclose(found, data.qfrc_bias, atol=1e-9)
 
 
-def test_shapes_are_those_that_collide_and_what_is_only_seen_is_seen(tmp_path: Path) -> None:
+def test_colliding_and_visual_geoms_are_separated(tmp_path: Path) -> None:
     robot = to.Robot.from_mjcf(written(tmp_path))
     shapes = {body.owner: type(body.shape) for body in robot.bodies}
     assert shapes["world/floor"] is Plane and shapes["base"] is Cylinder and shapes["upper"] is Capsule
@@ -200,7 +200,7 @@ def test_free_bodies_stand_still_and_balls_are_refused(tmp_path: Path) -> None:
         to.Robot.from_mjcf(written(tmp_path, ball))
 
 
-def test_what_is_left_out_is_said(tmp_path: Path) -> None:
+def test_omitted_parts_are_noted(tmp_path: Path) -> None:
     text = ARM
     for old, new in (
         ("<equality>", '<equality><connect name="loop" body1="left" body2="right" anchor="0 0 0"/>'),

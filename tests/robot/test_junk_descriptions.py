@@ -60,7 +60,7 @@ FILES: dict[str, bytes] = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_files_that_are_no_description(name: str, tmp_path: Path) -> None:
+def test_files_that_are_not_descriptions_are_refused(name: str, tmp_path: Path) -> None:
     odd_arm(tmp_path)
     bad = tmp_path / "bad.xml"
     bad.write_bytes(FILES[name])
@@ -70,7 +70,7 @@ def test_files_that_are_no_description(name: str, tmp_path: Path) -> None:
         to.load(tmp_path / "odd.urdf", srdf=bad)
 
 
-def test_a_folder_is_no_description(tmp_path: Path) -> None:
+def test_a_folder_is_not_a_description(tmp_path: Path) -> None:
     odd_arm(tmp_path)
     with pytest.raises(FileFormatError):
         to.Robot.from_urdf(tmp_path)
@@ -115,7 +115,7 @@ def test_meshes_beside_the_description_are_found(name: str, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
-def test_meshes_outside_of_what_belongs_to_the_robot_are_refused(name: str, tmp_path: Path) -> None:
+def test_meshes_outside_the_robots_packages_are_refused(name: str, tmp_path: Path) -> None:
     urdf = with_mesh(tmp_path, name.format(tmp_path))
     with pytest.raises(MeshFileError, match="outside"):
         to.load(urdf)
@@ -131,7 +131,7 @@ def test_names_that_no_mesh_has(name: str, tmp_path: Path) -> None:
         to.load(with_mesh(tmp_path, name))
 
 
-def test_what_is_put_in_a_scene_has_a_placement(planar_arm: to.Robot) -> None:
+def test_invalid_placements_in_a_scene_are_refused(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("held", to.Sphere(0.01))
     box = to.Box(0.1, 0.1, 0.1)
     mirror, nothing = np.diag((1.0, 1.0, -1.0)), np.full((3, 3), np.nan)

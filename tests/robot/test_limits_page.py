@@ -21,7 +21,7 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Page:
     return Page("limits.md", tmp_path)
 
 
-def test_what_it_says_is_so(page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_claims_of_the_page_hold(page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     page.run("Sources of limits")
     said = capsys.readouterr().out
     assert "elbow acceleration 229.2 deg/s^2 (no limit stated)" in said

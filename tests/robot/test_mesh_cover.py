@@ -54,7 +54,7 @@ def test_a_kept_cover_is_the_one_made(file: Path, monkeypatch: pytest.MonkeyPatc
             cover_file(file, scale, policy)
 
 
-def test_a_changed_file_is_covered_anew(file: Path) -> None:
+def test_a_changed_file_is_covered_again(file: Path) -> None:
     before = cover_file(file, SCALE, MeshPolicy())
     file.write_text(tetrahedron())
     after = cover_file(file, SCALE, MeshPolicy())
@@ -66,7 +66,7 @@ def test_an_exact_mesh_is_read(file: Path) -> None:
     assert isinstance(shape, Mesh)
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(MeshFileError, match="gone"):
         cover_file(tmp_path / "gone.stl", SCALE, MeshPolicy())
 

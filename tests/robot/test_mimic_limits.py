@@ -81,7 +81,7 @@ def test_accelerations_and_jerks_of_mimic_joints_are_judged(tmp_path: Path, yaml
     assert verify(unlimited, quintic(unlimited, [[0.0], [0.5]], 3.0), goals=()).verified
 
 
-def test_what_nobody_states_of_a_mimic_joint_is_no_limit(tmp_path: Path) -> None:
+def test_unstated_limits_of_a_mimic_joint_do_not_bind(tmp_path: Path) -> None:
     robot = arm(tmp_path, 'lower="-9" upper="9" velocity="0" effort="1"')
     place = robot.joint_names.index("m2")
     assert robot.limits.velocity[place] == robot.limits.acceleration[place] == np.inf

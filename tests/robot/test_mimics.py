@@ -88,7 +88,7 @@ def test_a_mimic_of_a_mimic_moves_and_the_judge_sees_it_collide(tmp_path: Path) 
     assert model.all_positions(np.array((0.5,))) == pytest.approx((0.5, 0.5, 0.5))
 
 
-def test_a_plan_that_would_sweep_through_the_obstacle_with_the_last_link_is_no_success(
+def test_a_plan_that_sweeps_the_last_link_through_the_obstacle_is_not_a_success(
     tmp_path: Path,
 ) -> None:
     robot = planar(tmp_path, CHAIN)
@@ -114,14 +114,14 @@ def test_a_circle_is_refused_with_its_joints(tmp_path: Path, stated: Stated, nam
     assert all(joint in str(caught.value) for joint in named)
 
 
-def test_a_joint_that_mimics_nobody_moves_on_its_own_and_that_is_said(tmp_path: Path) -> None:
+def test_a_joint_that_mimics_an_unknown_joint_moves_freely_and_is_noted(tmp_path: Path) -> None:
     robot = planar(tmp_path, {"m1": ("j2", 1.0, 0.0), "m2": ("m1", 2.0, 0.0)})
     assert robot.groups["all"].joints == ("j1", "m1")
     assert robot.positions({"m1": 0.2}) == pytest.approx((0.0, 0.2, 0.4))
     assert robot.notes == ("joints move on their own that mimic what the robot does not have: m1 ('j2')",)
 
 
-def test_what_mimics_a_fixed_joint_stands_at_its_offset(tmp_path: Path) -> None:
+def test_a_mimic_of_a_fixed_joint_is_at_its_offset(tmp_path: Path) -> None:
     robot = planar(
         tmp_path, {"m1": ("j1", 3.0, 0.4), "m2": ("m1", -2.0, 0.1)}, kinds={"j1": "fixed"}, names=NAMES
     )

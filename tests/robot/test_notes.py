@@ -52,7 +52,7 @@ GROUPS = {
 
 
 @pytest.mark.parametrize("inner,reason", GROUPS.values(), ids=GROUPS)
-def test_a_group_with_what_is_not_there_is_left_out_and_says_why_when_asked_for(
+def test_a_group_with_unknown_members_is_omitted_with_a_reason(
     tmp_path: Path, inner: str, reason: str
 ) -> None:
     robot = with_srdf(tmp_path, f'{ARM}<group name="odd">{inner}</group>')
@@ -67,7 +67,7 @@ def test_a_group_with_what_is_not_there_is_left_out_and_says_why_when_asked_for(
         robot.group("amr")
 
 
-def test_what_includes_a_group_that_is_left_out_is_left_out_too(tmp_path: Path) -> None:
+def test_groups_that_include_an_omitted_group_are_omitted(tmp_path: Path) -> None:
     legs = '<group name="legs"><joint name="knee"/></group>'
     both = '<group name="both"><group name="arm"/><group name="legs"/></group>'
     robot = with_srdf(tmp_path, ARM + legs + both)
@@ -121,7 +121,7 @@ def test_a_state_is_without_the_joints_that_cannot_be_in_it(tmp_path: Path) -> N
     )
 
 
-def test_a_state_that_puts_a_mimic_joint_elsewhere_is_told(tmp_path: Path) -> None:
+def test_a_state_that_contradicts_a_mimic_joint_is_noted(tmp_path: Path) -> None:
     state = '<group_state name="{}" group="arm"><joint name="wrist" value="0.4"/>{}</group_state>'
     follow = '<joint name="follow" value="{}"/>'
     robot = with_srdf(
@@ -131,7 +131,7 @@ def test_a_state_that_puts_a_mimic_joint_elsewhere_is_told(tmp_path: Path) -> No
     assert robot.positions("bad") == pytest.approx(robot.positions("good"))
 
 
-def test_other_elements_that_name_what_is_not_there(tmp_path: Path) -> None:
+def test_other_elements_with_unknown_names_are_noted(tmp_path: Path) -> None:
     robot = with_srdf(
         tmp_path,
         f'{ARM}<end_effector name="claw" group="arm" parent_link="palm"/>'
@@ -165,7 +165,7 @@ def test_a_base_that_could_move_is_fixed_where_it_stands(tmp_path: Path, kind: s
         robot.group("base")
 
 
-def test_missing_visual_meshes_are_told_and_collision_shapes_drawn(tmp_path: Path) -> None:
+def test_missing_visual_meshes_are_noted_and_collision_shapes_drawn(tmp_path: Path) -> None:
     visual = '<visual><geometry><mesh filename="package://odd/{}.dae"/></geometry></visual>'
     seen = '<visual><geometry><box size="1 2 3"/></geometry></visual>'
     text = ODD_ARM.replace('<link name="turret">', '<link name="turret">' + visual.format("turret") + seen)
@@ -195,7 +195,7 @@ def test_a_file_without_a_link_describes_no_robot(tmp_path: Path) -> None:
         to.load(tmp_path / "empty.urdf")
 
 
-def test_joints_without_an_effort_limit_are_told(tmp_path: Path) -> None:
+def test_joints_without_an_effort_limit_are_noted(tmp_path: Path) -> None:
     text = ODD_ARM.replace('effort="80"', 'effort="0"').replace('effort="5"', 'effort="0"')
     (tmp_path / "odd.urdf").write_text(text)
     robot = to.load(tmp_path / "odd.urdf")
@@ -206,7 +206,7 @@ def test_joints_without_an_effort_limit_are_told(tmp_path: Path) -> None:
     assert to.load(tmp_path / "odd.urdf", limits=limits).notes == ()
 
 
-def test_effort_limits_that_mostly_do_not_hold_the_robot_are_told(tmp_path: Path) -> None:
+def test_implausibly_low_effort_limits_are_noted(tmp_path: Path) -> None:
     (tmp_path / "odd.urdf").write_text(ODD_ARM.replace('effort="60"', 'effort="0.6"'))
     robot = to.load(tmp_path / "odd.urdf")
     (note,) = robot.notes
@@ -271,7 +271,7 @@ FINGERED = """<robot name="fingered"><link name="base"/><link name="arm"/><link 
         ("lift", "tool", False),
     ],
 )
-def test_a_gripper_in_the_group_of_all_joints_is_said(
+def test_a_gripper_in_the_group_of_all_joints_is_noted(
     tmp_path: Path, joint: str, link: str, looks: bool
 ) -> None:
     (tmp_path / "arm.urdf").write_text(FINGERED.format(joint=joint, link=link))

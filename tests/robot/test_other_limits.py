@@ -32,7 +32,7 @@ def arm(tmp_path: Path) -> to.Robot:
     return to.load(tmp_path / "odd.urdf", limits=tmp_path / "limits.yaml")
 
 
-def test_what_is_stated_stays_and_what_is_chosen_is_named(arm: to.Robot) -> None:
+def test_stated_limits_stay_and_chosen_ones_are_named(arm: to.Robot) -> None:
     assert np.isinf(one(arm, "pan")) and one(arm, "elbow") == 7.0
     limited = arm.with_jerk_limits()
     assert one(limited, "pan") == pytest.approx(acceleration(arm, "pan") / DEFAULT_RISE)
@@ -55,7 +55,7 @@ def test_a_time_is_for_stated_limits_too_but_never_loosens_them(arm: to.Robot) -
     assert one(some, "elbow") == 7.0 and one(some, "pan") == one(slow, "pan")
 
 
-def test_what_is_no_time_or_no_joint_is_refused(arm: to.Robot) -> None:
+def test_invalid_times_and_unknown_joints_are_refused(arm: to.Robot) -> None:
     with pytest.raises(ShapeError, match="rise"):
         arm.with_jerk_limits(rise=0.0)
     with pytest.raises(JointNotFound, match="pan"):
@@ -64,7 +64,7 @@ def test_what_is_no_time_or_no_joint_is_refused(arm: to.Robot) -> None:
         to.load("planar2", limit_jerk="yes")  # pyright: ignore[reportArgumentType]
 
 
-def test_a_plan_holds_what_was_chosen_and_says_so(planar_arm: to.Robot, tmp_path: Path) -> None:
+def test_a_plan_keeps_the_chosen_limits_and_notes_them(planar_arm: to.Robot, tmp_path: Path) -> None:
     problem = to.Problem(
         scene=to.Scene(planar_arm),
         group="arm",

@@ -103,7 +103,7 @@ def test_a_mesh_that_is_nowhere_says_where_it_was_looked_for(
     assert "in AMENT_PREFIX_PATH (ROS_PACKAGE_PATH is not set)" in said
 
 
-def test_a_package_is_no_way_out_of_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_package_path_cannot_leave_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     package(tmp_path / "ros" / "arm", "arm_description")
     (tmp_path / "secret.stl").write_text(tetrahedron())
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
@@ -153,7 +153,7 @@ def written_in_xacro(folder: Path) -> Path:
     return own / "urdf" / "arm.urdf.xacro"
 
 
-def test_xacro_is_expanded_where_what_expands_it_is_installed(tmp_path: Path) -> None:
+def test_xacro_is_expanded_if_xacrodoc_is_installed(tmp_path: Path) -> None:
     pytest.importorskip("xacrodoc")
     file = written_in_xacro(tmp_path)
     for robot, length in ((to.load(file), 0.5), (to.Robot.from_urdf(file, xacro={"length": "0.8"}), 0.8)):
@@ -168,7 +168,7 @@ def test_xacro_is_expanded_where_what_expands_it_is_installed(tmp_path: Path) ->
         to.load(file)
 
 
-def test_xacro_names_the_command_that_installs_what_expands_it(
+def test_missing_xacrodoc_is_reported_with_the_install_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("trajopt.robot.loading.xml_file.find_spec", lambda _: None)

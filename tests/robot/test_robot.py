@@ -60,7 +60,7 @@ def test_states_fill_in_the_rest_and_mimics_follow(arm: to.Robot) -> None:
     assert positions == pytest.approx({"pan": 0.5, "reach": 0, "elbow": 1, "wrist": 0, "follow": 0.2})
 
 
-def test_limits_say_what_was_defaulted(arm: to.Robot) -> None:
+def test_limits_list_their_defaults(arm: to.Robot) -> None:
     limits = arm.limits
     place = {name: i for i, name in enumerate(arm.joint_names)}
     assert limits.velocity[place["pan"]] == 1.5 and limits.acceleration[place["pan"]] == 4.0

@@ -56,7 +56,7 @@ def test_frames_by_name_are_links(tmp_path: Path) -> None:
         assert same.frame(link) == odd.frame(link)
 
 
-def test_the_same_motion_whatever_the_names(tmp_path: Path) -> None:
+def test_the_motion_does_not_depend_on_names(tmp_path: Path) -> None:
     plans: list[to.Result] = []
     for robot in robots(tmp_path):
         scene = to.Scene(robot).add("post", to.Sphere(0.05), to.placement((0.3, 0.55, 0.4)))
@@ -69,7 +69,7 @@ def test_the_same_motion_whatever_the_names(tmp_path: Path) -> None:
     assert other.require().trajectory.positions == pytest.approx(one.require().trajectory.positions)
 
 
-def test_a_robot_for_which_nobody_wrote_an_srdf(tmp_path: Path) -> None:
+def test_a_robot_without_an_srdf(tmp_path: Path) -> None:
     odd, same = robots(tmp_path)
     groups = [propose_srdf(robot, rng=np.random.default_rng(0)).groups for robot in (odd, same)]
     assert [group.name for group in groups[0]] == [group.name for group in groups[1]]

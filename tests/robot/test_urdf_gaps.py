@@ -71,7 +71,7 @@ FILLED = {
 
 
 @pytest.mark.parametrize("old,new,chosen,notes", FILLED.values(), ids=FILLED)
-def test_what_a_file_lacks_is_filled_in_and_said_once(
+def test_missing_values_are_filled_in_and_noted_once(
     tmp_path: Path,
     capfd: pytest.CaptureFixture[str],
     old: str,
@@ -85,7 +85,7 @@ def test_what_a_file_lacks_is_filled_in_and_said_once(
     assert capfd.readouterr().err == ""
 
 
-def test_an_arm_whose_file_states_no_rates_is_planned_with_what_is_chosen(tmp_path: Path) -> None:
+def test_an_arm_without_stated_rates_is_planned_with_defaults(tmp_path: Path) -> None:
     robot = loaded(tmp_path, ' velocity="2" effort="30"', "")
     found = to.plan(to.Problem(scene=to.Scene(robot), start={}, goal={"swing": 0.8}))
     speeds = found.require().trajectory(np.linspace(0.0, found.require().trajectory.duration, 50), 1)
@@ -126,7 +126,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("old,new,reason", REFUSED.values(), ids=REFUSED)
-def test_what_is_no_tree_of_links_is_named(
+def test_a_link_graph_that_is_not_a_tree_is_reported(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], old: str, new: str, reason: str
 ) -> None:
     with pytest.raises(FileFormatError, match=reason):
@@ -151,7 +151,7 @@ def test_links_that_are_seen_and_not_solid_are_named(tmp_path: Path) -> None:
     assert "no moving link has a collision shape: no clearance is checked" in plan.certificate.notes
 
 
-def test_negative_moments_of_inertia_are_told(tmp_path: Path) -> None:
+def test_negative_moments_of_inertia_are_noted(tmp_path: Path) -> None:
     robot = loaded(tmp_path, 'ixx="0.1"', 'ixx="-0.1"')
     (said,) = (note for note in robot.notes if "inertia" in note)
     assert said.startswith("no body has the negative moments of inertia that are stated of what swing moves")

@@ -76,7 +76,7 @@ def test_random_trees_keep_the_bound(tmp_path: Path, seed: int) -> None:
     assert (np.abs(found.position).max(axis=0) <= largest_gravity_slopes(reduced) + 1e-9).all()
 
 
-def test_the_bound_is_what_a_stretched_arm_needs(tmp_path: Path) -> None:
+def test_the_bound_equals_the_torque_of_a_stretched_arm(tmp_path: Path) -> None:
     """Two rods of 1 kg and 0.5 m in the plane of gravity, 10 g at their end, and a load of 3 kg there."""
     arm = planar_arm(tmp_path, axis="0 -1 0")
     for mass in (0.0, 3.0):

@@ -27,7 +27,7 @@ def by_joints(tmp_path: Path) -> to.Scene:
     return to.Scene(to.load(tmp_path / "odd.urdf", srdf=tmp_path / "odd.srdf"))
 
 
-def test_a_group_of_joints_by_name_ends_with_what_the_last_moves(by_joints: to.Scene) -> None:
+def test_a_group_of_named_joints_ends_at_the_link_of_the_last(by_joints: to.Scene) -> None:
     assert ends_of(by_joints, "by_joints") == ("tip",)
     there = by_joints.placement_of("tip", by_joints.robot.positions({"pan": 0.4}))
     problem = to.Problem(scene=by_joints, group="by_joints", start={}, goal=there)

@@ -49,7 +49,7 @@ def test_each_kind_keeps_its_own(scene: to.Scene, pair: tuple[str, str]) -> None
     assert wished.margin_of(*pair) == values[OF[pair]] and scene.margin_of(*pair) == 0.01
 
 
-def test_what_is_carried_keeps_the_larger_of_both_from_the_world(scene: to.Scene) -> None:
+def test_attached_objects_keep_the_larger_clearance_from_the_world(scene: to.Scene) -> None:
     pair = ("drill", "table")
     assert scene.with_clearance(world=0.03).clearance_of(*pair) == 0.03
     assert scene.with_clearance(carried=0.02).clearance_of(*pair) == 0.02
@@ -58,7 +58,7 @@ def test_what_is_carried_keeps_the_larger_of_both_from_the_world(scene: to.Scene
     assert scene.with_margin(world=0.0).margin_of(*pair) == 0.0, "the default is of what nobody spoke of"
 
 
-def test_what_is_said_later_counts(scene: to.Scene) -> None:
+def test_later_clearances_replace_earlier_ones(scene: to.Scene) -> None:
     stated = scene.with_clearance(0.01).with_clearance(world=0.03)
     assert stated.clearance_of("fore", "table") == 0.03 and stated.clearance_of("base", "fore") == 0.01
     again = stated.with_clearance(0.02)
@@ -70,7 +70,7 @@ def test_what_is_said_later_counts(scene: to.Scene) -> None:
     assert single.clearance_of("fore", "table") == 0.05 and single.clearance_of("tip", "table") == 0.03
 
 
-def test_the_pairs_of_the_model_are_what_is_said_of_each(scene: to.Scene) -> None:
+def test_the_pairs_of_the_model_have_the_stated_clearances(scene: to.Scene) -> None:
     rng = np.random.default_rng(3)
     for _ in range(20):
         names = rng.permutation(["world", "carried", "robot"])[: rng.integers(1, 4)].tolist()
@@ -104,7 +104,7 @@ def test_it_is_printed_and_kept(scene: to.Scene) -> None:
 
 
 @pytest.mark.parametrize("edit", ["with_clearance", "with_margin"])
-def test_what_makes_no_sense_is_refused(scene: to.Scene, edit: str) -> None:
+def test_invalid_clearances_are_refused(scene: to.Scene, edit: str) -> None:
     call = getattr(scene, edit)
     with pytest.raises(ModelError, match="world, carried or robot"):
         call()
@@ -155,7 +155,7 @@ def test_the_judge_reads_the_scene_itself(scene: to.Scene) -> None:
     assert to.examine(misled, misled.start_positions).collisions, "what the planner believes does not count"
 
 
-def test_what_moves_by_itself_is_part_of_the_world(scene: to.Scene) -> None:
+def test_dynamic_obstacles_belong_to_the_world(scene: to.Scene) -> None:
     away = [to.placement((1.6, side, 0.3)) for side in (-0.3, 0.3)]
     cart = Track.through([0.0, 10.0], away)
     moving = scene.add("cart", to.Box(0.1, 0.1, 0.1), motion=cart).with_clearance(world=0.05, robot=0.002)

@@ -124,7 +124,7 @@ def test_every_edit_is_seen_and_leaves_the_scene_before(arms: to.Robot) -> None:
                     assert where.homogeneous == pytest.approx(expected, abs=1e-12)
 
 
-def test_scenes_share_what_an_edit_leaves(arms: to.Robot) -> None:
+def test_scenes_share_unedited_parts(arms: to.Robot) -> None:
     at = arms.positions()
     scene = to.Scene(arms).add("one", to.Sphere(0.1)).add("two", to.Sphere(0.1), frame="one")
     scene = scene.add("three", to.Sphere(0.1), frame="tool")

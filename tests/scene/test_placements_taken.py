@@ -139,7 +139,7 @@ def placed(function: Any) -> set[str]:
         ([[1.0]] * 10_000, "needs shape (4, 4)"),
     ],
 )
-def test_what_is_no_placement(value: Any, says: str) -> None:
+def test_invalid_placements_are_refused(value: Any, says: str) -> None:
     with pytest.raises(ShapeError, match=re.escape(says)) as refused:
         as_placement("where", value)
     assert str(refused.value).startswith("where: ") and len(str(refused.value)) < 400

@@ -99,7 +99,7 @@ def test_a_tighter_tolerance_has_more_pieces_and_less_error(other: ReducedModel)
         assert np.linalg.norm(there.translation - fine.track.at(time).translation) <= fine.error[0]
 
 
-def test_what_stands_still_stands_still(other: ReducedModel) -> None:
+def test_static_objects_stay_at_rest(other: ReducedModel) -> None:
     positions = np.tile(other.start_positions, (2, 1))
     motion = to.Trajectory(other.joint_names, np.array((0.0, 1.0)), positions)
     scene = to.Scene(other.scene.robot).with_robot_in_motion("other", other, motion)
@@ -111,7 +111,7 @@ def test_what_stands_still_stands_still(other: ReducedModel) -> None:
         )
 
 
-def test_what_cannot_be_is_refused_by_name(other: ReducedModel) -> None:
+def test_impossible_motions_are_refused_by_name(other: ReducedModel) -> None:
     scene, motion = to.Scene(other.scene.robot), swing(other, 0, "quintic")
     with pytest.raises(ProblemError, match="give a plan, or a trajectory with the reduced model"):
         scene.with_robot_in_motion("other", other)
@@ -126,7 +126,7 @@ def test_what_cannot_be_is_refused_by_name(other: ReducedModel) -> None:
     assert not scene.objects, "a refused edit leaves nothing"
 
 
-def test_an_object_is_carried_by_what_moves(other: ReducedModel) -> None:
+def test_an_object_is_carried_by_a_moving_frame(other: ReducedModel) -> None:
     start = other.start
     scene = (
         to.Scene(other.scene.robot)

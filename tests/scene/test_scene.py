@@ -71,7 +71,7 @@ def test_pairs(scene: to.Scene) -> None:
     assert not any("table" in pair for pair in pairs_of(scene.allow("table")))
 
 
-def test_what_is_attached(scene: to.Scene) -> None:
+def test_attached_objects_of_a_scene(scene: to.Scene) -> None:
     scene = scene.add("part", to.Sphere(0.03), frame="tip", touch_links=["tip"])
     pairs = pairs_of(scene)
     assert frozenset(("part", "table")) in pairs

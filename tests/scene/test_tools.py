@@ -31,7 +31,7 @@ def drilling(arm: to.Scene) -> to.Scene:
     return drill.with_tool("bit", on="drill", placement=to.placement((0, 0, 0.05)))
 
 
-def test_a_tool_moves_with_what_it_is_on(arm: to.Scene) -> None:
+def test_a_tool_moves_with_its_parent_frame(arm: to.Scene) -> None:
     scene, here = arm.with_tool("tcp", on="tip", placement=AT), arm.robot.positions()
     expected = arm.placement_of("tip", here) * AT
     assert np.allclose(scene.placement_of("tcp", here).homogeneous, expected.homogeneous)
@@ -58,7 +58,7 @@ def test_a_tool_is_a_frame_of_the_reduced_model(drilling: to.Scene) -> None:
         assert joint == reduced.attachment("tip")[0]
 
 
-def test_the_last_tool_is_what_the_motion_of_its_arm_is_shown_by() -> None:
+def test_the_last_tool_is_the_tool_frame_of_its_arm() -> None:
     panda = to.load("panda")
     scene = to.Scene(panda).with_tool("wide", on="panda_hand").with_tool("tip", on="panda_hand")
     arm, hand = (reduce_model(scene, group, panda.positions("ready")) for group in ("panda_arm", "hand"))
@@ -145,7 +145,7 @@ def test_a_link_without_a_shape_means_the_one_it_is_fixed_on() -> None:
     assert free.may_touch("panda_hand", "table") and free.may_touch("panda_hand_tcp", "table")
 
 
-def test_an_object_is_attached_to_a_frame_or_to_what_is_attached(drilling: to.Scene) -> None:
+def test_an_object_is_attached_to_a_frame_or_an_attached_object(drilling: to.Scene) -> None:
     at = to.placement((0.0, 0.0, 0.06))
     for holder, touched in (("bit", {"tip", "drill"}), ("drill", {"tip", "drill"}), ("tip", {"tip"})):
         held = drilling.add("screw", to.Sphere(0.005)).attach("screw", holder, placement=at)

@@ -162,7 +162,7 @@ def test_functions_that_return_something_else_are_named(function: Callable[..., 
         retime(path, limits, deviation=function)
 
 
-def test_what_a_function_raises_passes_through() -> None:
+def test_exceptions_of_a_function_pass_through() -> None:
     def broken(*states: Floats) -> Floats:
         raise LookupError("no robot")
 
@@ -170,7 +170,7 @@ def test_what_a_function_raises_passes_through() -> None:
         retime(corners(0, 2), make_limits(2, effort=50.0), inverse_dynamics=broken)
 
 
-def test_distances_that_overflow_are_told() -> None:
+def test_overflowing_distances_are_reported() -> None:
     far = make_path([[0.0, 0.0], [1e200, 1e200], [0.0, 1e200]])
     with pytest.raises(ShapeError, match="path: has knots so far apart"):
         retime(far, make_limits(2, velocity=1.0e200, acceleration=1e200))
@@ -178,7 +178,7 @@ def test_distances_that_overflow_are_told() -> None:
     assert isinstance(slow, RetimeFailure) and "s are the most" in slow.reason
 
 
-def test_threads_time_paths_at_once() -> None:
+def test_threads_time_paths_concurrently() -> None:
     """Each with functions of its own, to the same bits as alone."""
     limits = jerky(make_limits(2, velocity=3.0, acceleration=20.0, effort=np.array((50.0, 20.0))), 60.0)
 

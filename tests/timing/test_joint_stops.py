@@ -48,7 +48,7 @@ def test_joints_end_at_rest_and_keep_accelerations_and_jerks() -> None:
         assert (np.abs(stop(times, 3)) <= limits.jerk * (1.0 + 1e-4)).all()
 
 
-def test_the_core_refuses_what_is_not_finite() -> None:
+def test_the_core_refuses_values_that_are_not_finite() -> None:
     begin, limits = drawn(np.random.default_rng(9))
     rows = np.stack((limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk))
     begin[1, 2] = np.nan

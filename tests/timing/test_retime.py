@@ -172,7 +172,7 @@ def test_options_out_of_range_are_refused(wrong: dict[str, float]) -> None:
         dataclasses.replace(RetimeOptions(), **wrong)
 
 
-def test_a_deviation_that_is_no_number_is_refused() -> None:
+def test_a_deviation_that_is_not_a_number_is_refused() -> None:
     path = make_path([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     with pytest.raises(ShapeError, match="deviation"):
         retime(path, make_limits(2), deviation=lambda a, b: np.full(len(a), np.nan))

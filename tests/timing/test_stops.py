@@ -139,7 +139,9 @@ def soonest(motion: to.Trajectory, most: Floats, begin: float) -> float:
     return took
 
 
-def test_the_motion_goes_on_as_long_as_is_asked(case: tuple[to.Problem, to.Trajectory, StopsAlong]) -> None:
+def test_the_motion_continues_for_the_requested_time(
+    case: tuple[to.Problem, to.Trajectory, StopsAlong],
+) -> None:
     _, motion, stops = case
     stop = stops.earliest(0.1, after=0.3)
     assert stop.leaves >= 0.3
@@ -147,7 +149,7 @@ def test_the_motion_goes_on_as_long_as_is_asked(case: tuple[to.Problem, to.Traje
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_what_was_asked_before_changes_no_stop(name: str) -> None:
+def test_stops_do_not_depend_on_earlier_queries(name: str) -> None:
     """Moments are looked at only as far as they matter: asked in any order, the stops are the same."""
     problem, motion = planned(name)
     asked = StopsAlong(motion, problem.limits)

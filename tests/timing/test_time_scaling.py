@@ -17,7 +17,7 @@ CHANGES = [
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_rate_is_derivative_of_clock_and_so_on(change: RateChange) -> None:
+def test_rates_are_derivatives_of_the_clock(change: RateChange) -> None:
     z = np.linspace(0.0, 1.0, 20_001)
     values = change.at(z)
     for value, slope in pairwise(values):

@@ -125,7 +125,7 @@ def test_unlimited_joints_need_no_torque() -> None:
 
 
 @pytest.mark.parametrize("passes", [1, 2, 8])
-def test_torque_limits_hold_whatever_the_number_of_passes(passes: int) -> None:
+def test_torque_limits_hold_for_any_number_of_passes(passes: int) -> None:
     corners = make_path([[-0.5, 0.3], [0.8, -0.4], [0.7, 1.2], [-0.3, -0.6]])
     limits = make_limits(2, velocity=6.0, acceleration=60.0, effort=[45.0, 14.0])
     options = RetimeOptions(passes=passes, points=20)

@@ -131,7 +131,7 @@ def test_bad_files(tmp_path: Path, name: str, content: bytes | None, reason: str
     assert "Hint" not in caught.value.reason
 
 
-def test_folder_is_no_mesh_file(tmp_path: Path) -> None:
+def test_a_folder_is_not_a_mesh_file(tmp_path: Path) -> None:
     with pytest.raises(MeshFileError, match="no such file"):
         load_mesh(tmp_path)
 

@@ -8,7 +8,7 @@ from trajopt.values.trajectory import state_of
 
 
 @pytest.mark.parametrize("stated", [0, 1, 2])
-def test_it_is_what_the_trajectory_says(stated: int) -> None:
+def test_it_equals_the_trajectory(stated: int) -> None:
     rng = np.random.default_rng(stated)
     rows = rng.normal(size=(stated + 1, 6, 3))
     motion = to.Trajectory(("a", "b", "c"), np.array((0.0, 0.2, 0.3, 0.7, 1.0, 1.6)), *rows)

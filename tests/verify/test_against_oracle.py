@@ -109,7 +109,7 @@ def test_a_large_hull_is_climbed_to_its_farthest_vertex(tmp_path: Path) -> None:
         assert found == pytest.approx(plain.measure(poses, item, item)[0], abs=1e-4)
 
 
-def test_points_inside_a_fine_mesh_are_told_by_its_far_field(tmp_path: Path) -> None:
+def test_points_inside_a_fine_mesh_are_found_by_its_far_field(tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
     ring = bowl(300)
     points = rng.uniform(-0.35, 0.35, (60, 3)) * (1.0, 1.0, 0.3)

@@ -51,7 +51,7 @@ def judged(scene: to.Scene, times: list[float], angles: list[float]) -> Certific
     return verify(reduced, turning(reduced, times, angles), goals=())
 
 
-def test_what_touches_a_link_at_rest_is_not_at_fault_yet_not_verified(arm: to.Robot) -> None:
+def test_contact_with_a_link_at_rest_is_not_at_fault_but_not_verified(arm: to.Robot) -> None:
     touching = alone(arm).add("ball", to.Sphere(0.05), motion=visit(0.1, 0.9, gap=-0.01))
     certificate = judged(touching, [0.0, 1.0, 2.0], [0.0, 0.0, 1.5])
     always, at_fault = checks_of(certificate)
@@ -74,7 +74,7 @@ def test_a_rest_may_be_at_the_start_in_the_middle_or_at_the_end(arm: to.Robot, r
     assert through.at_fault == pytest.approx(through.clearance, abs=1e-3) and through.clearance < 0.0
 
 
-def test_a_link_that_moves_into_what_rests_is_at_fault(arm: to.Robot) -> None:
+def test_a_link_that_moves_into_a_resting_object_is_at_fault(arm: to.Robot) -> None:
     post = alone(arm).add("post", to.Cylinder(0.05, 2.0), to.placement((0.0, 0.7, 0.5)), appears=0.2)
     certificate = judged(post, [0.0, 1.0, 2.0], [0.0, 0.0, 1.5])
     always, at_fault = checks_of(certificate)
@@ -112,7 +112,7 @@ def test_both_numbers_are_printed_and_written(arm: to.Robot) -> None:
     assert "clearance at fault" in str(certificate) and "at fault" in repr(certificate)
 
 
-def test_a_clearance_that_is_refuted_is_said_to_be_measured(arm: to.Robot) -> None:
+def test_a_refuted_clearance_is_marked_as_measured(arm: to.Robot) -> None:
     touching = alone(arm).add("ball", to.Sphere(0.05), motion=visit(0.1, 0.9, gap=-0.01))
     refuted = judged(touching, [0.0, 1.0, 2.0], [0.0, 0.0, 1.5])
     assert "mm measured" in refuted.closest and "proven" not in refuted.closest

@@ -100,7 +100,7 @@ def test_user_code_that_returns_nonsense(model: ReducedModel) -> None:
     json.dumps(undefined.as_dict(), allow_nan=False)
 
 
-def test_rows_of_user_code_are_told_apart(model: ReducedModel) -> None:
+def test_rows_of_user_code_are_judged_separately(model: ReducedModel) -> None:
     class Both:
         name = "both joints"
 
@@ -113,7 +113,7 @@ def test_rows_of_user_code_are_told_apart(model: ReducedModel) -> None:
     assert check.slack == pytest.approx(-0.05)
 
 
-def test_notes_say_what_was_assumed(tmp_path: Path) -> None:
+def test_notes_list_the_assumptions(tmp_path: Path) -> None:
     two = robot(
         tmp_path,
         link("base"), link("a", length=0.2), link("b", length=0.2), link("c", length=0.2),

@@ -138,7 +138,7 @@ def test_standing_still_is_cheap(tmp_path: Path) -> None:
     assert certificate.counts.distances < 500
 
 
-def test_contact_at_the_start_is_no_proof(tmp_path: Path) -> None:
+def test_contact_at_the_start_is_not_a_proof(tmp_path: Path) -> None:
     scene = Scene(planar_arm(tmp_path)).add("wall", Box(0.2, 0.1, 0.1), placement((0.9, -0.06, 0.0)))
     model = reduced(scene, [0.0, 0.0])
     certificate = verify(model, quintic(model, [[0.0, 0.0], [0.5, 0.0]], 1.0), goals=())

@@ -65,7 +65,7 @@ def test_a_prediction_ends_by_the_clock_of_the_scene(planar_arm: to.Robot) -> No
         assert Judge(here).certify(motion, asked(motion, here, clock)).verified == verified
 
 
-def test_a_motion_starts_where_it_is_said_to(planar_arm: to.Robot) -> None:
+def test_a_motion_starts_at_the_stated_start(planar_arm: to.Robot) -> None:
     scene = bare(planar_arm)
     here = reduce_model(scene, "arm", np.zeros(len(planar_arm.joint_names)))
     away = np.full((2, len(here.joint_names)), 0.1)

@@ -36,7 +36,7 @@ def judged(scene: to.Scene, dwell: float) -> Certificate:
     ("appears", "dwell", "holds"),
     [(1.6, 0.0, True), (1.6, 0.05, True), (1.6, 0.2, False), (1.45, 0.0, False)],
 )
-def test_what_appears_at_the_goal_matters_as_long_as_the_robot_stays(
+def test_an_obstacle_that_appears_at_the_goal_counts_during_the_dwell(
     arm: to.Robot, appears: float, dwell: float, holds: bool
 ) -> None:
     scene = alone(arm).add("block", to.Box(4.0, 4.0, 4.0), appears=appears)
@@ -47,7 +47,7 @@ def test_what_appears_at_the_goal_matters_as_long_as_the_robot_stays(
         assert check.time is not None and appears - 1e-6 <= check.time <= DURATION + dwell
 
 
-def test_what_comes_while_the_robot_stays_is_proven_away_or_refused(arm: to.Robot) -> None:
+def test_obstacles_during_the_dwell_are_proven_clear_or_refused(arm: to.Robot) -> None:
     reduced = reduce_model(alone(arm), "all", np.zeros(len(arm.joint_names)))
     end = reduced.all_positions(swing(reduced, np.random.default_rng(0)).positions[-1])
     near = to.placement(reduced.scene.placement_of("tip", end).translation)
@@ -83,7 +83,7 @@ def test_contact_that_is_meant_at_the_end_is_meant_while_the_robot_stays(arm: to
         assert clearance_of(judged(meant, dwell)).holds
 
 
-def test_where_nothing_changes_staying_is_no_more_to_prove(arm: to.Robot) -> None:
+def test_a_dwell_in_a_static_scene_needs_no_further_proof(arm: to.Robot) -> None:
     scene = alone(arm).add("box", to.Box(0.1, 0.1, 0.1), to.placement((3.0, 0.0, 0.0)))
     one, other = judged(scene, 0.0), judged(scene, 5.0)
     assert one.clearance == other.clearance and one.verified == other.verified
@@ -99,7 +99,7 @@ def test_a_dwell_that_is_none_is_refused(arm: to.Robot) -> None:
         replace(problem, dwell=float("nan"))
 
 
-def test_what_touches_a_robot_that_stays_is_not_the_robots_fault(arm: to.Robot) -> None:
+def test_contact_during_the_dwell_is_not_the_robots_fault(arm: to.Robot) -> None:
     scene = alone(arm).add("block", to.Box(4.0, 4.0, 4.0), appears=1.6)
     certificate = judged(scene, 0.5)
     assert not certificate.verified and certificate.at_fault > 0.0

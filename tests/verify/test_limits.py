@@ -258,7 +258,7 @@ def test_units_of_a_slide(tmp_path: Path) -> None:
     assert units["start"] == "m"
 
 
-def test_carried_objects_are_said_to_weigh_nothing(tmp_path: Path) -> None:
+def test_massless_attached_objects_are_noted(tmp_path: Path) -> None:
     scene = Scene(planar_arm(tmp_path)).add(
         "load", Box(0.1, 0.1, 0.1), frame="tip", touch_links=["tip", "lower", "upper"]
     )

@@ -120,7 +120,7 @@ def test_the_rate_at_the_meeting_is_bounded_unless_it_is_free(table: to.Robot) -
     assert judged(scene, motion, goal=free, dwell=0.0).verified
 
 
-def test_it_has_to_follow_for_as_long_as_is_asked(table: to.Robot) -> None:
+def test_it_must_follow_for_the_requested_time(table: to.Robot) -> None:
     motion = joined(table)
     assert judged(cell(table), motion, dwell=0.4).verified
     assert not judged(cell(table), motion, dwell=0.7).verified
@@ -128,14 +128,14 @@ def test_it_has_to_follow_for_as_long_as_is_asked(table: to.Robot) -> None:
     assert check.detail == "the motion takes 0.500 s, but must follow its goal for 0.6 s"
 
 
-def test_what_comes_while_it_follows_is_seen(table: to.Robot) -> None:
+def test_obstacles_while_following_are_checked(table: to.Robot) -> None:
     where = to.placement((SPEED * 1.3, 0.0, 0.1))
     for appears, holds in ((1.6, True), (1.3, False)):
         scene = cell(table).add("post", to.Box(0.05, 0.05, 0.2), where, appears=appears)
         assert judged(scene, joined(table)).verified is holds
 
 
-def test_what_a_goal_that_moves_can_not_be_is_refused_by_name(table: to.Robot) -> None:
+def test_unsupported_moving_goals_are_refused_by_name(table: to.Robot) -> None:
     scene = cell(table)
     problem = to.Problem(scene=scene, start=np.zeros(2), goal=GOAL)
     with pytest.raises(ProblemError, match="by 'belt', which moves: a moving goal requires a start"):

@@ -114,7 +114,7 @@ BELIEFS = {
 
 
 @pytest.mark.parametrize("belief", BELIEFS)
-def test_what_is_clear_of_a_wrong_belief_only_is_refused(still: to.Result, belief: str) -> None:
+def test_a_motion_clear_of_a_wrong_prediction_only_is_refused(still: to.Result, belief: str) -> None:
     truth, believed, clear = BELIEFS[belief]
     true, wrong = World(still, truth), World(still, believed)
     wait = edge(wrong.verified, clear, MIDDLE)
@@ -125,7 +125,7 @@ def test_what_is_clear_of_a_wrong_belief_only_is_refused(still: to.Result, belie
 
 
 @pytest.mark.parametrize("clear", [SHORT, LONG])
-def test_what_is_only_just_clear_of_the_truth_is_proven(still: to.Result, clear: float) -> None:
+def test_a_motion_just_clear_of_the_true_track_is_proven(still: to.Result, clear: float) -> None:
     world = World(still, TRUTH)
     wait = edge(world.verified, clear, MIDDLE)
     assert not world.touched(wait)

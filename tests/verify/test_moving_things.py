@@ -101,7 +101,7 @@ def random_scene(arm: to.Robot, rng: np.random.Generator) -> to.Scene:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_what_is_proven_is_so_at_every_sampled_time(arm: to.Robot, seed: int) -> None:
+def test_proven_clearances_hold_at_every_sampled_time(arm: to.Robot, seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = random_scene(arm, rng)
     reduced = reduce_model(scene, "all", np.zeros(len(arm.joint_names)))
@@ -130,7 +130,7 @@ def grown(scene: to.Scene, name: str, by: tuple[float, float, float]) -> to.Scen
 
 @pytest.mark.parametrize("seed", [1, 3])
 @pytest.mark.parametrize("part", range(3))
-def test_an_error_that_is_larger_by_what_is_left_is_refused(arm: to.Robot, seed: int, part: int) -> None:
+def test_an_error_larger_than_the_remaining_clearance_is_refused(arm: to.Robot, seed: int, part: int) -> None:
     rng = np.random.default_rng(seed)
     track = Track.through([0.0, 0.75, 1.5], [to.placement((x, 0.9, 0.4)) for x in (1.5, 0.9, 1.5)])
     scene = alone(arm).add("lid", to.Sphere(0.01), to.placement((5.0, 5.0, 5.0)))
@@ -150,7 +150,7 @@ def test_an_error_that_is_larger_by_what_is_left_is_refused(arm: to.Robot, seed:
         assert clearance_of(verify(wider, motion, goals=())).holds is holds
 
 
-def test_nothing_is_proven_past_what_is_known(arm: to.Robot) -> None:
+def test_nothing_is_proven_after_the_prediction(arm: to.Robot) -> None:
     track = Track.constant_velocity(to.placement((3.0, 0.0, 0.0)), (0.1, 0.0, 0.0))
     for until, holds in ((1.6, True), (1.4, False)):
         scene = alone(arm).add("box", to.Box(0.1, 0.1, 0.1), motion=Prediction(track, until=until))
@@ -163,7 +163,7 @@ def test_nothing_is_proven_past_what_is_known(arm: to.Robot) -> None:
 
 
 @pytest.mark.parametrize(("appears", "expires", "holds"), [(1.51, 9.0, True), (0.0, 1e-3, False)])
-def test_what_is_not_there_may_be_where_the_arm_is(
+def test_absent_objects_may_overlap_the_arm(
     arm: to.Robot, appears: float, expires: float, holds: bool
 ) -> None:
     scene = alone(arm).add("block", to.Box(2.0, 2.0, 2.0), appears=appears, expires=expires)

@@ -52,7 +52,7 @@ THERE_AND_BACK = [[0.0, 0.0, 0.0], [0.07, 0.0, 0.0], [0.0, 0.0, 0.0]]
 
 
 @pytest.mark.parametrize("judge", JUDGES)
-def test_what_is_required_is_proven_and_shown(tmp_path: Path, judge: type[Judge]) -> None:
+def test_a_required_clearance_is_proven_and_shown(tmp_path: Path, judge: type[Judge]) -> None:
     certificate = judged(walled(tmp_path).with_clearance(0.0299), THERE_AND_BACK, judge)
     (row,) = rows(certificate)
     assert certificate.verified and row.evidence is Evidence.PROVEN
@@ -65,7 +65,7 @@ def test_what_is_required_is_proven_and_shown(tmp_path: Path, judge: type[Judge]
 
 
 @pytest.mark.parametrize("judge", JUDGES)
-def test_what_undercuts_it_is_refused(tmp_path: Path, judge: type[Judge]) -> None:
+def test_a_motion_below_the_required_clearance_is_refused(tmp_path: Path, judge: type[Judge]) -> None:
     certificate = judged(walled(tmp_path).with_clearance(0.0301), THERE_AND_BACK, judge)
     (row,) = rows(certificate)
     assert not certificate.verified and row.evidence is Evidence.SAMPLED
@@ -158,7 +158,7 @@ def test_the_farther_pair_may_be_the_one_too_near(tmp_path: Path, judge: type[Ju
     assert pair.distance == pytest.approx(0.6, abs=2e-6)
 
 
-def test_what_is_no_clearance_is_refused(tmp_path: Path) -> None:
+def test_invalid_required_clearances_are_refused(tmp_path: Path) -> None:
     scene = walled(tmp_path)
     for value, words in ((-0.01, "required clearance"), (np.nan, "value"), (np.inf, "value")):
         with pytest.raises(ShapeError, match=words):
@@ -173,7 +173,7 @@ def test_what_is_no_clearance_is_refused(tmp_path: Path) -> None:
     assert not removed.clearances.pairs
 
 
-def test_the_margin_is_never_less_than_what_is_required(tmp_path: Path) -> None:
+def test_the_margin_is_at_least_the_required_clearance(tmp_path: Path) -> None:
     scene = walled(tmp_path).with_margin(0.01).with_clearance(0.03)
     assert scene.margin_of("ball", "wall") == pytest.approx(0.035)
     assert scene.with_margin(0.05).margin_of("ball", "wall") == 0.05

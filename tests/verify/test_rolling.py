@@ -95,7 +95,7 @@ def test_a_slide_to_the_side_is_refused_however_slow(driven: Cart, cart: Made) -
                 assert check.evidence is (Evidence.PROVEN if holds else Evidence.SAMPLED)
 
 
-def test_what_the_judge_says_bounds_what_wheels_do(driven: Cart) -> None:
+def test_the_judges_bound_holds_for_simulated_wheels(driven: Cart) -> None:
     """Random motions, most of them slides: the value is that of driving them by small arcs."""
     rng = np.random.default_rng(4)
     names = driven().group("all_of_it").joints
@@ -146,7 +146,7 @@ def test_methods_of_casadi_object_by_name(driven: Cart) -> None:
     assert result.status is Status.METHOD_CANNOT and "'rolling'" in result.reason
 
 
-def test_part_of_a_base_that_rolls_is_no_group(cart: Made) -> None:
+def test_part_of_a_rolling_base_is_not_a_group(cart: Made) -> None:
     from tests.robot.test_moving_base import SRDF
 
     srdf = SRDF.replace("</robot>", f'<group name="x"><joint name="{NAMES[0]}"/></group></robot>')

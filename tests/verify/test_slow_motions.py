@@ -70,7 +70,7 @@ def test_samples_grow_with_the_way_and_not_with_the_time(
     assert np.array_equal(sampled_times(usual), np.unique(np.concatenate((even, trajectory.times))))
 
 
-def test_a_slow_motion_is_refused_for_what_it_does_between_its_points(problem: to.Problem) -> None:
+def test_a_slow_motion_is_refused_for_a_violation_between_its_points(problem: to.Problem) -> None:
     start = problem.reduced.start_positions
     there = np.stack((start, start + 0.4, start))
     still = np.zeros_like(there)
@@ -120,7 +120,7 @@ def test_points_too_near_and_ends_too_far_are_refused(problem: to.Problem, traje
 
 
 @pytest.mark.parametrize(("velocity", "acceleration"), [(1e-12, 1.0), (1.0, 1e-300), (1e-300, 1e-300)])
-def test_limits_that_allow_next_to_no_motion_are_told(
+def test_limits_that_allow_almost_no_motion_are_reported(
     problem: to.Problem, velocity: float, acceleration: float
 ) -> None:
     asked = replace(problem, velocity_scaling=velocity, acceleration_scaling=acceleration)

@@ -35,7 +35,7 @@ def remedies(found: Explanation) -> dict[str, float]:
     return {remedy.what: remedy.amount for remedy in found.remedies}
 
 
-def test_what_occupies_the_goal_is_removed_or_comes_later(planar_arm: to.Robot) -> None:
+def test_an_obstacle_at_the_goal_is_removed_or_delayed(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("ball", to.Sphere(0.1), AT_GOAL, appears=0.1)
     found = explained(problem(scene))
     assert found.status is to.Status.GOAL_OCCUPIED and found.certainty is Certainty.PROVEN
@@ -46,7 +46,9 @@ def test_what_occupies_the_goal_is_removed_or_comes_later(planar_arm: to.Robot) 
     assert found.as_dict()["remedies"]
 
 
-def test_what_sweeps_the_start_is_kept_away_or_awaited_elsewhere(planar_arm: to.Robot) -> None:
+def test_an_obstacle_that_sweeps_the_start_is_removed_or_avoided_by_another_start(
+    planar_arm: to.Robot,
+) -> None:
     fast = to.Track.through([0.0, 0.25], [to.placement((0.75, y, PLANE)) for y in (-1.0, 1.0)])
     found = explained(problem(to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=fast)))
     assert found.status is to.Status.INEVITABLE and found.configuration is not None
@@ -62,7 +64,7 @@ def test_more_time_until_a_deadline_is_offered(planar_arm: to.Robot) -> None:
     assert "more, until 2." in str(found)
 
 
-def test_what_rides_on_what_is_removed_goes_too(planar_arm: to.Robot) -> None:
+def test_objects_on_a_removed_object_are_removed(planar_arm: to.Robot) -> None:
     track = to.Track.through([0.0, 0.3], [AWAY, AT_GOAL])
     scene = to.Scene(planar_arm).add("tray", to.Box(0.4, 0.4, 0.1), motion=track)
     scene = scene.add("cup", to.Sphere(0.05), to.placement((0.0, 0.0, 0.1)), frame="tray")

@@ -89,7 +89,7 @@ def test_a_goal_that_only_one_obstacle_blocks(pillar: to.Scene) -> None:
     assert found.nearest_free is not None and found.nearest_free.given > 1e-3
 
 
-def test_what_blocked_each_first_guess_is_counted(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_obstructions_of_each_seed_are_counted(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a proof that there is no way, many failures are evidence."""
     monkeypatch.setattr("trajopt.planning.search.closed_cut", lambda problem: None)
     sheet = to.Box(1.6, 0.02, 3.0)

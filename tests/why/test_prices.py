@@ -47,7 +47,7 @@ def test_multipliers_that_are_not_found_are_none(monkeypatch: pytest.MonkeyPatch
     assert found.unbalanced == 1.0 and not found.rows and not found.bounds
 
 
-def test_what_nothing_balances_is_said() -> None:
+def test_an_unbalanced_gradient_is_reported() -> None:
     rows, x = one_variable(1.0)
     cost = CostRows("c", rows, np.ones(1), Loss.SQUARED)
     at = Linearisation(x, (cost,), (), np.zeros(0, dtype=np.int64))

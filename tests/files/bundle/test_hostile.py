@@ -32,16 +32,14 @@ def _refused(path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 @pytest.mark.parametrize("what", files())
-def test_files_that_are_no_bundles_are_refused(what: str, members: Members, tmp_path: Path) -> None:
+def test_files_that_are_not_bundles_are_refused(what: str, members: Members, tmp_path: Path) -> None:
     path = tmp_path / "hostile.trajopt"
     files()[what](path, members)
     _refused(path)
 
 
 @pytest.mark.parametrize("what", DOCUMENTS)
-def test_documents_that_say_what_they_must_not_are_refused(
-    what: str, members: Members, tmp_path: Path
-) -> None:
+def test_documents_with_forbidden_contents_are_refused(what: str, members: Members, tmp_path: Path) -> None:
     changed = dict(members)
     DOCUMENTS[what](changed)
     _refused(write_members(tmp_path / "hostile.trajopt", changed))

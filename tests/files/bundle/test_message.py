@@ -23,7 +23,7 @@ def sent(value: object, known: dict[str, object] | None = None) -> Any:
     return value_of_message(Node(document, "message"), known or {}, object)
 
 
-def test_a_result_comes_back_whole_and_judged_anew(solved: Result) -> None:
+def test_a_result_is_restored_whole_and_judged_again(solved: Result) -> None:
     robot = solved.problem.scene.robot
     back = sent(solved, {"robot": robot})
     assert isinstance(back, Result)
@@ -35,7 +35,7 @@ def test_a_result_comes_back_whole_and_judged_anew(solved: Result) -> None:
     assert np.array_equal(back.trajectory.positions, solved.trajectory.positions)
 
 
-def test_what_occurs_several_times_is_sent_once(solved: Result) -> None:
+def test_repeated_values_are_sent_once(solved: Result) -> None:
     scene = solved.problem.scene
     document = message_of((scene, scene, solved.problem), {"robot": scene.robot})
     assert json.dumps(document).count('"kind": "Scene"') == 1

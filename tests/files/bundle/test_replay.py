@@ -31,7 +31,7 @@ def test_a_bundle_of_the_first_version_is_read(solved: Result) -> None:
     assert replay(bundle).result.verified
 
 
-def test_what_was_asked_is_asked_again(solved: Result, tmp_path: Path) -> None:
+def test_a_replay_repeats_the_arguments(solved: Result, tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     rng.random(3)
     result = to.plan(solved.problem, method="bspline", rng=rng, budget=to.Budget(attempts=3))
@@ -46,7 +46,7 @@ def test_what_was_asked_is_asked_again(solved: Result, tmp_path: Path) -> None:
     assert replay(bundle).same
 
 
-def test_it_says_what_differs(kept: Path) -> None:
+def test_a_replay_reports_differences(kept: Path) -> None:
     bundle = read_bundle(kept)
     other = replay(bundle, method="chomp")
     assert not other.same

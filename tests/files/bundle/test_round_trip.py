@@ -150,7 +150,7 @@ def test_it_is_judged_where_the_robot_was_never_seen(tmp_path: Path) -> None:
     assert ended.stdout.strip() == "True"
 
 
-def test_what_is_newer_is_refused(kept: Path, tmp_path: Path) -> None:
+def test_bundles_of_newer_versions_are_refused(kept: Path, tmp_path: Path) -> None:
     from .conftest import members_of, write_members
 
     members = members_of(kept)

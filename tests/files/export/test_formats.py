@@ -67,7 +67,7 @@ def test_rates_that_cannot_be(motion: to.Trajectory, hz: float) -> None:
         motion.sampled(hz)
 
 
-def test_speeds_of_the_samples_are_no_more_than_the_motions(motion: to.Trajectory) -> None:
+def test_sampled_speeds_do_not_exceed_the_motions(motion: to.Trajectory) -> None:
     """Also those that a controller takes from differences of positions."""
     dense = np.abs(motion(np.linspace(0.0, motion.duration, 20001), 1)).max(axis=0) * (1 + 1e-6)
     for hz in (20.0, 100.0, 125.0, 1000.0):

@@ -62,7 +62,7 @@ def plan_of(page: Page) -> Plan:
     return plan
 
 
-def test_its_files_hold_the_plan_and_its_samples_hold_what_was_asked(
+def test_its_files_contain_the_plan_and_its_samples_keep_the_request(
     page: Page, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page.run("To a controller")

@@ -58,7 +58,7 @@ def test_a_motion_at_its_limits_holds_them_as_it_is_read_back(tmp_path: Path, na
 
 
 @pytest.mark.parametrize("name", ["urscript", "urscript-movej"])
-def test_a_program_in_urscript_is_told_from_a_broken_file(tmp_path: Path, name: str) -> None:
+def test_a_urscript_program_differs_from_a_broken_file(tmp_path: Path, name: str) -> None:
     ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
     rows = np.linspace(np.zeros(6), np.full(6, 0.2), 3)
     still = np.zeros_like(rows)

@@ -69,7 +69,7 @@ def test_movej_waits_as_long_as_the_motion_does(motion: to.Trajectory, tmp_path:
     assert "sleep(" not in (tmp_path / "at_once.script").read_text()
 
 
-def test_one_line_is_told_in_the_singular(motion: to.Trajectory, tmp_path: Path) -> None:
+def test_one_line_is_reported_in_the_singular(motion: to.Trajectory, tmp_path: Path) -> None:
     straight = motion.between(0.0, 1e-3)
     assert "\n  1 straight line in joint space" in str(
         export(straight, tmp_path / "m.script", to="urscript-movej")
@@ -113,7 +113,7 @@ def test_an_arm_that_is_elsewhere_does_not_move(motion: to.Trajectory, tmp_path:
 
 
 @pytest.mark.parametrize("to_", ["urscript", "urscript-movej"])
-def test_what_is_lost_stands_in_the_file_and_is_said(motion: to.Trajectory, tmp_path: Path, to_: str) -> None:
+def test_losses_are_reported_in_file_and_summary(motion: to.Trajectory, tmp_path: Path, to_: str) -> None:
     exported = export(motion, tmp_path / "m.script", to=to_)
     text = (tmp_path / "m.script").read_text()
     assert text.startswith("def trajopt_motion():\n") and text.endswith("\nend\n")

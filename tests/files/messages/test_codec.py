@@ -50,7 +50,7 @@ def test_every_message_survives_json(kind: type[Any], generation: Generation) ->
 
 
 @pytest.mark.parametrize("kind", EVERY, ids=name_of)
-def test_what_is_missing_is_as_ros_has_it_at_first(kind: type[Any]) -> None:
+def test_missing_fields_take_ros_defaults(kind: type[Any]) -> None:
     assert decode(kind, {}) == kind() == decode(kind, None)
 
 
@@ -87,7 +87,7 @@ def test_times_are_written_in_each_way() -> None:
     assert decode(Header, old) == header
 
 
-def test_a_quaternion_without_w_is_what_its_ros_means() -> None:
+def test_a_quaternion_without_w_takes_the_default_of_its_ros() -> None:
     assert decode(Quaternion, {"x": 0.5}).w == 1.0
     assert decode(Quaternion, {"x": 0.5}, Generation.ROS1).w == 0.0
     assert decode(Pose, {}).orientation == Quaternion()
@@ -130,7 +130,9 @@ def test_null_is_missing_but_no_number() -> None:
         (PlanningScene, "all", "must be a moveit_msgs/PlanningScene, is 'all'"),
     ],
 )
-def test_what_does_not_fit(kind: type[Any], document: object, complaint: str | None) -> None:
+def test_messages_of_other_types_are_refused(
+    kind: type[Any], document: object, complaint: str | None
+) -> None:
     if complaint is None:
         assert decode(kind, document) == kind()
         return

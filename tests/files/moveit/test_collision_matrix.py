@@ -34,7 +34,7 @@ def test_a_matrix_in_either_form_is_read(scene_of: Read, values: str) -> None:
     assert "does not name base, upper, fore, left_finger, right_finger: what" in file.notes[0]
 
 
-def test_replaces_what_is_said_of_the_links_that_it_names_only(scene_of: Read) -> None:
+def test_replaces_entries_of_the_named_links_only(scene_of: Read) -> None:
     values = "[[false, false, false], [false, false, false], [false, false, false]]"
     scene = scene_of(matrix(f"{{entry_names: [hand, fore, upper], entry_values: {values}}}")).scene
     assert scene.robot.disabled_pairs >= {frozenset(("upper", "fore")), frozenset(("hand", "left_finger"))}

@@ -16,7 +16,7 @@ from trajopt.values.shapes.shapes import Sphere, bounding_box
 from trajopt.verify import examine
 
 
-def test_padding_is_required_of_what_stands_in_the_world(scene_of: Read) -> None:
+def test_padding_becomes_required_clearance_from_the_world(scene_of: Read) -> None:
     tool = f"{{link_name: hand, object: {{id: tool, header: {{frame_id: hand}}, {SPHERE}}}}}"
     file = scene_of(f"""
         world: {{collision_objects: [{{id: a, {SPHERE}}}]}}

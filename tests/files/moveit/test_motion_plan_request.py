@@ -52,7 +52,7 @@ def test_numbers(request_of: Read) -> None:
     assert not request.notes
 
 
-def test_what_is_ignored_is_noted(request_of: Read) -> None:
+def test_ignored_fields_are_noted(request_of: Read) -> None:
     request = request_of(
         body("planner_id: RRTConnect, pipeline_id: ompl, num_planning_attempts: 3, max_cartesian_speed: 1")
     )

@@ -59,7 +59,7 @@ def test_json_will_do_and_orientations_may_stay(scene: to.Scene, tmp_path: Path)
     assert motion is not None and motion.track.at(0.5).rpy == pytest.approx((0.0, 0.0, 0.3))
 
 
-def test_what_is_on_something_moves_along(scene: to.Scene, tmp_path: Path) -> None:
+def test_an_object_on_a_moving_frame_moves_along(scene: to.Scene, tmp_path: Path) -> None:
     entry = "- {object: post, carried_by: box, expires: 2.0}\n- {object: box, times: [0, 1], positions: "
     moved = read_motions(written(tmp_path, entry + "[[2, 0, 0], [3, 0, 0]]}"), scene)
     assert moved.carrier("post") == "box" and moved.objects["post"].timing.expires == 2.0
@@ -81,7 +81,7 @@ goal_constraints:
 """
 
 
-def test_a_goal_of_a_request_may_be_seen_from_what_moves(scene: to.Scene, tmp_path: Path) -> None:
+def test_a_goal_may_be_relative_to_a_moving_frame(scene: to.Scene, tmp_path: Path) -> None:
     entry = "- {object: box, times: [0, 1], positions: [[2, 0, 0], [3, 0, 0]]}"
     moved = read_motions(written(tmp_path, entry), scene)
     asked = read_request(written(tmp_path, REQUEST, "request.yaml"), moved)

@@ -141,7 +141,7 @@ def test_remove(scene_of: Read, operation: str) -> None:
     assert list(file.scene.objects) == ["b"]
 
 
-def test_remove_all_and_what_is_not_there(scene_of: Read) -> None:
+def test_remove_all_and_unknown_objects(scene_of: Read) -> None:
     file = scene_of(
         "fixed_frame_transforms: [{header: {frame_id: camera}, child_frame_id: world}]\n"
         + with_objects(f"{{id: a, {SPHERE}}}, {{operation: REMOVE}}, {{id: c, operation: REMOVE}}")

@@ -141,7 +141,7 @@ def test_joints_of_several_degrees_of_freedom_that_are_none(
         read_trajectory(write(f"multi_dof_joint_trajectory: {{{text}}}"))
 
 
-def test_what_moveit_writes_of_a_base_and_an_arm(write: Callable[..., Path]) -> None:
+def test_a_moveit_trajectory_of_base_and_arm_is_read(write: Callable[..., Path]) -> None:
     """MoveIt states no accelerations of joints of several degrees of freedom: none are taken then."""
     point = "{positions: [0], velocities: [0], accelerations: [0], time_from_start: "
     text = f"""

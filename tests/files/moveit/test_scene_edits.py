@@ -134,7 +134,7 @@ def test_add_move_append_remove(planar_arm: to.Robot) -> None:
     assert not edited(scene, difference(CollisionObject(operation=CollisionObject.REMOVE))).objects
 
 
-def test_what_is_carried(full: to.Scene) -> None:
+def test_attached_objects(full: to.Scene) -> None:
     tip = full.robot.links[-1]
     taken = AttachedCollisionObject(tip, CollisionObject(id="ball"), [tip], weight=1.0)
     scene = edited(full, difference(attached=(taken,)))
@@ -151,7 +151,7 @@ def test_what_is_carried(full: to.Scene) -> None:
         edited(full, difference(attached=(moved,)))
 
 
-def test_a_state_that_is_no_difference_says_all_that_is_carried(full: to.Scene) -> None:
+def test_a_full_state_replaces_all_attached_objects(full: to.Scene) -> None:
     joint = full.robot.joint_names[0]
     state = RobotState(JointState(name=[joint], position=[0.1]))
     scene = edited(full, PlanningScene(robot_state=state, is_diff=True))
@@ -182,8 +182,6 @@ def test_a_fixed_frame_is_put_elsewhere(full: to.Scene) -> None:
         ({"world": {"collision_objects": [{"id": "x"}]}}, FileFormatError, "has no shape"),
     ],
 )
-def test_what_cannot_be_done_is_refused(
-    full: to.Scene, change: dict[str, Any], error: type, said: str
-) -> None:
+def test_impossible_edits_are_refused(full: to.Scene, change: dict[str, Any], error: type, said: str) -> None:
     with pytest.raises(error, match=said):
         edited(full, decode(PlanningScene, {**change, "is_diff": True}))

@@ -60,7 +60,7 @@ def test_the_same_postures_are_accepted(
     assert False in seen
 
 
-def test_what_stands_in_between_is_noted(request_of: Read) -> None:
+def test_ignored_occlusion_is_noted(request_of: Read) -> None:
     request = request_of(visibility("max_range_angle: 0.4, max_view_angle: 0.5"))
     assert len(request.goals) == 2
     assert "what stands between sensor and target is not looked at" in request.notes[0]

@@ -315,7 +315,7 @@ def test_a_touch_is_refused_and_a_nanometre_is_enough(tmp_path: Path, checker: C
         assert fault == "leaf 0: it is not shown that ball and box keep 0 mm from 0 to 1 s"
 
 
-def test_what_lies_between_the_ends_counts(tmp_path: Path, checker: Checker) -> None:
+def test_violations_between_the_ends_count(tmp_path: Path, checker: Checker) -> None:
     """A ball that turns by a full turn is where it was at both ends, and half of it away from the box."""
     statement = one_joint(0.1, speed=2.0 * np.pi)
     assert "not shown" in checker.fault(Proof(statement, WHOLE).write(tmp_path / "x.proof"))

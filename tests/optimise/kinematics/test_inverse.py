@@ -56,7 +56,7 @@ def test_an_attached_object_is_placed_within_its_tolerances(odd: ReducedModel) -
         assert np.abs(seen[:2]).max() <= 1e-3
 
 
-def test_colliding_solutions_are_told_with_pair_and_depth(panda: ReducedModel) -> None:
+def test_colliding_solutions_are_reported_with_pair_and_depth(panda: ReducedModel) -> None:
     where = forward_kinematics(panda, TCP, panda.start_positions)[0]
     scene = panda.scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement(where.translation))
     blocked = reduce_model(scene, "panda_arm", panda.start)
@@ -67,7 +67,7 @@ def test_colliding_solutions_are_told_with_pair_and_depth(panda: ReducedModel) -
         assert validity(blocked, q).examination.collisions
 
 
-def test_out_of_reach_says_what_is_missed_and_by_how_much(panda: ReducedModel) -> None:
+def test_an_unreachable_pose_is_reported_with_its_error(panda: ReducedModel) -> None:
     goal = to.frame_placement(TCP, to.placement((0.0, 3.0, 0.0)), rotation_tolerance=np.inf)
     found = inverse_kinematics(panda, goal)
     assert not found.free and not found.colliding and found.nearest is not None

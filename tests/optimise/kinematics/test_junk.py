@@ -64,7 +64,7 @@ def test_spoilt_arguments_are_refused_in_words_or_taken_soundly(name: str, odd: 
                 pytest.fail(f"{name}({argument}={junk!r}) raised {type(error).__name__}: {error}")
 
 
-def test_files_that_are_no_files(tmp_path: Path) -> None:
+def test_invalid_files_are_refused(tmp_path: Path) -> None:
     for read in (reach.read_table, reach.ReachMap.load):
         for path in (tmp_path, tmp_path / "nothing.npz", ""):
             with pytest.raises(to.TrajoptError):

@@ -119,7 +119,7 @@ def test_an_axis_points_along_a_direction(panda: ReducedModel, method: str) -> N
         assert validity(panda, q, requirements=goals).valid
 
 
-def test_what_placo_cannot_state_is_refused_by_name(panda: ReducedModel) -> None:
+def test_requirements_unknown_to_placo_are_refused_by_name(panda: ReducedModel) -> None:
     goal = to.coupled_joints({"panda_joint1": 1.0, "panda_joint2": 1.0}, tolerance=0.01)
     with pytest.raises(RequirementNotSupported, match="there is no task for CoupledJoints") as refused:
         inverse_kinematics(panda, goal, method="placo")

@@ -40,7 +40,7 @@ def looking(farthest: float = INF) -> to.Requirement:
         (lambda: to.gravity_torque(0.01), "0.191"),
     ],
 )
-def test_each_unit_is_said_by_itself(required: Callable[[], to.Requirement], said: str) -> None:
+def test_each_unit_is_reported_separately(required: Callable[[], to.Requirement], said: str) -> None:
     problem = to.Problem(scene=SCENE, group="manipulator", start=START, goal=required())
     assert missed_at(problem.reduced, problem.goals, problem.reduced.start_positions) == said
 
@@ -55,7 +55,7 @@ def test_a_curve_asks_nothing_of_one_configuration() -> None:
     assert said == "next to nothing"
 
 
-def test_of_several_the_farthest_off_is_said() -> None:
+def test_the_largest_error_of_several_is_reported() -> None:
     goals = (
         to.frame_placement("tool0", OFF, rotation_tolerance=INF),
         to.frame_placement("tool0", OFF * to.placement((0.1, 0, 0)), rotation_tolerance=0.01),
@@ -74,7 +74,7 @@ def test_out_of_reach_says_millimetres_and_degrees() -> None:
     assert re.search(r"misses the goal by [0-9.]+ m?m and [0-9.]+ deg", said) and "added up" not in said
 
 
-def test_an_arm_of_fewer_joints_than_a_placement_fixes_axes_is_told_so(tmp_path: Path) -> None:
+def test_an_arm_with_fewer_joints_than_fixed_axes_gets_a_hint(tmp_path: Path) -> None:
     arm = to.Scene(odd_arm(tmp_path))
     there = arm.placement_of("tip", arm.robot.positions({"pan": 0.4})) * to.placement(rpy=(0.3, 0.2, 0.0))
     for turn, fixed, free in ((0.01, 6, "2"), ((0.01, 0.01, np.inf), 5, "one")):

@@ -9,7 +9,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 
 
-def test_all_are_valid_and_what_is_left_out_is_not(odd: ReducedModel) -> None:
+def test_samples_are_valid_and_omitted_ones_are_not(odd: ReducedModel) -> None:
     found = random_configurations(odd, 300, rng=np.random.default_rng(1), margin=0.02)
     assert found.positions.shape == (300, 4) and found.colliding > 0 and found.missed == 0
     assert all(validity(odd, q, margin=0.0199).valid for q in found.positions)

@@ -17,7 +17,7 @@ def test_a_free_configuration_is_valid(odd: ReducedModel) -> None:
     assert found.as_dict()["valid"] is True
 
 
-def test_every_reason_is_told(odd: ReducedModel) -> None:
+def test_every_reason_is_reported(odd: ReducedModel) -> None:
     tall = to.axis_alignment("tip", axis=(1, 0, 0), direction=(0, 0, 1), tolerance=0.1)
     found = validity(odd, (0.5, 0.1, 0.6, 4.0), requirements=[tall])
     text = str(found)
@@ -48,7 +48,7 @@ def test_misuse_is_named(odd: ReducedModel) -> None:
         validity(odd, FREE, requirements=[to.frame_placement("tipp", to.placement())])
 
 
-def test_what_changes_with_time_is_named_and_judged_as_it_stands_at_a_moment() -> None:
+def test_dynamic_obstacles_are_named_and_checked_at_one_time() -> None:
     arm = to.load("planar2")
     tip = to.Scene(arm).placement_of("tool", arm.positions())
     motion = to.Track.constant_velocity(to.placement((0.0, 1.0, 0.0)) * tip, (0.0, -1.0, 0.0))

@@ -77,7 +77,7 @@ def test_ones_own_function_is_held_through_a_callback() -> None:
 
 
 @pytest.mark.parametrize("method", ["ipopt", "sqpmethod"])
-def test_what_ones_own_function_raises_is_raised(method: str) -> None:
+def test_exceptions_of_users_functions_are_raised(method: str) -> None:
     asked = to.named_problem("planar_fold")
     seen: list[Floats] = []
 
@@ -92,7 +92,7 @@ def test_what_ones_own_function_raises_is_raised(method: str) -> None:
         to.plan(replace(asked, constraints=(item,)), method=method_named(method))
 
 
-def test_what_does_not_fit_is_said_before_anything_starts() -> None:
+def test_unsupported_problems_are_refused_before_the_start() -> None:
     class Mine:
         name = "mine"
 

@@ -83,7 +83,7 @@ def test_keeps_below_a_ceiling() -> None:
     assert result.feasible and 0.1 < result.x[:, 1].max() <= 0.14
 
 
-def test_a_local_minimum_is_said_to_be_one() -> None:
+def test_a_local_minimum_is_reported() -> None:
     result = Chomp().solve(PlaneNlp(ceiling=0.1), straight() + np.array([0.0, 0.03]))
     assert not result.feasible and result.status is not SolverStatus.CONVERGED
 

@@ -91,7 +91,7 @@ def test_multipliers_are_the_price_of_a_bound(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["piqp", "osqp", "clarabel"])
-def test_infeasible_is_said(name: str) -> None:
+def test_an_infeasible_program_is_reported(name: str) -> None:
     one = csc_matrix(np.eye(1))
     qp = Qp(one, np.array([0.0]), one, np.array([2.0]), np.array([3.0]), np.array([-1.0]), np.array([1.0]))
     solver = backend(name)
@@ -144,7 +144,7 @@ def test_piqp_against_proxqp(seed: int) -> None:
     assert values[0] == pytest.approx(values[1], abs=1e-4)
 
 
-def test_a_known_backend_that_is_missing_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_backend_names_the_package_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("qpsolvers.available_solvers", ["piqp"])
     for name, package in GENERAL.items():
         extra = "qp-gpl" if name == "quadprog" else "qp"

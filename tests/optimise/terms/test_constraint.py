@@ -9,7 +9,7 @@ from trajopt.values.errors import TrajoptError
 
 
 @pytest.mark.parametrize("bad", [{"tolerance": np.nan}, {"tolerance": -1.0}, {"reach": np.nan}])
-def test_a_tolerance_that_is_no_number_is_refused(bad: dict[str, float]) -> None:
+def test_a_tolerance_that_is_not_a_number_is_refused(bad: dict[str, float]) -> None:
     with pytest.raises(TrajoptError, match=next(iter(bad))):
         constraint(Velocity(), lower=0.0, upper=1.0, **bad)
     with pytest.raises(TrajoptError, match=next(iter(bad))):

@@ -99,7 +99,7 @@ def test_members_that_are_not_the_nearest_are_within_their_bounds(tmp_path: Path
 
 
 @pytest.mark.parametrize("term", sorted(MEASURED, key=lambda cls: cls.__name__))
-def test_what_is_measured_has_no_expression(term: type, tmp_path: Path) -> None:
+def test_measured_terms_have_no_expression(term: type, tmp_path: Path) -> None:
     at = world(tmp_path, Sphere(0.15), to.placement((0.5, 0.1, 0.3)))
     assert not isinstance(FACTORIES[term][0](at), Symbolic)
 

@@ -85,7 +85,7 @@ def test_a_plan_holds_it(tmp_path: Path) -> None:
     assert check.holds
 
 
-def test_what_is_no_column_of_the_positions_is_refused(reduced: ReducedModel) -> None:
+def test_unknown_columns_of_the_positions_are_refused(reduced: ReducedModel) -> None:
     at = motion(reduced, 3)
     with pytest.raises(ProblemError, match="scalar or a column"):
         Expression("wide", lambda k: k.rotation("tip")).linearise(at)

@@ -57,7 +57,7 @@ def test_a_given_jacobian_is_used_and_named(planar: to.Robot) -> None:
     assert len(nothing.value) == 0
 
 
-def test_what_does_not_fit_is_refused_by_name(planar: to.Robot) -> None:
+def test_functions_of_wrong_shape_are_refused_by_name(planar: to.Robot) -> None:
     reduced = reduce_model(to.Scene(planar), next(iter(planar.groups)), planar.positions())
     motion = Motion.single(np.zeros(2), Query(reduced))
     for residual in (

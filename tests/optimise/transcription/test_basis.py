@@ -61,7 +61,7 @@ def test_a_spline_is_found_again_by_fitting() -> None:
     assert fitted(basis, at, basis.at(at)(control), resting=3) == pytest.approx(control, abs=1e-4)
 
 
-def test_samples_that_are_kept_are_those_made_anew() -> None:
+def test_cached_samples_equal_new_ones() -> None:
     basis = even_basis(3, 12)
     assert even_basis(3, 12) is basis
     for exact in (np.zeros(0), np.array((0.31, 0.5))):

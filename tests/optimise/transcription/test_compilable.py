@@ -188,7 +188,7 @@ class OwnVelocity(terms.Velocity):
     """A term of the library, changed."""
 
 
-def test_what_the_core_does_not_know_is_left_to_python(tmp_path: Path) -> None:
+def test_terms_unknown_to_the_core_are_left_to_python(tmp_path: Path) -> None:
     problem = everything(tmp_path)
     seed, nlp = program(problem)
     sampling = nlp.sampling(seed, fine=False)
@@ -249,9 +249,7 @@ class PatientList(list[Iteration]):
     last: int = 0
 
 
-def test_a_patient_watch_is_told_of_all_steps_in_turn(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_slow_listener_receives_all_steps_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seed, nlp = program(wall(odd_arm(tmp_path)))
     used: list[int] = []
     for seconds in (0.0, 1e6):
@@ -266,7 +264,7 @@ def test_a_patient_watch_is_told_of_all_steps_in_turn(
     assert used[0] < used[1], "told at once it ends at once; what is done until it is told counts"
 
 
-def test_what_a_term_raises_is_raised(tmp_path: Path) -> None:
+def test_exceptions_of_a_term_are_raised(tmp_path: Path) -> None:
     calls: list[int] = []
 
     def breaks(q: Floats) -> float:

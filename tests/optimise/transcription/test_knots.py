@@ -95,7 +95,7 @@ def margins(**changes: object) -> TaperedMargins:
     return TaperedMargins(**{**given, **changes})  # pyright: ignore[reportArgumentType]
 
 
-def test_margin_grows_from_what_the_start_has() -> None:
+def test_margins_grow_from_the_clearance_of_the_start() -> None:
     places = np.array([0.0, 1.5, 3.0, 8.0, 10.0])
     pair = np.zeros(5, dtype=np.int64)
     assert margins()(pair, places) == pytest.approx([0.002, 0.006, 0.01, 0.01, 0.01])
@@ -116,7 +116,7 @@ def test_shortest_duration_is_the_trapezoid(scene: to.Scene) -> None:
     assert shortest_duration(limits, np.zeros(1), np.array([short])) == pytest.approx(2 * np.sqrt(short / a))
 
 
-def test_a_whole_turn_in_one_segment_is_no_standstill() -> None:
+def test_a_whole_turn_in_one_segment_is_not_rest() -> None:
     """Its ends are one place: what is swept between them is measured along the way."""
     robot = to.load("planar2")
     reduced = to.Problem(
@@ -130,7 +130,7 @@ def test_a_whole_turn_in_one_segment_is_no_standstill() -> None:
     assert samples[1] < samples[0] / 10
 
 
-def test_a_margin_that_was_asked_for_grows_over_a_quarter_of_the_motion() -> None:
+def test_a_requested_margin_grows_over_a_quarter_of_the_motion() -> None:
     wide = type("Pairs", (), {"margin": np.array([0.08]), "required": np.zeros(1)})()
     rule = margins(pairs=wide, last=40.0, at_start=np.zeros(1), at_end=np.array([0.04]))
     places = np.array([0.0, 5.0, 10.0, 20.0, 30.0, 35.0, 40.0])
@@ -138,7 +138,7 @@ def test_a_margin_that_was_asked_for_grows_over_a_quarter_of_the_motion() -> Non
     assert found == pytest.approx([0.0, 0.04, 0.08, 0.08, 0.08, 0.06, 0.04])
 
 
-def test_a_margin_that_was_asked_for_begins_at_what_the_end_of_the_seed_has(scene: to.Scene) -> None:
+def test_a_requested_margin_begins_at_the_clearance_of_the_seeds_end(scene: to.Scene) -> None:
     where = scene.placement_of("tip", scene.robot.positions({**GOAL, "pan": 0.3}))
     goal = to.frame_placement("tip", where)
     for asked, there in ((scene, 0.01), (scene.with_margin(0.3), 0.3)):

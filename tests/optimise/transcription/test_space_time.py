@@ -102,7 +102,7 @@ def test_the_core_and_python_say_the_same(tmp_path: Path) -> None:
             same({field: getattr(one, field)[first]}, {field: getattr(other, field)[second]})
 
 
-def test_the_start_has_its_rates_whatever_the_duration(tmp_path: Path) -> None:
+def test_the_start_has_its_rates_for_any_duration(tmp_path: Path) -> None:
     problem = crossed(tmp_path, start_velocity={"pan": 0.5}, start_acceleration={"reach": -0.05})
     for duration in (0.9, 2.3):
         nlp, x = program(problem, duration)
@@ -128,7 +128,7 @@ def test_rows_within_their_bounds_hold_the_limits_at_all_times(tmp_path: Path) -
         assert most <= np.abs(block.rows.value).max() + 1e-9
 
 
-def test_what_is_not_there_yet_or_no_longer_has_no_rows(tmp_path: Path) -> None:
+def test_absent_obstacles_have_no_rows(tmp_path: Path) -> None:
     nlp, x = program(crossed(tmp_path), 1.6)
     motion = nlp.motion(x, nlp.sampling(x, fine=True))
     assert {0.3, 0.8} <= {round(time, 9) for time in motion.times.tolist()}
@@ -167,7 +167,7 @@ def test_it_is_found_when_there_is_time_to_stay(tmp_path: Path) -> None:
     assert first(0.1, 0.5, 0.0) == inf
 
 
-def test_samples_are_dense_where_what_changes_comes_near(tmp_path: Path) -> None:
+def test_samples_are_dense_near_dynamic_obstacles(tmp_path: Path) -> None:
     nlp, x = program(crossed(tmp_path), 1.6)
     margins = nlp.obstacles
     assert margins is not None

@@ -50,7 +50,7 @@ def written(arm: to.Robot, **stops: float) -> Constraint:
     return item
 
 
-def test_bounds_go_to_what_a_stop_has(planar_arm: to.Robot) -> None:
+def test_bounds_end_at_the_clearance_of_a_stop(planar_arm: to.Robot) -> None:
     item = written(planar_arm, at_0=0.98, at_12=0.5)
     assert isinstance(item, TaperedConstraint) and [stop.place for stop in item.stops] == [0]
 
@@ -94,7 +94,7 @@ CASES: dict[str, tuple[Callable[[], to.Requirement], tuple[float, float], tuple[
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_ends_that_just_hold_what_is_asked(planar_arm: to.Robot, name: str) -> None:
+def test_ends_that_just_fulfil_the_requirement(planar_arm: to.Robot, name: str) -> None:
     required, start, goal = CASES[name]
     first, last = (dict(zip(("shoulder", "elbow"), values, strict=True)) for values in (start, goal))
     problem = to.Problem(

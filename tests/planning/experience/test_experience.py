@@ -36,7 +36,7 @@ def learnt() -> Experience:
     return experience
 
 
-def test_it_is_off_unless_asked_for() -> None:
+def test_it_is_off_by_default() -> None:
     result = to.plan(problem())
     assert result.arguments is not None and result.arguments.recalled is None
     assert result.as_dict()["experience"] is None
@@ -105,7 +105,7 @@ def fail_first(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(import_module("trajopt.planning.search"), "attempt", failing)
 
 
-def test_what_never_wins_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memories_that_never_win_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     experience = Experience()
     to.plan(problem(), experience=experience)
     fail_first(monkeypatch)
@@ -119,7 +119,7 @@ def test_what_never_wins_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
         assert failures == ({} if turn == FORGIVEN else {1: turn})
 
 
-def test_it_is_bounded_and_keeps_what_wins() -> None:
+def test_it_is_bounded_and_keeps_winning_memories() -> None:
     experience = Experience(most=3)
     for end in (0.3, 0.9, 1.4):
         to.plan(problem(end=end, ball=(-0.9, -0.9, 0.9)), experience=experience)
@@ -162,7 +162,7 @@ def test_goal_sets_recall_for_each_goal(learnt: Experience) -> None:
     assert result.verified and result.as_dict()["experience"] == {"version": 1, "memories": [1]}
 
 
-def test_what_moves_or_has_waypoints_is_not_remembered() -> None:
+def test_problems_with_dynamic_obstacles_or_waypoints_are_not_remembered() -> None:
     experience = Experience()
     via = replace(problem(), waypoints=[to.joint_positions({"joint1": 0.7, "joint2": 0.9})])
     assert to.plan(via, experience=experience).verified
@@ -260,7 +260,7 @@ def test_paths_that_cannot_be_remembered() -> None:
         Experience().remember(problem(), straight[:1])
 
 
-def test_what_remembers_nothing_is_refused() -> None:
+def test_invalid_experience_is_refused() -> None:
     with pytest.raises(ProblemError, match="experience must be what remembers motions"):
         to.plan(problem(), experience=3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ProblemError, match="most must be at least 1"):

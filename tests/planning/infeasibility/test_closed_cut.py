@@ -36,13 +36,13 @@ def test_nothing_on_the_cut_is_free() -> None:
     assert all(judge.examine(q).collisions for q in drawn)
 
 
-def test_walls_that_leave_room_are_no_proof() -> None:
+def test_walls_with_a_gap_are_not_a_proof() -> None:
     problem = between_walls(0.45)
     assert closed_cut(problem) is None
 
 
 @pytest.mark.parametrize("inner", [0.16, 0.2, 0.25, 0.3])
-def test_what_can_be_planned_is_not_proven_impossible(inner: float) -> None:
+def test_solvable_problems_are_not_proven_impossible(inner: float) -> None:
     problem = between_walls(inner)
     if closed_cut(problem) is not None:
         assert not to.plan(problem).verified
@@ -70,7 +70,7 @@ def test_meant_contact_closes_nothing() -> None:
     assert cut is None or all("wrist" in first + second for first, second in cut.pairs)
 
 
-def test_a_slide_without_end_is_no_proof(tmp_path: Path) -> None:
+def test_an_unbounded_slide_is_not_a_proof(tmp_path: Path) -> None:
     """No box holds all places of a joint that slides without limits: it may be beyond the sheet."""
     short = odd_arm(tmp_path)
     place = short.joint_names.index("reach")

@@ -34,7 +34,7 @@ def walls_of_points(inner: float, *, apart: float = SHEET, cells: bool = False) 
 
 
 @pytest.mark.parametrize("cells", (False, True))
-def test_what_closes_the_way_closes_it_as_a_cloud(cells: bool) -> None:
+def test_a_closing_wall_closes_the_path_as_a_cloud_too(cells: bool) -> None:
     """And nothing on the cut is free, by the judge, which has a tree of its own."""
     problem = walls_of_points(0.13, cells=cells)
     cut = closed_cut(problem)
@@ -47,7 +47,7 @@ def test_what_closes_the_way_closes_it_as_a_cloud(cells: bool) -> None:
 
 
 @pytest.mark.parametrize("inner", (0.3, 0.45))
-def test_room_beside_a_cloud_is_no_proof(inner: float) -> None:
+def test_a_gap_next_to_a_cloud_is_not_a_proof(inner: float) -> None:
     problem = walls_of_points(inner)
     if closed_cut(problem) is not None:
         assert not to.plan(problem).verified
@@ -73,7 +73,7 @@ def at_goal(cloud: to.Points, *, beside: tuple[float, float, float] = (0.0, 0.0,
     return to.Problem(scene=placed, start=start, goal=to.joint_positions(goal))
 
 
-def test_a_goal_inside_a_cloud_is_called_so_and_proven() -> None:
+def test_a_goal_inside_a_cloud_is_reported_and_proven() -> None:
     problem = at_goal(hollow(0.12, 0.02))
     result = to.plan(problem)
     assert result.status is to.Status.GOAL_IN_COLLISION

@@ -65,7 +65,7 @@ def held_at(reduced: ReducedModel, q: np.ndarray, rng: np.random.Generator) -> l
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_what_is_held_together_is_not_excluded(reduced: ReducedModel, seed: int) -> None:
+def test_compatible_requirements_are_not_excluded(reduced: ReducedModel, seed: int) -> None:
     rng = np.random.default_rng(seed)
     q = rng.uniform(-1.0, 1.0, 4) * (1.0, 0.0, 1.0, 1.0) + (0.0, 0.1, 0.0, 0.0)
     for first, second in combinations(held_at(reduced, q, rng), 2):
@@ -118,14 +118,14 @@ def test_what_is_held_together_is_not_excluded(reduced: ReducedModel, seed: int)
     ],
     ids=lambda value: str(value)[:24],
 )  # fmt: skip
-def test_what_excludes_each_other_is_proven(
+def test_contradicting_requirements_are_proven(
     reduced: ReducedModel, first: to.Requirement, second: to.Requirement, words: str
 ) -> None:
     assert words in exclusion(first, second, reduced)
     assert words in exclusion(second, first, reduced)
 
 
-def test_different_bodies_are_no_proof(reduced: ReducedModel) -> None:
+def test_different_bodies_are_not_a_proof(reduced: ReducedModel) -> None:
     first = to.axis_alignment("tip", direction=UP, tolerance=0.3)
     second = to.axis_alignment("fore", direction=DOWN, tolerance=0.3)
     assert exclusion(first, second, reduced) == ""

@@ -51,7 +51,7 @@ def inevitable(scene: to.Scene, **asked: object) -> Sweep | None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_no_motion_within_the_limits_leaves_what_is_reached_by_then(seed: int) -> None:
+def test_reachable_boxes_contain_all_motions_within_the_limits(seed: int) -> None:
     rng = np.random.default_rng(seed)
     fastest, hardest, jerk = rng.uniform(0.5, 3.0), rng.uniform(0.5, 8.0), rng.uniform(5.0, 80.0)
     speed, gain = rng.uniform(-1.0, 1.0) * fastest, rng.uniform(-1.0, 1.0) * hardest
@@ -84,7 +84,7 @@ def test_the_bound_is_that_of_the_hardest_motion() -> None:
     assert farthest(1.0, 0.0, 0.0, np.inf, np.inf, np.inf) == np.inf
 
 
-def test_what_is_reached_ends_at_the_limits_of_position(planar_arm: to.Robot) -> None:
+def test_reachable_boxes_end_at_the_position_limits(planar_arm: to.Robot) -> None:
     asked = problem(to.Scene(planar_arm), start=2.9)
     lower, upper = by_then(asked, 5.0)
     assert upper.max() == pytest.approx(asked.limits.upper.max(), abs=2e-6)
@@ -95,20 +95,20 @@ def test_what_is_reached_ends_at_the_limits_of_position(planar_arm: to.Robot) ->
 # Something sweeps the start
 
 
-def test_what_comes_faster_than_the_arm_escapes_is_inevitable(planar_arm: to.Robot) -> None:
+def test_an_obstacle_faster_than_the_escape_is_inevitable(planar_arm: to.Robot) -> None:
     found = inevitable(to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=flying(8.0)))
     assert found is not None and found.proven and found.thing == "ball"
     assert found.link in planar_arm.links and 0.05 < found.begin <= found.time < 0.3
     assert "ball sweeps" in found.words and f"{found.time:.3f} s" in found.words
 
 
-def test_what_can_be_escaped_is_not(planar_arm: to.Robot) -> None:
+def test_an_avoidable_obstacle_is_not_inevitable(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("ball", to.Sphere(0.05), motion=flying(0.3))
     assert inevitable(scene) is None
     assert in_time(problem(scene)).inevitable(proven=False) is None
 
 
-def test_what_comes_after_the_arm_may_have_arrived_proves_nothing(planar_arm: to.Robot) -> None:
+def test_an_obstacle_after_the_arrival_proves_nothing(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=flying(8.0))
     near = to.joint_positions({"shoulder": 0.01, "elbow": 0.0})
     assert inevitable(scene) is not None
@@ -172,7 +172,7 @@ AT_GOAL = to.placement((0.0, 0.75, PLANE))
 AWAY = to.placement((0.0, 3.0, PLANE))
 
 
-def test_what_is_at_the_goal_for_ever_occupies_it(planar_arm: to.Robot) -> None:
+def test_a_permanent_obstacle_at_the_goal_occupies_it(planar_arm: to.Robot) -> None:
     comes = to.Track.through([0.0, 0.3], [AWAY, AT_GOAL])
     found = occupied(to.Scene(planar_arm).add("ball", to.Sphere(0.1), motion=comes))
     assert found is not None and found.proven and found.until == np.inf
@@ -182,7 +182,9 @@ def test_what_is_at_the_goal_for_ever_occupies_it(planar_arm: to.Robot) -> None:
     )
 
 
-def test_what_appears_before_anything_can_arrive_and_stays_occupies_it(planar_arm: to.Robot) -> None:
+def test_an_obstacle_that_appears_before_the_arrival_and_stays_occupies_the_goal(
+    planar_arm: to.Robot,
+) -> None:
     for appears, holds in ((0.2, True), (5.0, False)):
         found = occupied(to.Scene(planar_arm).add("ball", to.Sphere(0.1), AT_GOAL, appears=appears))
         assert (found is not None) is holds
@@ -199,12 +201,12 @@ def test_things_may_occupy_it_one_after_the_other(planar_arm: to.Robot) -> None:
     assert whole.things[0].end == pytest.approx(2.0, abs=0.03) and whole.things[1].end == np.inf
 
 
-def test_what_passes_leaves_it_free(planar_arm: to.Robot) -> None:
+def test_a_passing_obstacle_leaves_the_goal_free(planar_arm: to.Robot) -> None:
     passes = to.Track.through([0.0, 1.0, 2.0], [AWAY, AT_GOAL, AWAY])
     assert occupied(to.Scene(planar_arm).add("ball", to.Sphere(0.1), motion=passes)) is None
 
 
-def test_a_goal_with_room_beside_what_occupies_its_middle_is_not_proven(planar_arm: to.Robot) -> None:
+def test_a_goal_region_with_free_parts_is_not_proven_occupied(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("ball", to.Sphere(0.05), AT_GOAL, appears=0.1)
     wide = to.joint_positions({"shoulder": 1.5, "elbow": 0.0}, tolerance=0.5)
     assert occupied(scene) is not None
@@ -213,7 +215,7 @@ def test_a_goal_with_room_beside_what_occupies_its_middle_is_not_proven(planar_a
     assert evidence is not None and not evidence.proven
 
 
-def test_past_what_is_known_nothing_has_to_be_occupied(planar_arm: to.Robot) -> None:
+def test_after_the_prediction_the_goal_counts_as_free(planar_arm: to.Robot) -> None:
     track = to.Track.through([0.0, 9.0], [AT_GOAL, AWAY])
     known = to.Prediction(track, until=0.8)
     found = occupied(to.Scene(planar_arm).add("ball", to.Sphere(0.4), motion=known))

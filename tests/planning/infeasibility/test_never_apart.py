@@ -37,7 +37,7 @@ def apart(reduced: ReducedModel, pair: tuple[str, str], positions: Floats) -> Fl
     return distance
 
 
-def test_a_clearance_that_two_links_never_have_is_refused_at_once_and_named() -> None:
+def test_a_clearance_that_two_links_never_have_is_refused_before_the_search() -> None:
     scene = to.Scene(ur5().robot)
     result = to.plan(arm(scene.with_clearance(0.03)))
     assert result.status is to.Status.CLEARANCE_IMPOSSIBLE and result.certainty is Certainty.PROVEN
@@ -49,7 +49,7 @@ def test_a_clearance_that_two_links_never_have_is_refused_at_once_and_named() ->
 
 
 @pytest.mark.parametrize("asked", [{"world": 0.03}, {"value": 0.03, "robot": 0.005}])
-def test_asked_of_the_world_alone_it_is_kept(asked: dict[str, float]) -> None:
+def test_the_same_clearance_from_the_world_alone_is_kept(asked: dict[str, float]) -> None:
     scene = to.Scene(ur5().robot).add("wall", to.Box(0.02, 1.0, 1.0), to.placement((1.2, 0, 0)))
     certificate = to.plan(arm(scene.with_clearance(**asked))).require().certificate
     rows = {check.name: check.bound for check in certificate.checks if check.name.startswith("clearance")}
@@ -114,6 +114,6 @@ def test_a_margin_that_can_be_kept_stays_as_it_is() -> None:
         (-0.09, "overlap (by 90.0 mm in the farthest measured) in every configuration"),
     ],
 )
-def test_what_overlaps_is_not_said_to_be_apart_by_less_than_nothing(farthest: float, said: str) -> None:
+def test_overlapping_links_are_not_reported_with_negative_distance(farthest: float, said: str) -> None:
     pair = NeverApart(first="wrist", second="cup", distance=0.01, most=0.02, farthest=farthest)
     assert pair.words("are required of") == f"10 mm are required of wrist and cup, which {said}"

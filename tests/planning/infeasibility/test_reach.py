@@ -44,7 +44,7 @@ def test_levers_bound_every_motion_of_every_body(reduced: ReducedModel) -> None:
             assert moved <= chain.levers(number) @ np.abs(step) + 1e-9
 
 
-def test_what_is_reached_is_never_out_of_reach(reduced: ReducedModel) -> None:
+def test_reached_points_are_never_reported_out_of_reach(reduced: ReducedModel) -> None:
     for q in drawn(reduced, 60):
         where = reduced.scene.placement_of("tip", reduced.all_positions(q))
         offset = (0.02, 0.0, 0.1)
@@ -67,6 +67,6 @@ def test_far_away_is_out_of_reach(reduced: ReducedModel) -> None:
     assert "" == out_of_reach(to.position_in_region("tip", to.Plane(), far), reduced)
 
 
-def test_what_moves_along_is_no_proof(reduced: ReducedModel) -> None:
+def test_points_that_move_along_are_not_a_proof(reduced: ReducedModel) -> None:
     far = to.frame_placement("tip", to.placement((0.0, 5.0, 0.0)), reference="fore")
     assert out_of_reach(far, reduced) == ""

@@ -54,7 +54,7 @@ def solved(asked: to.Problem) -> SolveResult:
     return Sqp(max_iterations=3).solve(transcribe(asked, line), line)
 
 
-def test_a_users_term_named_clearance_is_no_contact(scene: to.Scene) -> None:
+def test_a_users_term_named_clearance_is_not_a_contact(scene: to.Scene) -> None:
     asked = problem(scene, Clearance.name)
     at = solved(asked)
     worst = blocks_on_the_way(asked, at)[0]
@@ -78,7 +78,7 @@ def test_a_users_term_named_like_a_requirement_widens_none(scene: to.Scene) -> N
     assert not list(candidates(known))
 
 
-def test_one_configuration_that_collides_is_said_to_be_one(scene: to.Scene) -> None:
+def test_a_single_colliding_configuration_is_reported_as_one(scene: to.Scene) -> None:
     problem = to.Problem(scene=scene, start=START, goal=GOAL)
     here = np.zeros(2)
     blocked = GoalCandidates((), (here,), ("arm", "wall", -0.01), here, 0.0)

@@ -33,7 +33,7 @@ def test_names_the_support_where_a_carried_object_touches_it(grasped: tuple[to.S
     assert "attach it with `resting_on='table'`" in result.reason
 
 
-def test_lifts_what_rests_on_something(grasped: tuple[to.Scene, to.Plan]) -> None:
+def test_resting_objects_are_lifted(grasped: tuple[to.Scene, to.Plan]) -> None:
     scene, pick = grasped
     held = scene.attach("part", "panda_hand_tcp", at=pick, resting_on="table")
     assert lifted(held, pick).verified

@@ -28,7 +28,7 @@ def along_y(speed: float, x: float = 0.75) -> to.Track:
     return to.Track.through([0.0, 2.0 / speed], places)
 
 
-def test_what_sweeps_the_start_faster_than_the_arm_is_inevitable(planar_arm: to.Robot) -> None:
+def test_a_fast_obstacle_that_sweeps_the_start_is_inevitable(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=along_y(8.0))
     result = to.plan(problem(scene), budget=FAST)
     assert result.status is to.Status.INEVITABLE and result.certainty is Certainty.PROVEN
@@ -90,7 +90,7 @@ def test_a_goal_of_which_all_configurations_found_are_occupied_is_evidence(plana
     assert "goal configurations found are occupied" in result.reason or "the goal is" in result.reason
 
 
-def test_what_is_in_the_way_is_named_from_when_to_when(planar_arm: to.Robot) -> None:
+def test_blocking_obstacles_are_named_with_their_interval(planar_arm: to.Robot) -> None:
     # The upper arm has to pass there, and the joint's limits leave no way round.
     lands = to.Track.through([0.0, 0.4], [to.placement((0.22, 0.2, z)) for z in (1.5, PLANE)])
     scene = to.Scene(planar_arm).add("post", to.Cylinder(0.05, 0.5), motion=lands)

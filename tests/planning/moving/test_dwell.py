@@ -29,7 +29,7 @@ def problem(scene: to.Scene, dwell: float) -> to.Problem:
     return to.Problem(scene=scene, group="panda_arm", start=START, goal=to.joint_positions(GOAL), dwell=dwell)
 
 
-def test_a_goal_that_is_free_for_a_moment_is_no_place_to_stay(cell: to.Scene) -> None:
+def test_a_briefly_free_goal_does_not_allow_a_dwell(cell: to.Scene) -> None:
     result = to.plan(problem(occupied(cell, free=(1.5, 1.6)), 1.0))
     assert not result.verified and result.status is to.Status.GOAL_OCCUPIED
     assert "never free for 1 s" in result.reason

@@ -47,7 +47,7 @@ def across(height: float, *, begin: float, end: float) -> to.Track:
     return to.Track.through([begin, (begin + end) / 2.0, end], places)
 
 
-def test_what_is_far_away_changes_nothing(table: to.Scene) -> None:
+def test_distant_obstacles_change_nothing(table: to.Scene) -> None:
     still = to.plan(problem(table)).require().trajectory
     late = table.add("box", to.Box(0.1, 0.1, 0.4), motion=across(0.4, begin=5.0, end=7.0))
     among = to.plan(problem(late))
@@ -64,7 +64,7 @@ def test_a_goal_may_be_relative_to_an_object_that_appears(table: to.Scene) -> No
     assert np.allclose(place.translation, (0.4, 0.1, 0.4), atol=1e-4)
 
 
-def test_the_arm_is_past_what_crosses_its_way_sooner_than_by_waiting(table: to.Scene) -> None:
+def test_the_arm_passes_a_crossing_obstacle_sooner_than_by_waiting(table: to.Scene) -> None:
     still = to.plan(problem(table)).require()
     # From before the floor to above the arm's reach, so that there is no way over it.
     scene = table.add("gate", to.Box(0.5, 0.05, 3.0), motion=across(0.6, begin=-0.6, end=1.0))
@@ -82,7 +82,7 @@ def test_the_arm_is_past_what_crosses_its_way_sooner_than_by_waiting(table: to.S
     assert "proven given that gate is on its track" in certificate.notes
 
 
-def test_the_arm_goes_around_what_stops_in_its_way(table: to.Scene) -> None:
+def test_the_arm_goes_around_an_obstacle_that_stops_on_its_path(table: to.Scene) -> None:
     lands = to.Track.through([0.0, 0.5], [to.placement((0.55, 0.0, z)) for z in (1.4, 0.2)])
     scene = table.add("box", to.Box(0.08, 0.08, 0.5), motion=lands)
     result = to.plan(problem(scene))
@@ -90,14 +90,14 @@ def test_the_arm_goes_around_what_stops_in_its_way(table: to.Scene) -> None:
     assert sampled(scene, result.problem.reduced, result.require().trajectory) > 0.0
 
 
-def test_what_expires_is_in_the_way_no_longer(table: to.Scene) -> None:
+def test_an_expired_obstacle_no_longer_blocks(table: to.Scene) -> None:
     stays, goes = (table.add("wall", *WALL, expires=expires) for expires in (9.0, 0.3))
     long, short = (to.plan(problem(scene)).require().trajectory for scene in (stays, goes))
     assert short.duration < 0.3 + 1.0 < long.duration
     assert sampled(goes, problem(goes).reduced, short) > 0.0
 
 
-def test_what_appears_at_the_goal_leaves_no_motion_and_says_so(table: to.Scene) -> None:
+def test_an_obstacle_that_appears_at_the_goal_is_the_reason_of_failure(table: to.Scene) -> None:
     there = table.placement_of("panda_hand", table.robot.positions(GOAL))
     block = table.add("block", to.Box(0.3, 0.3, 0.3), to.placement(there.translation), appears=0.1)
     result = to.plan(problem(block), budget=to.Budget(attempts=1))
@@ -107,9 +107,7 @@ def test_what_appears_at_the_goal_leaves_no_motion_and_says_so(table: to.Scene) 
 
 @pytest.mark.parametrize("jerk", [False, True])
 @pytest.mark.parametrize("leaves", [False, True])
-def test_the_arm_waits_for_its_goal_whatever_limits_it_has(
-    table: to.Scene, *, jerk: bool, leaves: bool
-) -> None:
+def test_the_arm_waits_for_its_goal_with_any_limits(table: to.Scene, *, jerk: bool, leaves: bool) -> None:
     robot = table.robot if jerk else without_jerk_limits(table.robot)
     there = to.placement(table.placement_of("panda_hand", robot.positions(GOAL)).translation)
     away = to.Track.through([1.0, 1.4], [there, to.placement((3.0, 3.0, 0.5))])
@@ -122,7 +120,7 @@ def test_the_arm_waits_for_its_goal_whatever_limits_it_has(
     assert any("for what changes with time" in remark for remark in result.remarks)
 
 
-def test_what_is_known_for_a_short_time_only_leaves_a_result(table: to.Scene) -> None:
+def test_a_short_prediction_still_gives_a_result(table: to.Scene) -> None:
     known = to.Prediction(across(0.6, begin=-0.6, end=1.0), (0.01, 0.02, 0.0), until=0.5)
     result = to.plan(problem(table.add("gate", to.Box(0.5, 0.05, 3.0), motion=known)))
     assert result.status is to.Status.BLOCKED_IN_TIME and "gate" in result.reason

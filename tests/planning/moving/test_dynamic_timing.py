@@ -67,7 +67,7 @@ def test_with_a_limited_tool_it_stops_on_its_way_and_says_where_and_for_what(tab
     assert certificate.verified and "path: tool speed" in [each.name for each in certificate.checks]
 
 
-def test_what_crosses_once_is_waited_for_or_passed_which_beats_the_detour(table: to.Scene) -> None:
+def test_waiting_for_a_crossing_obstacle_beats_the_detour(table: to.Scene) -> None:
     ends = [to.placement((x, 0.0, 0.35)) for x in (1.2, 0.5, 1.2)]
     scene = table.add("box", to.Box(0.1, 0.1, 1.0), motion=to.Track.through([0.0, 0.5, 1.0], ends))
     motion = to.plan(problem(scene)).require().trajectory
@@ -79,7 +79,7 @@ def test_what_crosses_once_is_waited_for_or_passed_which_beats_the_detour(table:
     assert sampled(scene, problem(scene).reduced, motion) > 0.0
 
 
-def test_it_goes_past_before_what_comes_late(table: to.Scene) -> None:
+def test_it_passes_before_a_late_obstacle(table: to.Scene) -> None:
     still = alone(table)
     ends = [to.placement((0.5, y, 0.4)) for y in (1.2, -1.2)]
     scene = table.add("box", to.Box(0.8, 0.1, 1.5), motion=to.Track.through([0.0, 6.0], ends))
@@ -91,7 +91,7 @@ def test_it_goes_past_before_what_comes_late(table: to.Scene) -> None:
     assert not to.judge(result.problem, later).verified, "later it would be in the way"
 
 
-def test_timing_alone_does_not_pass_what_parks_on_the_path(table: to.Scene) -> None:
+def test_timing_alone_does_not_pass_an_obstacle_parked_on_the_path(table: to.Scene) -> None:
     lands = to.Track.through([0.0, 0.3], [to.placement((0.55, 0.0, z)) for z in (1.4, 0.2)])
     scene = table.add("box", to.Box(0.08, 0.08, 0.5), motion=lands)
     asked = problem(scene)
@@ -103,7 +103,7 @@ def test_timing_alone_does_not_pass_what_parks_on_the_path(table: to.Scene) -> N
     assert ways[0].shape != ways[1].shape or np.abs(ways[0] - ways[1]).max() > 0.05, "another way"
 
 
-def test_nothing_is_timed_that_is_over_later_than_is_asked(table: to.Scene) -> None:
+def test_motions_beyond_the_deadline_are_not_timed(table: to.Scene) -> None:
     still = alone(table)
     asked = problem(gate(table, "wall", 0.3, expires=2.0))
     timing = DynamicTiming.of(asked, Query(asked.reduced))
@@ -115,7 +115,7 @@ def test_nothing_is_timed_that_is_over_later_than_is_asked(table: to.Scene) -> N
     assert list(timing.timings(still, 0.9 * soonest)) == []
 
 
-def test_it_starts_early_and_enters_after_what_expires(table: to.Scene) -> None:
+def test_it_starts_early_and_enters_after_the_obstacle_expires(table: to.Scene) -> None:
     still = alone(table)
     scene = gate(table, "wall", 0.3, expires=2.0)
     result = to.plan(problem(scene))
@@ -137,7 +137,7 @@ def test_a_start_that_is_swept_is_left_in_time(table: to.Scene) -> None:
     assert sampled(scene, result.problem.reduced, motion) > 0.0
 
 
-def test_a_motion_that_starts_fast_brakes_for_what_is_in_its_way(table: to.Scene) -> None:
+def test_a_motion_that_starts_fast_brakes_for_an_obstacle(table: to.Scene) -> None:
     asked = replace(problem(gate(table, "wall", 0.25, expires=1.2)), start_velocity={"panda_joint1": 0.6})
     still = to.plan(replace(asked, scene=table)).require().trajectory
     timing = DynamicTiming.of(asked, Query(asked.reduced))

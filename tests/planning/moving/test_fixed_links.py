@@ -25,7 +25,7 @@ def passing(robot: to.Robot, begin: float, end: float) -> to.Scene:
     return to.Scene(robot).add("ball", to.Sphere(0.04), motion=to.Track.through([begin, end], places))
 
 
-def test_what_meets_the_base_is_said_to_and_no_motion_is_blamed(planar_arm: to.Robot) -> None:
+def test_an_obstacle_that_meets_the_base_is_reported_without_a_motion(planar_arm: to.Robot) -> None:
     result = to.plan(problem(passing(planar_arm, 0.0, 1.0)), budget=FAST)
     assert result.status is to.Status.FIXED_LINK_MET and result.certainty is Certainty.PROVEN
     assert "ball meets base, which no joint of the group moves, from 0.4" in result.reason
@@ -38,7 +38,7 @@ def test_what_meets_the_base_is_said_to_and_no_motion_is_blamed(planar_arm: to.R
     assert not to.plan(problem(passing(planar_arm, 0.0, 1.0)), budget=to.Budget(attempts=3)).verified
 
 
-def test_a_motion_that_is_over_before_is_no_matter_of_the_base(planar_arm: to.Robot) -> None:
+def test_a_motion_that_ends_before_the_base_is_met_is_accepted(planar_arm: to.Robot) -> None:
     alone = to.plan(problem(to.Scene(planar_arm))).require().trajectory.duration
     result = to.plan(problem(passing(planar_arm, 1.1 * alone, 1.1 * alone + 1.0)), budget=FAST)
     assert result.verified
@@ -56,7 +56,7 @@ def test_without_a_proof_that_nothing_is_faster_it_is_evidence(planar_arm: to.Ro
     assert f"the motion without what changes takes {alone:.2f} s" in result.reason
 
 
-def test_what_blocks_a_motion_that_has_to_be_over_before_is_said_with_both(planar_arm: to.Robot) -> None:
+def test_the_blocking_obstacle_and_the_deadline_of_the_base_are_both_reported(planar_arm: to.Robot) -> None:
     post = to.placement((0.5, 0.45, 0.1))
     scene = passing(planar_arm, 5.0, 6.0).add("post", to.Cylinder(0.05, 0.5), post, appears=0.1)
     scene = scene.add("wall", to.Box(0.02, 0.02, 0.5), to.placement((0.22, 0.2, 0.1)), appears=0.1)

@@ -42,7 +42,7 @@ def crowded(arm: to.Robot, rng: np.random.Generator) -> to.Scene:
 
 
 @pytest.mark.parametrize("seed", [0, 1, 3])
-def test_blocked_cells_are_what_is_seen_every_millisecond(arm: to.Robot, seed: int) -> None:
+def test_blocked_cells_equal_checks_every_millisecond(arm: to.Robot, seed: int) -> None:
     rng = np.random.default_rng(seed)
     reduced = reduce_model(crowded(arm, rng), "all", np.zeros(len(arm.joint_names)))
     motion, timed = swinging(reduced, rng), reduced.timed
@@ -81,7 +81,7 @@ def entered(free: np.ndarray) -> np.ndarray:
     return found
 
 
-def test_behind_what_closes_the_way_for_good_nothing_is_looked_at(arm: to.Robot) -> None:
+def test_cells_behind_a_permanent_block_are_not_checked(arm: to.Robot) -> None:
     scene = alone(arm)
     reduced = reduce_model(scene, "all", np.zeros(len(arm.joint_names)))
     motion = swinging(reduced, np.random.default_rng(0))

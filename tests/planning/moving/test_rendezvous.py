@@ -66,7 +66,7 @@ def check_followed(problem: to.Problem, motion: to.Trajectory, height: float) ->
 
 @pytest.mark.parametrize(("speed", "turning", "y"), [(0.2, 0.0, -0.8), (0.0, 0.5, 0.0), (0.1, 0.2, -0.3)])
 @pytest.mark.parametrize("height", [0.12, 0.02])
-def test_what_moves_is_met_and_followed(
+def test_a_moving_goal_is_met_and_followed(
     cell: to.Scene, speed: float, turning: float, y: float, height: float
 ) -> None:
     problem = asked(belt(cell, speed=speed, turning=turning, y=y), height=height)
@@ -105,7 +105,7 @@ def test_it_goes_on_from_the_meeting(cell: to.Scene) -> None:
     assert motion.followed_by(onward).duration == pytest.approx(end + onward.duration)
 
 
-def test_it_waits_for_what_comes_late(cell: to.Scene) -> None:
+def test_it_waits_for_a_late_goal(cell: to.Scene) -> None:
     problem = asked(belt(cell, speed=0.1, y=-1.5))
     motion = to.plan(problem).require().trajectory
     assert motion.duration > 5.0
@@ -126,7 +126,7 @@ def test_the_goal_that_is_met_soonest_is_taken(cell: to.Scene) -> None:
     assert result.require().trajectory.duration == pytest.approx(alone.require().trajectory.duration, abs=0.1)
 
 
-def test_what_is_never_in_reach_is_said(cell: to.Scene) -> None:
+def test_a_moving_goal_out_of_reach_is_reported(cell: to.Scene) -> None:
     track = to.Track.through([0.0, 4.0], [to.placement((2.0, y, 0.1)) for y in (-1.0, 1.0)])
     scene = cell.add("belt", to.Box(0.3, 0.2, 0.02), motion=to.Prediction(track, until=5.0))
     scene = scene.add("part", to.Box(0.04, 0.04, 0.1), to.placement((0.1, 0.0, 0.06)), frame="belt")
@@ -135,7 +135,7 @@ def test_what_is_never_in_reach_is_said(cell: to.Scene) -> None:
     assert "where the goal is at" in result.reason and "too short" in result.reason
 
 
-def test_what_is_in_the_way_of_the_meeting_is_said(cell: to.Scene) -> None:
+def test_an_obstacle_at_the_meeting_is_reported(cell: to.Scene) -> None:
     scene = belt(cell, turning=0.3, speed=0.0, y=0.0)
     lid = scene.add("lid", to.Box(0.2, 0.2, 0.02), to.placement((0.1, 0.0, 0.2)), frame="belt")
     result = to.plan(asked(lid), budget=to.Budget(seconds=20.0))

@@ -26,7 +26,7 @@ def proven(result: to.Result) -> to.Trajectory:
     return motion
 
 
-def test_the_path_changes_for_what_parks_on_it(table: to.Scene) -> None:
+def test_the_path_changes_for_an_obstacle_parked_on_it(table: to.Scene) -> None:
     still = to.plan(problem(table)).require().trajectory
     parks = to.Track.through([0.0, 0.4], [to.placement((0.5, y, 0.45)) for y in (1.2, 0.0)])
     result = to.plan(problem(table.add("box", to.Box(0.2, 0.2, 0.2), motion=parks)))
@@ -70,7 +70,7 @@ def test_nothing_else_is_tried_where_it_takes_hardly_longer(table: to.Scene) -> 
     assert result.counts["attempts"] == 2
 
 
-def test_what_moves_on_for_ever_is_looked_at_no_longer_than_anything_waits_for_it(table: to.Scene) -> None:
+def test_endless_tracks_are_checked_only_as_long_as_a_motion_waits(table: to.Scene) -> None:
     """It drifts through the goal so slowly that no wait ends before it is gone."""
     still = to.plan(problem(table)).require().trajectory
     ends = dict(zip(still.joint_names, still(still.duration), strict=True))
@@ -101,9 +101,7 @@ def test_no_duration_is_tried_before_the_goal_is_left(
     assert 1.3 < proven(result).duration < 1.6
 
 
-def test_what_is_proven_is_not_looked_at_on_finer_samples(
-    table: to.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_proven_motions_are_not_sampled_again(table: to.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
     asked = problem(table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses))
     motion = to.plan(problem(table)).require().trajectory
@@ -159,7 +157,7 @@ def test_the_arm_enters_a_revolving_door_in_phase(table: to.Scene) -> None:
     assert not to.judge(problem(halted), motion).verified
 
 
-def test_the_arm_steps_aside_for_what_sweeps_its_start(table: to.Scene) -> None:
+def test_the_arm_steps_aside_for_an_obstacle_that_sweeps_its_start(table: to.Scene) -> None:
     hand = table.placement_of("panda_hand", table.robot.positions(START)).translation
     goal = table.placement_of("panda_hand", table.robot.positions(GOAL)).translation
     places = [hand + offset for offset in ((0.0, -0.7, 0.0), (0.0, 0.0, 0.0), (0.9, 0.0, 0.0))]
@@ -174,7 +172,7 @@ def test_the_arm_steps_aside_for_what_sweeps_its_start(table: to.Scene) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.6, -0.6])
-def test_a_start_in_motion_is_planned_among_what_moves(table: to.Scene, speed: float) -> None:
+def test_a_start_in_motion_is_planned_among_dynamic_obstacles(table: to.Scene, speed: float) -> None:
     crosses = to.Track.through([0.0, 1.5], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
     scene = table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)
     asked = replace(problem(scene), start_velocity={"panda_joint1": speed})
@@ -184,7 +182,7 @@ def test_a_start_in_motion_is_planned_among_what_moves(table: to.Scene, speed: f
     assert result.method == "space-time" and "what moves" not in result.method
 
 
-def test_it_can_be_asked_for_by_name(table: to.Scene) -> None:
+def test_the_method_can_be_chosen_by_name(table: to.Scene) -> None:
     crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
     result = to.plan(problem(table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)), method="space-time")
     assert proven(result).duration < 1.3

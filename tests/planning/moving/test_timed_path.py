@@ -95,7 +95,7 @@ def wandering(found: dict[int, list[SpeedChange]], cells: int, rng: np.random.Ge
     return steps
 
 
-def test_whatever_steps_are_taken_all_limits_hold(fastest: to.Trajectory) -> None:
+def test_all_limits_hold_for_any_steps(fastest: to.Trajectory) -> None:
     clock, cells, cell = cells_of(fastest)
     found = dict(possible_changes(Limited.of(clock, cells, LIMITS, None)))
     assert {one.before for ways in found.values() for one in ways} == set(range(len(RATES)))
@@ -167,7 +167,7 @@ class SingleStates:
 
 
 @pytest.mark.parametrize("at_rest", [True, False])
-def test_the_search_finds_what_a_search_over_single_states_finds(*, at_rest: bool) -> None:
+def test_the_search_equals_a_search_over_single_states(*, at_rest: bool) -> None:
     rng, found, never = np.random.default_rng(5), 0, 0
     cells, ticks = 12, 160
     spans = [change(a, b, span) for a, b in PAIRS for span in (1, 2, 3, 4)]
@@ -200,7 +200,7 @@ def test_the_search_finds_what_a_search_over_single_states_finds(*, at_rest: boo
     assert found > 0 and never > 0, "some stop on the way, and some are never over"
 
 
-def test_a_free_path_is_run_at_once_and_at_full_rate() -> None:
+def test_a_free_path_is_driven_without_delay_at_full_rate() -> None:
     steps = OrderSearch([0] * 30, {begin: [] for begin in range(30)}, 1000, at_rest=True).steps()
     assert [step.tick for step in steps] == [TICKS * cell for cell in range(30)]
     assert {step.rate for step in steps} == {FULL}

@@ -77,7 +77,7 @@ def test_an_arm_passes_another_whose_motion_is_known(
     assert (speeds[moving[0] : moving[-1]] > 1e-3).all(), "once it moves it does not stop"
 
 
-def test_the_certificate_says_what_is_taken_for_granted(cell: to.Scene, other: to.Result) -> None:
+def test_the_certificate_lists_the_assumptions(cell: to.Scene, other: to.Result) -> None:
     base = to.placement((1.7, 0.0, 0.0), rpy=(0.0, 0.0, np.pi))
     scene = cell.with_robot_in_motion("left", other, base=base, until=3.0)
     notes = (

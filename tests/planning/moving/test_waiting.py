@@ -72,7 +72,7 @@ def test_beginnings_are_those_of_looks_at_each_by_itself(arm: to.Robot, dwell: f
     assert looked_at < 0.8 * looked_at_each
 
 
-def test_no_beginning_is_later_than_asked(arm: to.Robot) -> None:
+def test_no_start_is_later_than_the_limit(arm: to.Robot) -> None:
     rng = np.random.default_rng(0)
     reduced = reduce_model(crowded(arm, rng), "all", np.zeros(len(arm.joint_names)))
     motion, timed = swinging(reduced, rng), reduced.timed

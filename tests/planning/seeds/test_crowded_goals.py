@@ -40,12 +40,14 @@ def found(problem: to.Problem) -> int:
     )
 
 
-def test_looks_around_what_collides_least(crowded: to.Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_searches_around_the_least_colliding_solutions(
+    crowded: to.Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert found(crowded) >= 18
     monkeypatch.setattr(inverse_kinematics, "PUSHES", 0)
     assert found(crowded) <= 16, "no test any more: without looking around as much is found"
 
 
-def test_what_is_found_is_free_and_holds(crowded: to.Problem) -> None:
+def test_found_configurations_are_free_and_fulfil_the_goal(crowded: to.Problem) -> None:
     (first, *_) = to.goal_configurations(crowded)
     assert to.examine(crowded.reduced, first).clear

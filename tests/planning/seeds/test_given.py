@@ -59,7 +59,7 @@ def test_a_useless_path_costs_an_attempt_and_no_more(solved: to.Result) -> None:
     assert result.attempts[0].kind is SeedKind.GIVEN
 
 
-def test_what_is_no_path_is_refused(solved: to.Result) -> None:
+def test_invalid_paths_are_refused(solved: to.Result) -> None:
     joints = solved.problem.reduced.joint_names
     with pytest.raises(ShapeError, match=r"seeds\[1\]"):
         to.plan(solved.problem, seeds=[solved.require().path, np.zeros((4, 3))])

@@ -158,7 +158,7 @@ def test_a_joint_goal_keeps_its_turn(arm: to.Robot) -> None:
     assert found.free and all(q[0] == pytest.approx(-3.0, abs=1e-4) for q in found.free)
 
 
-def test_meant_contact_at_the_end_is_no_collision(arm: to.Robot) -> None:
+def test_intended_contact_at_the_end_is_not_a_collision(arm: to.Robot) -> None:
     at = arm.positions({"pan": 0.5, "reach": 0.1, "elbow": 0.3})
     scene = to.Scene(arm).add(
         "part", to.Sphere(0.05), to.placement((0.15, 0, 0)), frame="tip", touch_links=["tip", "finger"]

@@ -69,7 +69,7 @@ def test_alignment_goal(scene: to.Scene) -> None:
     assert found.free
 
 
-def test_what_blocks_is_named(scene: to.Scene) -> None:
+def test_the_blocking_pair_is_named(scene: to.Scene) -> None:
     where = scene.placement_of("tip", scene.robot.positions({"pan": 0.8, "reach": 0.2}))
     scene = scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement(where.translation))
     _, found = search(scene, to.frame_placement("tip", where, rotation_tolerance=np.inf))

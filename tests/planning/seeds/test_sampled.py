@@ -59,7 +59,7 @@ def test_it_gives_up_by_count(arm: to.Robot) -> None:
     assert counts.forward_kinematics < 3000
 
 
-def test_what_stops_it_is_raised(arm: to.Robot) -> None:
+def test_the_exception_that_stops_it_is_raised(arm: to.Robot) -> None:
     class Enough(Exception):
         pass
 

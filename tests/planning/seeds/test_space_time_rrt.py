@@ -69,13 +69,13 @@ def test_a_path_is_clear_when_it_says_and_becomes_a_motion(swept: to.Scene) -> N
     assert motion is not None and to.judge(whole.problem, motion).verified
 
 
-def test_what_stands_in_the_way_for_good_leaves_none(table: to.Scene) -> None:
+def test_a_permanent_obstacle_leaves_no_path(table: to.Scene) -> None:
     wall = table.add("wall", to.Box(3.0, 0.04, 3.0), to.placement((1.2, 0.0, 0.5)), appears=0.2)
     whole = program(wall)
     assert searched(stage(whole, checks=3000), names(whole), np.random.default_rng(0)) is None
 
 
-def test_a_goal_that_is_never_free_in_time_is_seen_at_once(swept: to.Scene) -> None:
+def test_a_goal_that_is_never_free_is_detected_before_the_search(swept: to.Scene) -> None:
     soon = replace(stage(program(swept)), latest=1.9)
     assert searched(soon, names(program(swept)), np.random.default_rng(3)) is None
     assert soon.checks > 39_000
@@ -92,7 +92,7 @@ def test_a_goal_that_is_seldom_free_is_reached_then(table: to.Scene) -> None:
     assert path is not None and 2.6 <= path.duration <= 2.8
 
 
-def test_it_ends_when_it_is_told_to(swept: to.Scene) -> None:
+def test_it_ends_on_request(swept: to.Scene) -> None:
     whole, over = program(swept), Event()
     over.set()
     with pytest.raises(Stopped) as ended:

@@ -60,7 +60,7 @@ def test_a_corner_is_followed_at_rest(gantry: ReducedModel) -> None:
         assert check.value < 1e-5
 
 
-def test_what_is_off_is_measured(gantry: ReducedModel) -> None:
+def test_deviations_are_measured(gantry: ReducedModel) -> None:
     """The middle of the second side is 2 mm off."""
     moved = quintic(gantry, [[0, 0, 0], [1, 0, 0], [1.002, 0.5, 0.5], [1, 1, 1]], 2.0)
     position, _ = path_checks(gantry, moved, follows_curve("head", CORNER))
@@ -84,13 +84,13 @@ def test_what_is_off_is_measured(gantry: ReducedModel) -> None:
     ],
     ids=["back and forth", "the corner cut", "not to the end", "backwards", "turned too little"],
 )
-def test_what_does_not_follow_is_refused(gantry: ReducedModel, knots: list[list[float]]) -> None:
+def test_motions_off_the_curve_are_refused(gantry: ReducedModel, knots: list[list[float]]) -> None:
     moved = quintic(gantry, knots, 2.0)
     checks = path_checks(gantry, moved, follows_curve("head", CORNER, position_tolerance=1e-2))
     assert not all(check.holds for check in checks)
 
 
-def test_so_far_and_no_farther(gantry: ReducedModel) -> None:
+def test_a_motion_must_end_at_the_required_length_of_the_curve(gantry: ReducedModel) -> None:
     moved = quintic(gantry, [[0, 0, 0], [0.6, 0, 0]], 1.0)
     assert all(check.holds for check in path_checks(gantry, moved, follows_curve("head", CORNER, until=0.6)))
     for until in (0.599, 0.601):

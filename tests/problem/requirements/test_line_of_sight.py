@@ -53,7 +53,7 @@ def test_the_distance_of_a_ball_by_hand(model: ReducedModel) -> None:
             assert len(rows.value) == 0
 
 
-def test_what_passes_between_samples_is_seen(model: ReducedModel) -> None:
+def test_occlusions_between_samples_are_detected(model: ReducedModel) -> None:
     """The line sweeps over the ball half way, and is clear at both ends."""
     (found,) = judged(model, -1.0, 3.0, 0.01, "box")
     assert not found.holds
@@ -141,7 +141,7 @@ def test_a_ball_that_crosses_the_line_is_avoided_in_time(crossing: to.Problem) -
     assert distances(crossing, plan.trajectory, times).min() >= 0.01
 
 
-def test_the_judge_takes_errors_off_what_it_proves(crossing: to.Problem) -> None:
+def test_the_judge_subtracts_errors_from_proven_distances(crossing: to.Problem) -> None:
     """At rest where it starts: the least distance, with the largest error, is the bound that is proven."""
     here = crossing.start_positions[:7]
     still = to.Trajectory(crossing.reduced.joint_names, np.array((0.0, 1.0)), np.stack((here, here)))

@@ -227,7 +227,7 @@ KIND = Kind(
         point_on_line("cup", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), tolerance=0.01),
     ],
 )
-def test_what_has_no_end_grows_where_it_has_one(endless: PositionInRegion) -> None:
+def test_unbounded_regions_are_padded_at_their_bounds(endless: PositionInRegion) -> None:
     """A slab and a tube stand for a plane and a line: their length is the largest that there is."""
     grown = endless.relaxations[0].apply(0.002)
     assert isinstance(grown, PositionInRegion)

@@ -60,7 +60,7 @@ def test_the_same_verdict_as_of_single_balls(seed: int, count: int) -> None:
 
 
 @pytest.mark.parametrize("off", (-RESOLUTION, 5e-5))
-def test_a_near_miss_is_told_from_a_touch(off: float) -> None:
+def test_a_near_miss_is_distinguished_from_contact(off: float) -> None:
     """A ball among others that grows until the motion just misses it, or just touches."""
     ball = to.Points(np.array([(0.6, 0.0, 0.8), (0.9, 0.2, 0.7), (-0.6, 0.0, 0.6)]), 0.05)
     problem = beside(ball, parts=False)

@@ -108,7 +108,7 @@ def test_points_that_are_not_finite_are_left_out_of_files(tmp_path: Path) -> Non
         ("a.npy", b"junk", "cannot be read"),
     ),
 )
-def test_what_is_no_cloud_is_named(tmp_path: Path, name: str, data: bytes, said: str) -> None:
+def test_files_without_a_cloud_are_named(tmp_path: Path, name: str, data: bytes, said: str) -> None:
     (tmp_path / name).write_bytes(data)
     with pytest.raises(FileFormatError, match=said):
         to.Points.from_file(tmp_path / name, radius=0.01)
@@ -145,7 +145,7 @@ def test_octrees_are_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ("a.bt", "a.ot", "a.tree"))
-def test_what_is_no_octree_is_named(tmp_path: Path, name: str) -> None:
+def test_files_without_an_octree_are_named(tmp_path: Path, name: str) -> None:
     with pytest.raises(FileFormatError, match=r"no such file|is not an octree"):
         to.Voxels.from_file(tmp_path / name)
     (tmp_path / name).write_bytes(b"# Octomap OcTree binary file\nid OcTree\nsize 3\nres 0.1\ndata\nxx")

@@ -127,7 +127,7 @@ def test_small_and_carried_clouds_stay_as_they_are() -> None:
     assert cover_of(to.Points(np.random.default_rng(0).uniform(-5.0, 5.0, (4000, 3)), 0.001)) is None
 
 
-def test_a_path_through_what_boxes_fill_is_still_found() -> None:
+def test_a_path_through_a_gap_that_boxes_fill_is_still_found() -> None:
     """The arm has to turn within a ring of points that the boxes fill: start and goal are in it."""
     angle = np.linspace(-pi, pi, 1500)
     ring = np.concatenate([

@@ -46,7 +46,7 @@ def test_an_empty_cloud_is_refused(empty: object) -> None:
         to.Voxels(empty, 0.01)  # pyright: ignore[reportArgumentType]
 
 
-def test_an_empty_cloud_is_told_what_to_do() -> None:
+def test_an_empty_cloud_is_refused_with_a_remedy() -> None:
     with pytest.raises(ShapeError, match=r"no point.*leave the object out"):
         to.Points(np.empty((0, 3)), 0.01)
 
@@ -59,7 +59,7 @@ def test_a_radius_that_is_none_is_refused(radius: float) -> None:
         to.Voxels(np.eye(3, dtype=np.int64), radius)
 
 
-def test_millimetres_are_told() -> None:
+def test_millimetres_are_suggested() -> None:
     with pytest.raises(SizeError, match="millimetres"):
         to.Points(1000.0 * some(), 0.01)
 

@@ -73,7 +73,7 @@ def test_an_arc_keeps_its_radius_and_passes_its_points(seed: int) -> None:
         assert about(np.linspace(0.0, about.length, 2001)).translation == pytest.approx(points, abs=1e-9)
 
 
-def test_what_has_no_arc_is_refused() -> None:
+def test_points_without_an_arc_are_refused() -> None:
     a, b = to.placement((1.0, 0.0, 0.0)), to.placement((-1.0, 0.0, 0.0))
     with pytest.raises(ProblemError, match="span no plane"):
         arc_about(a, b, centre=(0, 0, 0))

@@ -46,7 +46,7 @@ def test_yaml(tmp_path: Path) -> None:
         ("a.yaml", "waypoints: []\n", "poses"),
     ],
 )
-def test_what_is_wrong_is_named(tmp_path: Path, name: str, text: str, says: str) -> None:
+def test_errors_of_a_file_are_named(tmp_path: Path, name: str, text: str, says: str) -> None:
     path = tmp_path / name
     path.write_text(text)
     with pytest.raises(FileFormatError, match=says):

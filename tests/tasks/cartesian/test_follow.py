@@ -126,7 +126,7 @@ def test_a_blocked_line_says_where_and_by_what() -> None:
         result.require()
 
 
-def test_what_ends_a_line_is_told_as_margin_or_as_requirement() -> None:
+def test_the_end_of_a_line_is_reported_as_margin_or_requirement() -> None:
     way = line(at(), at(0.1, 0.35, 0.0))
     wall = to.Scene(panda()).add("wall", to.Box(0.3, 0.02, 0.6), to.placement((0.4, 0.25, 0.4)))
     kept, required = followed(way, wall), followed(way, wall.with_clearance(0.01))
@@ -216,7 +216,7 @@ def test_a_blocked_line_is_left_no_farther_than_needed() -> None:
     assert free.deviation <= TENTH
 
 
-def test_part_of_a_curve_is_asked_for() -> None:
+def test_part_of_a_curve_is_followed_on_request() -> None:
     way = line(at(), at(0.1, 0.4, 0.0))
     ball = to.Scene(panda()).add("ball", to.Sphere(0.04), at(0.05, 0.2, 0.0))
     half = followed(way, until=0.5 * way.length)
@@ -288,7 +288,7 @@ def test_progress_names_the_stages() -> None:
 @pytest.mark.parametrize(
     "budget", [Budget(attempts=3), Budget(workers=2), Budget(work=10**6, improve=True)], ids=str
 )
-def test_what_does_not_apply_to_a_curve_is_refused(budget: Budget) -> None:
+def test_options_that_do_not_apply_to_a_curve_are_refused(budget: Budget) -> None:
     with pytest.raises(ProblemError, match="seconds and work only"):
         straight(budget=budget)
 

@@ -4,7 +4,7 @@ import trajopt as to
 from trajopt.tasks.cartesian import follow, follows_curve, polyline
 
 
-def test_where_a_curve_is_what_stops_planning_follow_is_named() -> None:
+def test_a_failure_because_of_a_curve_names_follow() -> None:
     """Around a blended corner 24 knots do not hold a tenth of a millimetre; `follow` takes more."""
     scene = to.Scene(to.load("panda"))
     here = scene.placement_of("panda_hand_tcp", scene.robot.positions("ready"))

@@ -37,9 +37,7 @@ def extent(shape: Shape, direction: np.ndarray) -> float:
     [to.Box(0.04, 0.05, 0.12), to.Cylinder(0.02, 0.1), to.Sphere(0.025)],
     ids=["box", "cylinder", "sphere"],
 )
-def test_pads_meet_the_shape_where_it_is_as_wide_as_said(
-    panda: to.Robot, gripper: Gripper, shape: Shape
-) -> None:
+def test_pads_meet_the_shape_at_the_stated_width(panda: to.Robot, gripper: Gripper, shape: Shape) -> None:
     found = grasps(panda, gripper, shape)
     assert len({grasp.name for grasp in found}) == len(found) >= 16
     for grasp in found:
@@ -60,7 +58,7 @@ def test_from_above_comes_first(panda: to.Robot, gripper: Gripper) -> None:
     np.testing.assert_allclose(first.placement.rotation @ gripper.approach, (0.0, 0.0, -1.0), atol=1e-9)
 
 
-def test_what_is_too_wide_is_left_out(panda: to.Robot, gripper: Gripper) -> None:
+def test_grasps_that_are_too_wide_are_omitted(panda: to.Robot, gripper: Gripper) -> None:
     found = grasps(panda, gripper, to.Box(0.2, 0.05, 0.3))
     assert {grasp.width for grasp in found} == {0.05}
     assert grasps(panda, gripper, to.Box(0.2, 0.2, 0.2)) == ()

@@ -85,7 +85,7 @@ def test_pressing_does_the_work_of_the_pads(tmp_path: Path, gripper: Gripper, fo
         assert work == pytest.approx(force * 2 * step, rel=1e-6)
 
 
-def test_force_is_what_the_motors_can_press_with(tmp_path: Path, gripper: Gripper) -> None:
+def test_force_equals_the_motors_force(tmp_path: Path, gripper: Gripper) -> None:
     """One motor of 100 N drives both fingers of the Panda; each of the jaw's fingers has its own."""
     assert gripper.force == pytest.approx(50.0, rel=1e-6)
     assert gripper_of(jaw(tmp_path, effort=40.0)).force == pytest.approx(40.0, rel=1e-6)
@@ -106,7 +106,7 @@ def test_of_two_hands_one_is_named() -> None:
         gripper_of(robot, end_effector="lefthand")
 
 
-def test_three_fingers_are_no_parallel_gripper(tmp_path: Path) -> None:
+def test_three_fingers_are_not_a_parallel_gripper(tmp_path: Path) -> None:
     with pytest.raises(GripperError, match="should move two fingers"):
         gripper_of(jaw(tmp_path, fingers=3))
 

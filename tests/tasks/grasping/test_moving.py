@@ -29,7 +29,7 @@ def _met(result: PickPlaceResult, track: to.Track) -> bool:
     return met
 
 
-def test_what_moves_is_met_at_the_time_of_each_stage(panda: to.Robot, gripper: Gripper) -> None:
+def test_moving_objects_are_met_at_the_time_of_each_stage(panda: to.Robot, gripper: Gripper) -> None:
     """A ball falls through where the hand would be in the middle of carrying."""
     still = on_table(panda, BLOCK, STOOD)
     grasps, places = grasps_of(still, "thing", gripper), Place(placement=FUNCTIONS)
@@ -60,7 +60,7 @@ def test_the_hand_is_clear_while_the_fingers_press(panda: to.Robot, gripper: Gri
     assert closing.result.problem.dwell == closing.rest
 
 
-def test_only_what_stands_is_picked_and_placed(panda: to.Robot, gripper: Gripper) -> None:
+def test_only_objects_at_rest_are_picked_and_placed(panda: to.Robot, gripper: Gripper) -> None:
     still = on_table(panda, BLOCK, STOOD)
     grasps = grasps_of(still, "thing", gripper)
     belt = to.Track.constant_velocity(STOOD, (0.0, 0.1, 0.0))

@@ -201,7 +201,7 @@ def test_pick_then_place_joins(panda: to.Robot, gripper: Gripper) -> None:
     assert put.final_scene.object("thing").touch_links == frozenset()
 
 
-def test_what_stands_in_a_shelf_is_taken_from_the_side(panda: to.Robot, gripper: Gripper) -> None:
+def test_an_object_in_a_shelf_is_grasped_from_the_side(panda: to.Robot, gripper: Gripper) -> None:
     board = to.Box(0.3, 0.6, 0.02)
     boards = [(board, to.placement((0.0, 0.0, height))) for height in (0.01, 0.36)]
     can = to.placement((0.55, 0.0, 0.23))

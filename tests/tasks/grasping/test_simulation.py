@@ -44,7 +44,7 @@ def right(rollout: PickPlaceRollout) -> bool:
 
 
 @pytest.mark.parametrize("shape", [to.Box(0.04, 0.06, 0.1), to.Cylinder(0.03, 0.1)], ids=["box", "cylinder"])
-def test_it_is_put_where_it_was_asked(panda: to.Robot, gripper: Gripper, shape: Shape) -> None:
+def test_the_object_is_placed_at_the_goal(panda: to.Robot, gripper: Gripper, shape: Shape) -> None:
     scene = on_table(panda, shape, STOOD, mass=0.4)
     rollout = simulate_handling(put(panda, gripper, scene, to.placement((0.45, 0.25, 0.05))))
     assert right(rollout), rollout.summary()
@@ -66,7 +66,9 @@ def test_it_is_put_where_it_was_asked(panda: to.Robot, gripper: Gripper, shape: 
 
 
 @pytest.mark.parametrize(("share", "hold"), [(0.75, Hold.HELD), (1.5, Hold.SLIPPED)])
-def test_coulomb_decides_what_slips(panda: to.Robot, gripper: Gripper, share: float, hold: Hold) -> None:
+def test_the_object_slips_as_coulombs_law_states(
+    panda: to.Robot, gripper: Gripper, share: float, hold: Hold
+) -> None:
     """Two pads hold m g up to 2 mu F: a share of that, lifted slowly."""
     mass, force = 1.0, 30.0
     scene = on_table(panda, to.Box(0.05, 0.05, 0.1), STOOD, mass=mass)
@@ -103,7 +105,7 @@ def test_a_grasp_beside_the_object_is_lost(panda: to.Robot, gripper: Gripper) ->
     assert rollout.hold is Hold.LOST, rollout.summary()
 
 
-def test_what_cannot_be_simulated_says_so(panda: to.Robot, gripper: Gripper) -> None:
+def test_results_that_cannot_be_simulated_are_refused(panda: to.Robot, gripper: Gripper) -> None:
     scene = on_table(panda, to.Box(0.05, 0.05, 0.1), STOOD, mass=0.0)
     grasps = grasps_of(scene, "thing", gripper)[:1]
     taken = pick(scene, "thing", start="ready", grasps=grasps)

@@ -59,7 +59,7 @@ def test_rosenbrock_in_a_disc(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PLUGINS)
-def test_infeasible_is_no_success(name: str) -> None:
+def test_an_infeasible_program_is_not_a_success(name: str) -> None:
     assert PLUGINS[name].solve(disc(-1.0), np.array((2.0, 1.0))).status is not SolverStatus.CONVERGED
 
 
