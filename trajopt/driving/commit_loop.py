@@ -53,7 +53,7 @@ class Commitment(Printed):
 
     Attributes:
         executor: Driver of the robot.
-        journal: Events so far.
+        journal: Events.
         guard: Proves motions to the present goal.
         world: The world as last reported.
         motion: The motion that the executor holds.
@@ -260,7 +260,7 @@ class CommitLoop(Printed, ABC):
 
     @property
     def events(self) -> list[Event]:
-        """Events so far, in order."""
+        """Events, in order."""
         return self._commitment.journal.events
 
     @property

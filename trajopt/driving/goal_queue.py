@@ -315,7 +315,7 @@ class GoalQueue(Printed):
         return None
 
     def _returns_to_path(self, goal: GuardedGoal, at: float, result: Result) -> bool:
-        """Return the robot to where a stop led it off its path, if it may not start where it rests."""
+        """Return the robot to its path after a stop off it, if it may not start at rest there."""
         commitment = self.commitment
         if result.status is not Status.START_BREAKS_CONSTRAINT:
             return False

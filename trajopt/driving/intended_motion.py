@@ -25,8 +25,8 @@ matter only for obstacles that approach as slowly."""
 CHANGE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8)
 """Times that a change of speed may take [s]: from a stop of a light arm to a stop of a heavy one."""
 STEP = 0.01
-"""Time between points of a change besides those of the motion [s]: quintics between them are as near to the
-path as the rounding of the judge."""
+"""Time between further points of a change than those of the motion [s]: quintics between them are as near to
+the path as the rounding of the judge."""
 SMALLEST_STEP = 2e-4
 """Least time between points [s]: between closer ones rounding would act as a jerk."""
 SAMPLES = 400
@@ -75,7 +75,7 @@ def scale_speed(
 
     Args:
         planned: The motion as it was planned; it ends at rest.
-        begin: Its time where the rest begins [s], the rate of its clock and the slope of the rate [1/s].
+        begin: Its time at the start of the rest [s], the rate of its clock and the slope of the rate [1/s].
         speed: Share of the planned speed, in (0, 1].
         limits: Of its joints.
     """

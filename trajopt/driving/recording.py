@@ -221,7 +221,7 @@ class Watched(Protocol):
 
     @property
     def events(self) -> Sequence[Event]:
-        """Events so far, in order."""
+        """Events, in order."""
         ...
 
     @property
@@ -291,7 +291,7 @@ class Logbook:
 
     @property
     def recording(self) -> Recording:
-        """The recording so far.
+        """The recording.
 
         Raises:
             ProblemError: If there is no sample.
@@ -373,7 +373,7 @@ class RecordingFile(Value):
          "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
         }
 
-    The fields are those of `trajopt.driving.Recording`, of its motions, events and scenes, and of the objects
+    The fields are named as in `trajopt.driving.Recording`, its motions, events and scenes, and the objects
     of the scenes, with their names and units; `trajopt.values.documents.codec` describes the JSON of values.
     The robot is not included: a reader has it, or loads it from its source, which is null or as `trajopt
     plan` writes it.

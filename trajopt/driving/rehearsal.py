@@ -36,7 +36,7 @@ class Pilot(Protocol):
 
     @property
     def events(self) -> Sequence[Event]:
-        """Events so far, in order."""
+        """Events, in order."""
         ...
 
     @property

@@ -171,7 +171,7 @@ def from_rest(
 def passing(
     commitment: Commitment, options: SupervisorOptions, before: IntendedMotion, at_rest: Transition
 ) -> Transition:
-    """Plan to the next goal from where a motion enters the blend radius of its own, without a stop.
+    """Plan to the next goal without a stop, from the entry of a motion into the blend radius of its goal.
 
     Args:
         commitment: The motion to which the robot is bound.

@@ -34,7 +34,7 @@ class Servo(CommitLoop):
     At all times the executor holds the motion of a tick followed by a stop, proven as one motion in the world
     as last reported. Each tick finds the joint velocities that follow the command best within all limits,
     where obstacles and singularities are approached only as fast as the robot can stop. The motion and a stop
-    are spliced in where the last stop would begin. If they are not proven, or no further tick or command
+    are spliced in at the start of the last stop. If they are not proven, or no further tick or command
     comes, the robot stops as proven before.
 
     Attributes:

@@ -121,7 +121,7 @@ def guide(
     longest: float = inf,
     each: Callable[[Servo], object] | None = None,
 ) -> None:
-    """Tick a servo with the orders of an input until there are no more and the robot is at rest.
+    """Tick a servo with the orders of an input until they end and the robot is at rest.
 
     It also ends if the robot does not follow; the last event of the servo then gives the reason.
 
@@ -291,7 +291,7 @@ class Recorder:
 
     @property
     def stream(self) -> Stream:
-        """The orders so far."""
+        """The recorded orders."""
         return Stream(tuple(self._orders))
 
 

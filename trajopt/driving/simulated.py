@@ -268,7 +268,7 @@ class SimulatedExecutor:
 
     @property
     def contacts_at_fault(self) -> tuple[ContactInterval, ...]:
-        """Contacts while the robot moved by itself, without those of objects that ran into it at rest."""
+        """Contacts while the robot moved by itself, except with objects that ran into it at rest."""
         return self._at_fault.contacts()
 
     @property

@@ -151,7 +151,7 @@ def evading_stops(
 
 
 def clear_at(guard: MotionGuard, world: WorldSnapshot, begin: float, ahead: Trajectory) -> bool:
-    """Return whether the robot is clear where a stop begins; otherwise no stop can be proven.
+    """Return whether the robot is clear at the start of a stop; otherwise no stop can be proven.
 
     Args:
         guard: Proves motions.

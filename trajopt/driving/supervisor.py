@@ -85,7 +85,7 @@ class Supervisor(CommitLoop):
         """Go to a goal instead of all others; the next cycle plans from the state of the robot then.
 
         Args:
-            problem: Its group and robot are those of the supervisor; its start and scene do not count.
+            problem: Has the group and robot of the supervisor; its start and scene do not count.
             blend_radius: If another goal follows (`then`), the tool may pass within this distance of its
                 position at the goal instead of stopping there [m].
 
@@ -211,7 +211,7 @@ class Supervisor(CommitLoop):
         hold. The events describe it.
 
         Args:
-            goal: A goal as of a problem: "ready".
+            goal: A goal, as for a problem: "ready".
             scaling: Factor in (0, 1] on the limits of velocity and acceleration.
 
         Returns:

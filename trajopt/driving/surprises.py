@@ -196,7 +196,7 @@ sensors and commands."""
 BEHIND = SupervisorOptions().ahead
 """Largest delay of a robot behind the clock of the motion when the box appears [s]."""
 ROOM_TO_REST = 0.02
-"""Least distance between the box and the robot where it can no longer avoid it [m]."""
+"""Least distance between the box and a robot that can no longer avoid it [m]."""
 EDGES = (0.04, 0.12)
 """Least and largest edge of the box [m]."""
 DRAWS = 200

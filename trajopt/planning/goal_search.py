@@ -99,7 +99,6 @@ def _end_is_free(problem: Problem) -> bool:
 
 
 def _ending_at(problem: Problem, positions: Floats) -> Problem:
-    """Return the problem with a configuration of the group as its goal."""
     goal = joint_positions(dict(zip(problem.reduced.joint_names, positions.tolist(), strict=True)))
     return replace(problem, goal=goal)
 
@@ -235,7 +234,6 @@ class GoalSearch:
             self.nearest = result
 
     def _of(self, row: Row, incumbent: Result | None) -> Sequence[Candidate]:
-        """Return the candidates of one row."""
         if row.source is None:
             return self._promising(row)
         if row.source is SeedKind.STRAIGHT:

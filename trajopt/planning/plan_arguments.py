@@ -1,4 +1,4 @@
-"""Arguments of a call of planning besides the problem, so that the call can be repeated."""
+"""Arguments of a call of planning other than the problem, so that the call can be repeated."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

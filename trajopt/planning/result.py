@@ -287,7 +287,7 @@ class Result:
             first.
         remarks: Sentences on parts of the problem that were changed, or may be intended otherwise.
         blocks: Of a failure among changing objects: the obstructions, with their times.
-        arguments: Arguments of planning besides the problem; None if it was not made by `plan`.
+        arguments: Arguments of planning other than the problem; None if it was not made by `plan`.
     """
 
     problem: Problem

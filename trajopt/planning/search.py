@@ -184,7 +184,7 @@ class PlanSearch:
         return self._complete(replace(found, stopped=stopped or found.stopped))
 
     def _best(self, goal: GoalSearch) -> Result | None:
-        """Return the best motion so far, if it is to this goal."""
+        """Return the incumbent, if it is to this goal."""
         best = self.incumbent
         return best if best is not None and best.goal_name == goal.goal_name else None
 
@@ -226,7 +226,6 @@ class PlanSearch:
         return replace(first, status=ENDED[stopped], message=message, certainty=Certainty.EVIDENCE)
 
     def _complete(self, result: Result) -> Result:
-        """Add the totals of planning."""
         return replace(
             result,
             attempts=tuple(self.attempts),

@@ -124,7 +124,6 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
 
 
 def _searched_goal(result: Result) -> Explanation:
-    """Explain a goal without a free configuration."""
     problem, reduced = result.problem, result.problem.reduced
     always = problem.requirements_at(problem.last_stop)
     wanted = (*problem.goals, *always)
@@ -211,7 +210,6 @@ def _worst(result: Result) -> Floats | None:
 
 
 def _timing(result: Result) -> Explanation:
-    """Explain a path without a timing, by the configuration that overloads a joint most."""
     problem = result.problem
     if result.path is None:
         return _of_the_way(result)
@@ -227,7 +225,6 @@ def _timing(result: Result) -> Explanation:
 
 
 def _swept(result: Result) -> Explanation:
-    """Explain a start that a dynamic obstacle sweeps."""
     if result.certainty is Certainty.PROVEN:
         grounds = (
             "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
@@ -255,7 +252,6 @@ def _fixed_link_met(result: Result) -> Explanation:
 
 
 def _occupied(result: Result) -> Explanation:
-    """Explain a goal that is never free."""
     if result.certainty is Certainty.PROVEN:
         grounds = (
             "all of the goal was closed, at all times at which the arm could be there, by boxes that cover it"
@@ -275,7 +271,6 @@ def _in_time(result: Result) -> Explanation:
 
 
 def _refused(result: Result) -> Explanation:
-    """Explain a motion that the judge refused."""
     certificate = result.certificate
     assert isinstance(certificate, Certificate)
     blocks = tuple(

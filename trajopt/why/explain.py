@@ -221,7 +221,6 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[ProblemChange]:
 
 
 def _is_of(block: Obstruction, residual: Residual) -> bool:
-    """Return whether a block belongs to a residual."""
     return type(residual) is block.residual and block.subjects == (residual.name,)
 
 
@@ -251,7 +250,6 @@ def _contacts(known: Explanation) -> Iterator[ProblemChange]:
 
 
 def _moved_away(problem: Problem, name: str, direction: Floats, lack: float) -> ProblemChange:
-    """Move an object in the coordinates of the frame that it is placed in."""
     frame = problem.scene.holder(problem.scene.object(name).frame).placement
     return moved_object(problem, name, frame.rotation.T @ direction, SPARE * max(lack, SMALLEST))
 

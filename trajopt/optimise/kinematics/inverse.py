@@ -272,7 +272,6 @@ def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
 
 
 def _distinct(found: Floats) -> Floats:
-    """Keep the first of those that are the same."""
     apart = np.abs(found[:, None] - found).max(axis=2, initial=0.0)
     kept: list[int] = []
     for place in range(len(found)):

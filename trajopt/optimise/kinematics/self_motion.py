@@ -140,7 +140,6 @@ class _Sweep:
         return float(np.abs(apart - turns * 2.0 * np.pi).max())
 
     def _null_space(self, positions: Floats) -> Floats:
-        """Return an orthonormal basis of the null space, shape (k, n)."""
         jacobian: Floats = self.projection.jacobian(positions[None])[0]
         _, values, right = np.linalg.svd(jacobian)
         rank = int((values > RANK_TOLERANCE * values.max(initial=0.0)).sum())
@@ -148,5 +147,4 @@ class _Sweep:
 
 
 def _scaled(direction: Floats) -> Floats:
-    """Scale to one at the joint that moves most."""
     return direction / np.abs(direction).max()

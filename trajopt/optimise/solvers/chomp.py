@@ -106,7 +106,6 @@ class _Descent:
         return at, True
 
     def _step(self, at: Linearisation) -> Floats:
-        """Return a covariant step, projected onto constraint rows and between bounds."""
         options, nlp, metric = self.options, self.nlp, self.metric
         obstacles = obstacle_functional(at, nlp.scale).gradient * max(len(at.x) - 1, 1) / MOTION_SECONDS
         smoothness = 0.5 * metric.largest * cost_gradient(at)

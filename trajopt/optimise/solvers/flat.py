@@ -64,7 +64,6 @@ class Subproblem:
 
 
 def _grow(matrix: csc_matrix, size: int) -> csc_matrix:
-    """Append empty rows and columns."""
     pointers = np.concatenate(
         (matrix.indptr, np.full(size - matrix.shape[1], matrix.indptr[-1], matrix.indptr.dtype))
     )
@@ -72,7 +71,6 @@ def _grow(matrix: csc_matrix, size: int) -> csc_matrix:
 
 
 def _beside(left: csc_matrix, right: csc_matrix) -> csc_matrix:
-    """Put two matrices side by side."""
     return csc_matrix(
         (
             np.concatenate((left.data, right.data)),

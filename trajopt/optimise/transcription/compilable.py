@@ -111,7 +111,6 @@ class CompilableMotionNlp(MotionNlp):
 
     @cached_property
     def _python_terms(self) -> frozenset[type]:
-        """Kinds of terms that are evaluated in Python."""
         kinds = {type(item.residual) for item in (*(self.problem.costs or ()), *self.constraints)}
         return frozenset(kinds & (OTHERS | OF_FRAMES | (FRAME_TERMS if kinds & OF_FRAMES else set())))
 
@@ -320,7 +319,6 @@ FRAME_TERMS = frozenset(_BUILD)
 
 
 def _shape(shape: Region) -> tuple[descent.Shape, Floats]:
-    """Return a shape and its sizes."""
     match shape:
         case Box():
             return descent.Shape.BOX, np.array((shape.x, shape.y, shape.z)) / 2.0

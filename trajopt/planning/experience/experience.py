@@ -402,7 +402,6 @@ class Experience:
         self._version = version
 
     def _stack(self, keys: Collection[str]) -> None:
-        """Rebuild the stacks of the memories of some keys."""
         by_key: dict[str, list[Memory]] = {key: [] for key in keys}
         for memory in self._known.values():
             if memory.key in by_key:
@@ -456,7 +455,6 @@ def _near(group: _Group, like: Likeness) -> list[tuple[float, int]]:
 
 
 def _largest(rows: Floats) -> Floats:
-    """Return the largest size in each row; 0 for empty rows."""
     return np.abs(rows).max(axis=1, initial=0.0)
 
 

@@ -22,7 +22,7 @@ from trajopt.problem.requirements import (
 from trajopt.robot.joints import EXCESS
 from trajopt.scene.gravity_bound import largest_gravity_slopes
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Bools, Floats
+from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.shapes.mesh import Mesh
 
 ACCURACY = 1e-4
@@ -101,7 +101,7 @@ class ConfigurationCover:
                 closing[names] = closing.get(names, 0) + 1
             undecided: Bools = spare[best] <= 0.0
             share = (self._levers[contacts.pair[best]] * half)[undecided]
-            middle, half = _halved(middle[undecided], half[undecided], share.argmax(axis=1))
+            middle, half = halved(middle[undecided], half[undecided], share.argmax(axis=1))
         return None
 
 
@@ -117,12 +117,11 @@ def pair_levers(reduced: ReducedModel) -> Floats:
     return total
 
 
-def _halved(middle: Floats, half: Floats, axis: np.ndarray) -> tuple[Floats, Floats]:
-    """Halve each box along an axis of its own."""
+def halved(middle: Floats, half: Floats, axis: Ints) -> tuple[Floats, Floats]:
+    """Halve each box along an axis of its own: return the middles and half widths of twice as many."""
     rows = np.arange(len(middle))
-    narrow = half.copy()
+    narrow, step = half.copy(), np.zeros_like(half)
     narrow[rows, axis] /= 2.0
-    step = np.zeros_like(half)
     step[rows, axis] = narrow[rows, axis]
     return np.concatenate((middle - step, middle + step)), np.concatenate((narrow, narrow))
 

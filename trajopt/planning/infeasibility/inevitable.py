@@ -133,7 +133,7 @@ class InTime:
     Attributes:
         problem: The problem, with one goal.
         timed: Its model among changing objects.
-        counts: The work done so far.
+        counts: Work done.
     """
 
     problem: Problem

@@ -14,7 +14,7 @@ from math import inf
 import numpy as np
 
 from trajopt.geometry import DynamicObstacles, WorkCounts, evaluator
-from trajopt.planning.infeasibility.cover import pair_levers
+from trajopt.planning.infeasibility.cover import halved, pair_levers
 from trajopt.scene.reduced import TimedModel
 from trajopt.scene.timed import ChangingPairs
 from trajopt.values.arrays import Bools, Floats, Ints
@@ -78,7 +78,7 @@ class Occupancy:
 
     Attributes:
         timed: The model among changing objects.
-        counts: The work done so far.
+        counts: Work done.
     """
 
     timed: TimedModel
@@ -213,7 +213,7 @@ class Occupancy:
                     met.append(meeting)
                 elif along < 0:
                     return ()
-            middle, half = _halved(middle[~closed], half[~closed], axis[~closed])
+            middle, half = halved(middle[~closed], half[~closed], axis[~closed])
         return tuple(met)
 
     def _closing(
@@ -302,12 +302,3 @@ class Occupancy:
     @cached_property
     def _distances(self) -> PairDistances:
         return PairDistances(self._kinematics, error=VerifyOptions().distance_error)
-
-
-def _halved(middle: Floats, half: Floats, axis: Ints) -> tuple[Floats, Floats]:
-    """Halve each box along a joint of its own."""
-    rows = np.arange(len(middle))
-    narrow, step = half.copy(), np.zeros_like(half)
-    narrow[rows, axis] /= 2.0
-    step[rows, axis] = narrow[rows, axis]
-    return np.concatenate((middle - step, middle + step)), np.concatenate((narrow, narrow))

@@ -63,7 +63,7 @@ class DynamicSearch:
         search: The call of planning; its problem may have a goal set.
         static: The verified motion without dynamic obstacles.
         work: Of the problem with the goal of that motion.
-        best: The best motion so far.
+        best: The incumbent.
     """
 
     search: PlanSearch

@@ -39,7 +39,7 @@ class Waiting:
 
     Attributes:
         checks: Checks configurations for dynamic obstacles.
-        dwell: How long the robot stays where a motion ends [s].
+        dwell: Time at rest at the end of a motion [s].
     """
 
     checks: SampledChecks
@@ -102,13 +102,12 @@ class Waiting:
         return clear
 
     def _clear(self, trajectory: Trajectory, wait: float) -> bool:
-        """Return whether a motion that is begun after a wait [s] keeps clear of dynamic obstacles."""
         return not len(self._met(trajectory, wait))
 
     def _met(self, trajectory: Trajectory, wait: float) -> Floats:
         """Return times along a motion at which an object is too near if it is begun after a wait, few [s].
 
-        Besides evenly spaced times the moments at which objects appear and expire are sampled.
+        In addition to evenly spaced times, the moments at which objects appear and expire are sampled.
         """
         even = self._even(trajectory)
         moments = self.checks.obstacles.moments
@@ -186,7 +185,7 @@ class DynamicTiming:
 
     @property
     def counts(self) -> WorkCounts:
-        """The work done so far."""
+        """Work done."""
         return self.checks.obstacles.query.counts
 
     def delayed(self, fastest: Trajectory, by: float) -> Iterator[TimedOnPath]:

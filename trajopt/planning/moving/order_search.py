@@ -31,7 +31,7 @@ SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
 FINE = 4
 """Slots of a cell: the points of a motion are a few milliseconds apart, a cell twenty."""
 EVEN = 9
-"""Evenly spaced samples of a change besides those of slots: one that begins at rest stays long in the
+"""Evenly spaced samples of a change in addition to those of slots: one that begins at rest stays long in the
 first slot.
 """
 SIDE = 1e-9
@@ -44,21 +44,11 @@ TOUCH = 1e-9
 class SpeedChange:
     """Change of the rate from one to another, anywhere on the path.
 
-    A motion q(c) that holds all limits is run on a clock c(t) whose rate r = dc/dt is between 0 and 1. With a
-    constant rate all limits hold. From one rate to another it goes by a polynomial that is flat at its ends,
-    so that the acceleration is continuous,
-
-        r(z) = a + (b - a) (3 z^2 - 2 z^3) + 30 g z^2 (1 - z)^2,    z = t / T,
-
-    over m whole cells of the clock and in a time T that is a whole number of ticks: g makes up the
-    difference. Then, with primes for derivatives by the clock and dots for derivatives of r by time,
-
-        acceleration  q' r. + q'' r^2,
-        jerk          q' r.. + 3 q'' r r. + q''' r^3,
-        torque        A r. + B r^2 + C,
-
-    so a change is possible if these hold, at samples. Rates are such that a cell takes a whole number of
-    ticks with each: a search over cells and ticks is exact in time.
+    A `RateChange` over m whole cells of the clock and in a time that is a whole number of ticks: its bulge
+    makes up the difference. A motion that holds all limits holds them at every constant rate up to 1; a
+    change is possible if its accelerations, jerks and torques (`trajopt.timing.time_scaling`) do, at
+    samples. Rates are such that a cell takes a whole number of ticks with each: a search over cells and
+    ticks is exact in time.
 
     Attributes:
         before: Place of the first rate.

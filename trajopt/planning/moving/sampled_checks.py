@@ -13,8 +13,8 @@ from trajopt.values.arrays import Bools, Floats, Ints
 INTERVAL = 0.02
 """Time between two checks along a motion [s]: at 1 m/s obstacles move by 2 cm in it."""
 MARGIN = 2e-3
-"""Clearance that is kept above the required one, for what is between the checks [m]; a pair that has less at
-the start keeps half of what it has there."""
+"""Clearance kept above the required one, as a reserve between checks [m]; a pair with less excess at the
+start keeps half of that excess."""
 BATCH = 500
 """Configurations that are checked together: the distances of all their pairs are held in memory."""
 
@@ -110,7 +110,7 @@ class SampledChecks:
 
 
 def _any(count: int, which: Ints) -> Bools:
-    """Return whether each of so many samples is among some."""
+    """Return the mask of some of `count` samples."""
     found = np.zeros(count, dtype=np.bool_)
     found[which] = True
     return found

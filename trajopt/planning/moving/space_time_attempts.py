@@ -66,7 +66,7 @@ FAR = 1.25
 LEFT = 1e-3
 """A motion has left its start when a joint has moved this far [rad | m]."""
 SOON = 0.1
-"""A motion that leaves its start within this time does not wait [s]: nobody sees a shorter pause."""
+"""A shorter pause at the start is not reported [s]."""
 SAMPLES = 200
 """Samples of a seed."""
 STEPS = 10
@@ -87,7 +87,7 @@ class SpaceTimeAttempts:
         program: Makes motions of seeds.
         work: Judges them.
         static: The verified motion without dynamic obstacles.
-        best: The best motion so far, which they improve.
+        best: The incumbent, which they improve.
     """
 
     program: SpaceTimeProgram
@@ -104,7 +104,7 @@ class SpaceTimeAttempts:
         Args:
             work: Of the problem, with one goal.
             static: The verified motion without dynamic obstacles.
-            best: The best motion so far.
+            best: The incumbent.
         """
         problem, method = work.problem, SpaceTime()
         if problem.waypoints or method.objection(problem):
@@ -248,7 +248,7 @@ class SpaceTimeAttempts:
         return 0.0
 
     def _sampled(self, horizon: float, rng: np.random.Generator) -> Trajectory | None:
-        """Return a sampled path that ends within so many static durations; None if none was found."""
+        """Return a sampled path that ends within `horizon` static durations; None if none was found."""
         program, tracker, motion = self.program, self.work.tracker, self._motion
         assert program.obstacles is not None
         counts, latest = program.counts, min(horizon * motion.duration, program.until)
@@ -267,7 +267,6 @@ class SpaceTimeAttempts:
 
 
 def _begun_later(motion: Trajectory, wait: float) -> Trajectory:
-    """Return a motion begun later; it need not be possible."""
     times = np.linspace(0.0, wait + motion.duration, SAMPLES)
     return Trajectory(motion.joint_names, times, motion(np.maximum(times - wait, 0.0)))
 

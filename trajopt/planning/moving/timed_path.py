@@ -65,13 +65,13 @@ class TimedOnPath:
 
 @dataclass(eq=False)
 class PathTiming:
-    """Times motions among what changes; one for each thread.
+    """Times motions among dynamic obstacles; one for each thread.
 
     Attributes:
         checks: Checks configurations for dynamic obstacles.
         limits: Of the joints.
-        inverse_dynamics: Torques of the joints; None where they are not limited.
-        dwell: How long the robot stays where a motion ends [s].
+        inverse_dynamics: Torques of the joints; None if they are not limited.
+        dwell: Time at rest at the end of a motion [s].
     """
 
     checks: SampledChecks
@@ -218,7 +218,7 @@ def waits(seconds: float, cause: str = "what changes with time") -> str:
 def remarks_of(
     steps: Sequence[TimingStep], pairs: Ints, checks: SampledChecks, rows: Floats, tick: float
 ) -> list[str]:
-    """Say what a timing does that the fastest motion along its path does not.
+    """Describe the stops and slower parts of a timing.
 
     Args:
         steps: The timing.

@@ -265,7 +265,6 @@ class _TouchingPoint:
 
 
 def _at(knots: Floats, place: float) -> Floats:
-    """Return the configuration at a place between knots."""
     before = min(int(place), len(knots) - 2)
     share = place - before
     return (1.0 - share) * knots[before] + share * knots[before + 1]

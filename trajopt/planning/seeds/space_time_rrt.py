@@ -1,7 +1,7 @@
-"""Paths through space and time: RRT-Connect over configurations and times, among what moves.
+"""Paths through space and time: RRT-Connect over configurations and times, among dynamic obstacles.
 
-A branch is straight in configuration and time, and no joint moves faster along it than it may. One tree grows
-from the start forward in time, the other backward from the goal, at times at which it is free.
+A branch is straight in configuration and time, within the velocity limits. One tree grows from the start
+forward in time, the other from the goal backward in time, from times at which the goal is free.
 Sources: Kuffner and LaValle, ICRA 2000; Grothe, Hartmann, Orthey and Toussaint, ICRA 2022 (space-time).
 """
 
@@ -20,36 +20,36 @@ from trajopt.values.arrays import Bools, Floats, Printed
 from trajopt.values.trajectory import Trajectory
 
 SPEED = 0.7
-"""Part of the joints' speeds that branches use: the rest is for accelerations, which they do not know."""
+"""Share of the velocity limits that branches use; the rest is for accelerations."""
 PARTS = 12
-"""Branches last no longer than such a part of the whole: to pass several things a path needs such corners."""
+"""Least number of branches of a path: to pass several obstacles it needs corners."""
 NUDGE = 0.1
-"""How far joints are moved to see how far that moves bodies [rad | m]."""
+"""Joint motion for which the travel of bodies is measured [rad | m]."""
 MOMENTS = 400
-"""At which it is looked how far things move."""
+"""Times at which the travel of obstacles is sampled."""
 LOOK = 0.02
-"""Time between two looks at the goal, where it is seldom free [s]: at 1 m/s things move by 2 cm."""
+"""Sampling interval of a goal that is seldom free [s]: at 1 m/s obstacles move by 2 cm."""
 ROOTS = 8
-"""Times of the goal that the second tree begins with; one is added after each so many branches."""
+"""Goal times in the second tree at first, and branches between two further ones."""
 SHORTCUTS = 40
-"""Pairs of moments of a path that are tried to be joined."""
+"""Shortcuts that are tried."""
 
 
 class Exhausted(Exception):
-    """All configurations that may be checked are."""
+    """The budget of configuration checks is used up."""
 
 
 @dataclass(eq=False)
 class SpaceTimeProblem(Printed):
-    """Where and when a path is searched.
+    """The problem of a search in space and time.
 
     Attributes:
         margins: The dynamic obstacles around the robot, with the margins from them.
         limits: Of the joints.
-        start: Where it begins, at time 0, shape (n,) [rad | m].
-        goal: Where it ends, shape (n,).
-        latest: When it ends at the latest [s].
-        dwell: How long the robot stays at the end [s].
+        start: Start configuration, at time 0, shape (n,) [rad | m].
+        goal: Goal configuration, shape (n,).
+        latest: Latest end [s].
+        dwell: Time at rest at the end [s].
         checks: Configurations that may still be checked.
         check: Called between pieces of work; may raise to stop.
     """
@@ -96,7 +96,7 @@ class SpaceTimeProblem(Printed):
         """Count configurations as checked.
 
         Raises:
-            Exhausted: If no more may be checked.
+            Exhausted: If the budget of checks is used up.
         """
         self.check()
         self.checks -= count
@@ -109,13 +109,13 @@ class SpaceTimeProblem(Printed):
         return len(clear) if clear.all() else int(np.argmin(clear))
 
     def clear(self, states: Floats) -> Bools:
-        """Say which of some states are free.
+        """Return the mask of free states, shape (s,).
 
         Args:
             states: Positions and time [s], shape (s, n + 1).
 
         Raises:
-            Exhausted: If no more may be checked.
+            Exhausted: If the budget of checks is used up.
         """
         self.spend(len(states))
         return self._obstacles.clear(states[:, :-1], states[:, -1], self.kept, until=self.latest)
@@ -123,7 +123,7 @@ class SpaceTimeProblem(Printed):
     def looks(self, first: Floats, last: Floats) -> Floats:
         """Return the states of a straight branch that are checked, but for its first, shape (s, n + 1).
 
-        Between two of them robot and things come nearer by no more than a step, about.
+        Between two of them robot and obstacles approach by about a step at most.
         """
         change = np.abs(last - first)
         swept = float(change[:-1] @ self._rates + change[-1] * self._speed)
@@ -134,7 +134,7 @@ class SpaceTimeProblem(Printed):
 
     @cached_property
     def _rates(self) -> Floats:
-        """How far each joint moves bodies, about, at the start, shape (n,) [m/rad | 1]."""
+        """Travel of bodies by each joint at the start, approximately, shape (n,) [m/rad | 1]."""
         nudge = NUDGE * np.eye(len(self.start))
         timed, begin = self._obstacles.timed, np.zeros(len(nudge))
         first = timed.positions(np.tile(self.start, (len(nudge), 1)), begin)
@@ -142,7 +142,7 @@ class SpaceTimeProblem(Printed):
 
     @cached_property
     def _speed(self) -> float:
-        """How fast things move at most, between moments, and that errors grow [m/s]."""
+        """Bound of the speed of obstacles plus the growth of their errors [m/s]."""
         times = np.linspace(0.0, self.latest, MOMENTS)
         moved = float(self._obstacles.moved(np.tile(self.start, (MOMENTS, 1)), times).max())
         begin, end = (self._obstacles.pairs.error_at(time, slice(None)) for time in (0.0, self.latest))
@@ -152,11 +152,11 @@ class SpaceTimeProblem(Printed):
 
 @dataclass(eq=False)
 class _Tree:
-    """States that can be reached from its roots, or reach them.
+    """Tree of states that are reachable from its roots, or from which these are reachable.
 
     Attributes:
-        stage: Where it grows.
-        side: 1 where time goes on from the roots, -1 where it goes back.
+        stage: The problem.
+        side: 1 for a tree forward in time, -1 for one backward.
         states: Positions and time of each, shape (k, n + 1).
         parents: The state before each; -1 of a root.
     """
@@ -167,7 +167,6 @@ class _Tree:
     parents: list[int] = field(default_factory=list[int])
 
     def add(self, state: Floats, parent: int) -> int:
-        """Add a state; return its number."""
         self.states = np.vstack((self.states, state))
         self.parents.append(parent)
         return len(self.parents) - 1
@@ -201,9 +200,9 @@ def searched(stage: SpaceTimeProblem, names: tuple[str, ...], rng: np.random.Gen
     """Search a path through space and time.
 
     Args:
-        stage: Where and when.
+        stage: The problem.
         names: Of the joints.
-        rng: Draws what is random.
+        rng: Random generator.
 
     Returns:
         A motion of constant speeds between its points; None if none was found.
@@ -228,7 +227,7 @@ def searched(stage: SpaceTimeProblem, names: tuple[str, ...], rng: np.random.Gen
 
 
 def _rooted(tree: _Tree, time: float) -> None:
-    """Add the goal at a time to a tree, if it is free then."""
+    """Add the goal at a time to a tree, if it is free at that time."""
     stage, root = tree.stage, np.append(tree.stage.goal, time)
     stays = stage.margins.spare_staying(stage.goal, time, stage.dwell)
     if (stays >= 0.0).all() and stage.free(root[None]) == 1:
@@ -236,7 +235,7 @@ def _rooted(tree: _Tree, time: float) -> None:
 
 
 def _rooted_seldom(tree: _Tree, soonest: float) -> bool:
-    """Add a goal that is seldom free to a tree, at the first times at which it is; say if there are any."""
+    """Add a goal that is seldom free to a tree, at the first such times; return whether there are any."""
     stage = tree.stage
     times: Floats = np.append(np.arange(soonest, stage.latest, LOOK), stage.latest)
     states = np.column_stack((np.tile(stage.goal, (len(times), 1)), times))
@@ -283,7 +282,7 @@ def _met(tree: _Tree, state: Floats) -> int:
 
 
 def _shortened(states: Floats, stage: SpaceTimeProblem, rng: np.random.Generator) -> Floats:
-    """Return a path with straight branches between pairs of its moments where these are free."""
+    """Return a path with straight branches between pairs of its moments, if free."""
     for _ in range(SHORTCUTS):
         begin, end = np.sort(rng.uniform(0.0, states[-1, -1], 2))
         ends = _between(states, np.array((begin, end)))

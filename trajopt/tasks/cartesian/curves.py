@@ -244,7 +244,6 @@ def _side(first: Placement, second: Placement, place: int) -> Piece:
 
 
 def _part(side: Piece, begin: float, end: float) -> Piece:
-    """Return part of a straight side."""
     at = np.array((begin, end))
     return Piece(
         readonly(bezier(side.points, at)),

@@ -180,7 +180,6 @@ class _Following:
 
     @cached_property
     def on_curve(self) -> OnCurve:
-        """The curve and the arm."""
         reduced = self.problem.reduced
         return OnCurve(reduced, self.required, evaluator(reduced, WorkCounts()), self.tracker)
 
@@ -258,7 +257,6 @@ class _Following:
         return start, None
 
     def _motion(self, found: Found) -> Followed:
-        """Time a path and have the motion judged."""
         way, why = found.way, found.stop
         part = self.required if why is None else replace(self.required, until=way.reached)
         problem = replace(beginning(self.problem, way), goal=part, constraints=(part,))

@@ -186,7 +186,6 @@ def _task(
     *,
     degrees: bool,
 ) -> PickPlaceTask:
-    """Check the arguments and fill in defaults."""
     robot = one_of("scene", scene, Scene).robot
     scene.object(one_of("name", name, str))
     hand = gripper_of(robot) if gripper is None else one_of("gripper", gripper, Gripper)

@@ -232,7 +232,6 @@ class _Watcher(ca.Callback):
         return 1
 
     def get_sparsity_in(self, index: int) -> ca.Sparsity:
-        """Return the shape of one of the solver's outputs."""
         size = self._sizes.get(ca.nlpsol_out(index), 0)
         return ca.Sparsity.dense(size, 1) if size else ca.Sparsity(0, 0)
 

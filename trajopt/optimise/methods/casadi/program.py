@@ -344,7 +344,6 @@ class _Writer:
             self._add(-column - slack, -np.inf, 0.0, stage, elastic=False)
 
     def add_constraint(self, item: Constraint) -> None:
-        """Add a constraint between bounds."""
         if isinstance(item.residual, NEAR):
             value, stage = self._nearest(item)
             self._add(value, 0.0, np.inf, stage)

@@ -40,14 +40,12 @@ class Proxqp:
     def _taken(
         self, qp: Qp, matrix: csc_matrix, lower: Floats, upper: Floats
     ) -> proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP:
-        """Return the library's solver with a program in it."""
         solver = proxsuite.proxqp.sparse.QP(len(qp.q), 0, matrix.shape[0])
         self._set(solver.settings)
         solver.init(qp.P, qp.q, None, None, matrix, lower, upper)
         return solver
 
     def _set(self, settings: proxsuite.proxqp.Settings) -> None:
-        """Set tolerances and limits."""
         settings.eps_abs = self.tolerance
         settings.eps_rel = 0.0
         settings.max_iter = self.max_iterations
