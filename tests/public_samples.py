@@ -193,6 +193,8 @@ def by_call() -> Mapping[str, Any]:
         **dict.fromkeys(("Scene.add.name", "Scene.with_cloud.name"), "new"),
         "Scene.add.shape": to.Sphere(0.1),
         "Scene.detach.at": two,
+        "Scene.with_robot_in_motion.motion": to.plan(problem()),
+        "Scene.with_robot_in_motion.name": "other",
         "Scene.with_tool.name": "tcp",
         "ToolLimits.names": ("a",),
         "ToolLimits.speeds": np.zeros,

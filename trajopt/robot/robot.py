@@ -117,35 +117,10 @@ FileName: TypeAlias = Path | str | None
 Frames: TypeAlias = Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None
 
 
-@dataclass(frozen=True, eq=False)
-class RobotParts(Value):
-    """The fields of a robot; `Robot` documents them."""
-
-    name: str
-    model: pin.Model
-    joint_names: tuple[str, ...]
-    limits: JointLimits
-    groups: Mapping[str, Group]
-    states: Mapping[tuple[str, str], Mapping[str, float]]
-    end_effectors: Mapping[str, EndEffector]
-    passive_joints: frozenset[str]
-    disabled_pairs: frozenset[frozenset[str]]
-    mimics: Mapping[str, Mimic]
-    frames: Mapping[str, FrameAttachment]
-    bodies: tuple[CollisionBody, ...]
-    visuals: tuple[LinkGeometry, ...]
-    mesh_notes: tuple[str, ...]
-    notes: tuple[str, ...]
-    left_out: Mapping[str, str]
-    base: RobotBase
-    urdf_path: Path
-    urdf_xml: str
-
-
 @checked
 @dataclass(frozen=True, eq=False)
-class Beside:
-    """Inputs of a robot other than its kinematics; `Robot.from_urdf` documents them."""
+class LoadOptions:
+    """Options of loading a robot; `Robot.from_urdf` documents them."""
 
     srdf: FileName
     limits: FileName
@@ -162,124 +137,8 @@ class Beside:
         return {} if self.limits is None else read_joint_limits(Path(self.limits))
 
 
-@checked
-def parts_of_urdf(
-    urdf: Path | str,
-    package_dirs: Sequence[Path | str],
-    xacro: Mapping[str, str] | None,
-    base: MovingBase | None,
-    beside: Beside,
-) -> RobotParts:
-    """Return the parts of a robot described by files; as `Robot.from_urdf`."""
-    written = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs], xacro)
-    return _parts_of_description(written, beside.semantics(), base, beside)
-
-
-@checked
-def parts_of_mjcf(file: Path | str, base: MovingBase | None, beside: Beside) -> RobotParts:
-    """Return the parts of a MuJoCo robot; as `Robot.from_mjcf`."""
-    written, stated = read_mjcf(Path(file))
-    semantics = beside.semantics()
-    semantics = replace(
-        semantics,
-        states={**semantics.states, **({} if semantics.groups else stated.states)},
-        disabled_pairs=semantics.disabled_pairs | stated.disabled_pairs,
-        passive_joints=semantics.passive_joints | stated.passive_joints,
-    )
-    return _parts_of_description(written, semantics, base, beside)
-
-
-def _parts_of_description(
-    written: Urdf, semantics: Srdf, base: MovingBase | None, beside: Beside
-) -> RobotParts:
-    """Return the parts of a robot from a URDF and an SRDF."""
-    based = with_base(written, semantics, base)
-    try:
-        model = pin.buildModelFromXML(based.urdf.xml)
-    except ValueError as error:
-        reason = f"{error} (what is wrong is told above, on standard error)"
-        raise FileFormatError(str(written.path), reason) from error
-    fixed = fixed_joint_names(model)
-    mimics, said = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)
-    description = replace(based.urdf, mimics=mimics, notes=(*based.urdf.notes, *said))
-    stated = based.limits_beside(beside.stated_limits())
-    limits = with_stated(described_limits(model), stated, units=joint_units(model), mimics=mimics)
-    return _assembled(model, description, based.srdf, limits, based.base, beside)
-
-
-@checked
-def parts_of_pinocchio(
-    model: pin.Model,
-    collision_model: pin.GeometryModel | None,
-    groups: Mapping[str, Sequence[str]] | None,
-    beside: Beside,
-) -> RobotParts:
-    """Return the parts of a robot from Pinocchio's models; as `Robot.from_pinocchio`."""
-    check_joints(model)
-    semantics = beside.semantics()
-    own = model.copy()
-    semantics = replace(semantics, groups={**semantics.groups, **group_elements(own, groups)})
-    limits = with_stated(described_limits(own), beside.stated_limits(), units=joint_units(own))
-    description = described(own, collision_model, beside.name)
-    return _assembled(own, description, semantics, limits, RobotBase(), beside)
-
-
-def _assembled(
-    model: pin.Model,
-    description: Urdf,
-    semantics: Srdf,
-    limits: JointLimits,
-    base: RobotBase,
-    beside: Beside,
-) -> RobotParts:
-    """Assemble a robot from its descriptions, and check their names against each other."""
-    links = link_names(model)
-    named = semantics_of(model, semantics, description.mimics)
-    motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
-    solid = robot_bodies(description.collisions, beside.meshes or MeshPolicy())
-    return RobotParts(
-        name=beside.name or description.name,
-        model=model,
-        joint_names=tuple(model.names[1:]),
-        limits=limits,
-        groups=named.groups,
-        states=named.states,
-        end_effectors=named.end_effectors,
-        passive_joints=semantics.passive_joints,
-        disabled_pairs=named.disabled_pairs | adjacent_links(model, links),
-        mimics=description.mimics,
-        frames=tool_frames(beside.frames or {}, links),
-        bodies=solid.bodies,
-        visuals=description.visuals,
-        mesh_notes=solid.mesh_notes,
-        notes=(
-            *description.notes,
-            *named.notes,
-            *effort_notes(model, limits, motorless),
-            *inertia_notes(model),
-            *solid.notes,
-            *_ghost_notes(description),
-        ),
-        left_out=named.left_out,
-        base=base,
-        urdf_path=description.path,
-        urdf_xml=description.xml,
-    )
-
-
-def _ghost_notes(description: Urdf) -> tuple[str, ...]:
-    """Return notes on links with visual but without collision elements."""
-    solid = {item.link for item in description.collisions}
-    ghosts = list(dict.fromkeys(item.link for item in description.visuals if item.link not in solid))
-    if not ghosts:
-        return ()
-    return (
-        f"links are visible and have no collision shape, so nothing keeps clear of them: {listed(ghosts)}",
-    )
-
-
 @dataclass(frozen=True, eq=False)
-class Robot(RobotParts):
+class Robot(Value):
     """A robot as described by its files; immutable.
 
     A joint has one number: its angle [rad] or travel [m]; continuous joints count whole turns.
@@ -306,6 +165,26 @@ class Robot(RobotParts):
         urdf_path: Its file; an empty path for a robot from a Pinocchio model.
         urdf_xml: The file's text without collision and visual elements; only the robot's name without a file.
     """
+
+    name: str
+    model: pin.Model
+    joint_names: tuple[str, ...]
+    limits: JointLimits
+    groups: Mapping[str, Group]
+    states: Mapping[tuple[str, str], Mapping[str, float]]
+    end_effectors: Mapping[str, EndEffector]
+    passive_joints: frozenset[str]
+    disabled_pairs: frozenset[frozenset[str]]
+    mimics: Mapping[str, Mimic]
+    frames: Mapping[str, FrameAttachment]
+    bodies: tuple[CollisionBody, ...]
+    visuals: tuple[LinkGeometry, ...]
+    mesh_notes: tuple[str, ...]
+    notes: tuple[str, ...]
+    left_out: Mapping[str, str]
+    base: RobotBase
+    urdf_path: Path
+    urdf_xml: str
 
     @staticmethod
     def from_urdf(
@@ -344,8 +223,8 @@ class Robot(RobotParts):
             MimicCycle: If joints mimic each other in a cycle.
             NameNotFound: If the limits or a frame use a name that the URDF does not have.
         """
-        beside = Beside(srdf, limits, frames, name, meshes)
-        return Robot(**vars(parts_of_urdf(urdf, package_dirs, xacro, base, beside)))
+        options = LoadOptions(srdf, limits, frames, name, meshes)
+        return _from_urdf(urdf, package_dirs, xacro, base, options)
 
     @staticmethod
     def from_pinocchio(
@@ -380,8 +259,8 @@ class Robot(RobotParts):
             ModelError: If limits or a collision geometry are invalid.
             NameNotFound: If a group, the limits or a frame use a name that the model does not have.
         """
-        beside = Beside(srdf, limits, frames, name, meshes)
-        return Robot(**vars(parts_of_pinocchio(model, collision_model, groups, beside)))
+        options = LoadOptions(srdf, limits, frames, name, meshes)
+        return _from_pinocchio(model, collision_model, groups, options)
 
     @staticmethod
     def from_mjcf(
@@ -417,7 +296,7 @@ class Robot(RobotParts):
             ModelError: If a geom is a height field or a signed distance field.
             NameNotFound: If the limits or a frame use a name that the model does not have.
         """
-        return Robot(**vars(parts_of_mjcf(file, base, Beside(srdf, limits, frames, name, meshes))))
+        return _from_mjcf(file, base, LoadOptions(srdf, limits, frames, name, meshes))
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -578,6 +457,116 @@ class Robot(RobotParts):
         """Return name, joints and groups."""
         names = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
         return in_short(f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {names})")
+
+
+@checked
+def _from_urdf(
+    urdf: Path | str,
+    package_dirs: Sequence[Path | str],
+    xacro: Mapping[str, str] | None,
+    base: MovingBase | None,
+    options: LoadOptions,
+) -> Robot:
+    written = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs], xacro)
+    return _from_description(written, options.semantics(), base, options)
+
+
+@checked
+def _from_mjcf(file: Path | str, base: MovingBase | None, options: LoadOptions) -> Robot:
+    written, stated = read_mjcf(Path(file))
+    semantics = options.semantics()
+    semantics = replace(
+        semantics,
+        states={**semantics.states, **({} if semantics.groups else stated.states)},
+        disabled_pairs=semantics.disabled_pairs | stated.disabled_pairs,
+        passive_joints=semantics.passive_joints | stated.passive_joints,
+    )
+    return _from_description(written, semantics, base, options)
+
+
+def _from_description(written: Urdf, semantics: Srdf, base: MovingBase | None, options: LoadOptions) -> Robot:
+    based = with_base(written, semantics, base)
+    try:
+        model = pin.buildModelFromXML(based.urdf.xml)
+    except ValueError as error:
+        reason = f"{error} (what is wrong is told above, on standard error)"
+        raise FileFormatError(str(written.path), reason) from error
+    fixed = fixed_joint_names(model)
+    mimics, said = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)
+    description = replace(based.urdf, mimics=mimics, notes=(*based.urdf.notes, *said))
+    stated = based.limits_beside(options.stated_limits())
+    limits = with_stated(described_limits(model), stated, units=joint_units(model), mimics=mimics)
+    return _assembled(model, description, based.srdf, limits, based.base, options)
+
+
+@checked
+def _from_pinocchio(
+    model: pin.Model,
+    collision_model: pin.GeometryModel | None,
+    groups: Mapping[str, Sequence[str]] | None,
+    options: LoadOptions,
+) -> Robot:
+    check_joints(model)
+    semantics = options.semantics()
+    own = model.copy()
+    semantics = replace(semantics, groups={**semantics.groups, **group_elements(own, groups)})
+    limits = with_stated(described_limits(own), options.stated_limits(), units=joint_units(own))
+    description = described(own, collision_model, options.name)
+    return _assembled(own, description, semantics, limits, RobotBase(), options)
+
+
+def _assembled(
+    model: pin.Model,
+    description: Urdf,
+    semantics: Srdf,
+    limits: JointLimits,
+    base: RobotBase,
+    options: LoadOptions,
+) -> Robot:
+    """Assemble a robot from its descriptions, and check their names against each other."""
+    links = link_names(model)
+    named = semantics_of(model, semantics, description.mimics)
+    motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
+    solid = robot_bodies(description.collisions, options.meshes or MeshPolicy())
+    return Robot(
+        name=options.name or description.name,
+        model=model,
+        joint_names=tuple(model.names[1:]),
+        limits=limits,
+        groups=named.groups,
+        states=named.states,
+        end_effectors=named.end_effectors,
+        passive_joints=semantics.passive_joints,
+        disabled_pairs=named.disabled_pairs | adjacent_links(model, links),
+        mimics=description.mimics,
+        frames=tool_frames(options.frames or {}, links),
+        bodies=solid.bodies,
+        visuals=description.visuals,
+        mesh_notes=solid.mesh_notes,
+        notes=(
+            *description.notes,
+            *named.notes,
+            *effort_notes(model, limits, motorless),
+            *inertia_notes(model),
+            *solid.notes,
+            *_ghost_notes(description),
+        ),
+        left_out=named.left_out,
+        base=base,
+        urdf_path=description.path,
+        urdf_xml=description.xml,
+    )
+
+
+def _ghost_notes(description: Urdf) -> tuple[str, ...]:
+    """Return notes on links with visual but without collision elements."""
+    solid = {item.link for item in description.collisions}
+    ghosts = list(dict.fromkeys(item.link for item in description.visuals if item.link not in solid))
+    if not ghosts:
+        return ()
+    return (
+        f"links are visible and have no collision shape, so nothing keeps clear of them: {listed(ghosts)}",
+    )
 
 
 DEFAULT_RISE = 0.1

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence, Sized
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
-from typing import TYPE_CHECKING, Self, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pinocchio as pin
@@ -68,9 +68,33 @@ COPY = "added to a copy of this scene, which `scene = scene.add(..)` keeps"
 """Message for an object that was added to another copy of the scene."""
 
 
+OTHER_NAMES = {
+    "add_box": "scene = scene.add(name, to.Box(x, y, z), placement)",
+    "add_sphere": "scene = scene.add(name, to.Sphere(radius), placement)",
+    "add_cylinder": "scene = scene.add(name, to.Cylinder(radius, length), placement)",
+    "add_plane": "scene = scene.add(name, to.Plane(), placement)",
+    "add_mesh": "scene = scene.add(name, to.load_mesh(path), placement)",
+    **dict.fromkeys(("add_object", "add_obstacle", "add_shape"), "scene = scene.add(name, shape, placement)"),
+    **dict.fromkeys(("remove_object", "remove_world_object", "delete"), "scene = scene.remove(name)"),
+    **dict.fromkeys(("attach_box", "attach_object", "attach_mesh"), "scene = scene.attach(name, frame)"),
+    **dict.fromkeys(("get_objects", "get_known_object_names"), "scene.objects"),
+}
+"""Names of methods in other libraries, and the expressions to use here."""
+
+
+LIFTING = 0.5
+"""Duration of the allowed contact of a grasped object with its support [s]: lifted at 0.1 m/s^2, it is a
+centimetre above it afterwards.
+"""
+
+
 @dataclass(frozen=True, eq=False)
-class SceneParts(Value):
-    """The fields of a scene, and queries on them; see `Scene`.
+class Scene(Value):
+    """A robot among objects.
+
+    An argument that takes a frame accepts a link, a tool frame or an object. An argument that takes a link or
+    object (touch links, margins, clearances, contacts) also accepts a frame, which refers to the body that it
+    is fixed on.
 
     Attributes:
         robot: The robot.
@@ -103,6 +127,12 @@ class SceneParts(Value):
         object.__setattr__(self, "margin", margin)
         if self.allowed is FROM_SRDF:
             object.__setattr__(self, "allowed", AllowedCollisions(dict.fromkeys(robot.disabled_pairs, True)))
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            """Suggest the name to use for a name of another library."""
+            raise unknown_attribute(self, name, OTHER_NAMES)
 
     def object(self, name: str) -> SceneObject:
         """Return an object.
@@ -152,7 +182,7 @@ class SceneParts(Value):
 
     def carrier(self, name: str) -> str | None:
         """Return the dynamic obstacle that carries a frame or object, perhaps itself; None without one."""
-        while name in (placed := self.placed):
+        while one_of("name", name, str) in (placed := self.placed):
             if placed[name].timing.motion is not None:
                 return name
             name = placed[name].frame
@@ -184,7 +214,7 @@ class SceneParts(Value):
             name for name, item in self.objects.items() if not item.timing.always or self.carrier(name)
         )
 
-    def at(self, time: float) -> Self:
+    def at(self, time: float) -> Scene:
         """Return the scene with its clock advanced: `time` becomes 0. For a motion that starts later.
 
         Raises:
@@ -195,7 +225,7 @@ class SceneParts(Value):
             raise ShapeError("time", f"must not be before 0 s, is {moment:g} s")
         return replace(self, objects={name: item.shifted(moment) for name, item in self.objects.items()})
 
-    def owner(self, name: str, kind: str = "link, frame or object") -> str:
+    def owner(self, name: str) -> str:
         """Return the link or object that a name refers to in contact rules.
 
         An object refers to itself, and so does a link with a shape. A frame, or a link without a shape such
@@ -203,19 +233,11 @@ class SceneParts(Value):
 
         Args:
             name: A link, a tool frame or an object.
-            kind: Kind of the name in the error.
 
         Raises:
             FrameNotFound: If it is none of them.
         """
-        if one_of(kind, name, str) in self.tools:
-            return self.owner(self.tools[name].frame)
-        if name in self.objects:
-            return name
-        if name not in self.robot.frames and name not in self.robot.links:
-            raise FrameNotFound(kind, name, self.frame_names, objects=self.objects)
-        link = self.robot.frame(name).link
-        return _shaped_links(self.robot).get(link, link)
+        return self._owner(name, "link, frame or object")
 
     def placement_of(self, name: str, positions: ConfigurationLike) -> Placement:
         """Return the placement in the world of a frame or object.
@@ -231,20 +253,6 @@ class SceneParts(Value):
             ShapeError: If the positions are not one finite number for each joint.
         """
         return self._placement_at(name, self._configuration("positions", positions))
-
-    def _configuration(self, name: str, given: ConfigurationLike) -> Floats:
-        """Return the positions of all joints of a configuration."""
-        # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
-        joints = len(self.robot.joint_names)
-        if isinstance(given, list | tuple | np.ndarray) and len(cast("Sized", given)) == joints:
-            return floats(name, cast("ArrayLike", given), (joints,))
-        return stated_configuration(self.robot, name, cast("ConfigurationLike", given))
-
-    def _placement_at(self, name: str, positions: Floats) -> Placement:
-        holder = self.holder(name)
-        if holder.link == WORLD:
-            return holder.placement
-        return link_placement(self.robot.model, holder.link, positions) * holder.placement
 
     def object_bodies(self) -> tuple[CollisionBody, ...]:
         """Return the collision bodies of all objects, each fixed to a link or the world."""
@@ -293,12 +301,6 @@ class SceneParts(Value):
             return Part.WORLD if owner in _links_beside(self.robot) else Part.LINK
         return Part.WORLD if self.holder(owner).link in _standing_links(self.robot) else Part.CARRIED
 
-    def __repr__(self) -> str:
-        """Return the robot, its tools, the objects and the clearances."""
-        objects = in_short(", ".join(self.objects) or "no objects", 100)
-        mounted = f" with {in_short(', '.join(self.tools), 100)}" if self.tools else ""
-        return f"Scene({shown(self.robot.name)}{mounted}, {objects}; {self.distances})"
-
     @property
     def described(self) -> tuple[tuple[str, str], ...]:
         """Tools and surroundings, as headings with text."""
@@ -314,238 +316,6 @@ class SceneParts(Value):
         """Clearances and margins in words."""
         margin = in_kinds(self.margin, self.kind_margins) + PAIRS_DIFFER * bool(self.pair_margins)
         return f"{self.clearances}, margin {margin}"
-
-    def _entered(self, name: str) -> str:
-        """Return the name of a link, frame or object in the allowed-collision matrix."""
-        owner = self.owner(name)
-        return name if name in self.robot.links else owner
-
-    def _check_frame(self, name: str) -> None:
-        known = (WORLD, *self.frame_names)
-        if one_of("frame", name, str) not in known and name not in self.objects:
-            lost = COPY if name in self.added_elsewhere else ""
-            raise FrameNotFound("frame", name, known, objects=self.objects, left_out=lost)
-
-    def _owners(self, names: Iterable[str]) -> frozenset[str]:
-        return frozenset(self.owner(name, "touch link") for name in several("touch_links", names, str))
-
-    def _check_not_within(self, name: str, frame: str) -> None:
-        """Refuse a frame that is placed, directly or indirectly, in itself."""
-        over, placed = frame, self.placed
-        while over in placed:
-            if over == name:
-                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
-            over = placed[over].frame
-
-    def _asked(
-        self,
-        caller: str,
-        value: float | None,
-        a: str | None,
-        b: str | None,
-        kinds: tuple[float | None, float | None, float | None],
-    ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
-        """Return the requested pair, if any, and the requested distances of kinds of pairs [m]."""
-        order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
-        first = "margin" if caller == "with_margin" else "value"
-        for name, each in zip((first, "world", "carried", "robot"), (value, *kinds), strict=True):
-            if each is not None:
-                warn_of_far_apart(name, number(name, each))
-        stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
-        pair = self._pair(caller, a, b)
-        if pair is not None and (value is None or stated):
-            raise ModelError(f"{caller}: give one value for {shown(a)} and {shown(b)}")
-        if value is None and not stated:
-            raise ModelError(f"{caller}: give a value, or one for world, carried or robot [m]")
-        return pair, stated
-
-    def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
-        if a is None or b is None:
-            if a is not b:
-                raise ModelError(f"{caller}: name both things or none")
-            return None
-        one, other = self.owner(a), self.owner(b)
-        if one == other:
-            raise ModelError(f"{caller}: {shown(a)} and {shown(b)} are one thing, {shown(one)}")
-        return frozenset((one, other))
-
-
-@cached_per_value
-def _shaped_links(robot: Robot) -> Mapping[str, str]:
-    """Return, for each link without a shape, the nearest link with one that it is fixed on."""
-    shaped, frames = {body.owner for body in robot.bodies}, robot.model.frames
-    found: dict[str, str] = {}
-    for link in robot.links:
-        place = link_frame(robot.model, link)
-        while frames[place].name not in shaped and place > 0:
-            joint = frames[place].parentFrame
-            if frames[joint].type != pin.FrameType.FIXED_JOINT:
-                break
-            place = frames[joint].parentFrame
-        if frames[place].name in shaped:
-            found[link] = str(frames[place].name)
-    return found
-
-
-@cached_per_value
-def _links_beside(robot: Robot) -> frozenset[str]:
-    return links_of_the_world(robot.model, {body.owner for body in robot.bodies})
-
-
-@cached_per_value
-def _standing_links(robot: Robot) -> frozenset[str]:
-    """Return the links that no joint moves, and the world."""
-    model = robot.model
-    fixed = (link for link in robot.links if model.frames[link_frame(model, link)].parentJoint == 0)
-    return frozenset((WORLD, *fixed))
-
-
-class SceneMotions(SceneParts):
-    """Edits of a scene that concern dynamic obstacles and repeated measurements."""
-
-    def with_motion(
-        self,
-        name: str,
-        motion: Prediction | Track | None = None,
-        *,
-        appears: float | None = None,
-        expires: float | None = None,
-    ) -> Self:
-        """Let an object move, appear and expire; see `add`.
-
-        Raises:
-            ObjectNotFound: If there is none of that id.
-            ModelError: If a moving object is placed in another frame than the world.
-            ShapeError: If it expires before it appears.
-        """
-        item, timing = self.object(name), timing_of(name, motion, appears, expires)
-        if timing.motion is None:
-            return self._with(replace(item, timing=timing))
-        if item.frame != WORLD:
-            raise ModelError(f"{shown(name)} is placed in {shown(item.frame)}: only in the world it moves")
-        where = object_placement(name, timing.motion.track.at(0.0))
-        return self._with(replace(item, timing=timing, placement=where))
-
-    def with_robot_in_motion(
-        self,
-        name: str,
-        motion: Planned[MovingRobot] | MovingRobot,
-        trajectory: Trajectory | None = None,
-        *,
-        base: PlacementLike = IDENTITY,
-        start: float = 0.0,
-        until: float = inf,
-        tolerance: float = TOLERANCE,
-    ) -> Self:
-        """Add another robot that moves as planned: `scene.with_robot_in_motion("left", plan, base=...)`.
-
-        Each of its links with a shape, and its attached objects, become objects such as "left/link7", on a
-        track with a proven bound on the error (see `trajopt.scene.track`). Before the motion it rests at its
-        start, afterwards at its end. Objects of the other robot's scene are not included.
-
-        Args:
-            name: Prefix of the objects' ids.
-            motion: A plan, a result that has one, or a reduced model.
-            trajectory: The motion of a reduced model; None for a plan's own.
-            base: Placement of the other scene's world in this scene's world.
-            start: Start of the motion on the clock of this scene; negative if it has begun [s].
-            until: End of the time for which the motion is known [s].
-            tolerance: Largest error of the tracks, which is subtracted from all distances. Smaller errors
-                need more pieces, and longer checks [m].
-
-        Raises:
-            PlanningFailed: If the result has no plan.
-            ProblemError: If `motion` is neither, or the trajectory is missing.
-            DuplicateObject: If an id is taken.
-            ModelError: If a half-space would have to move.
-            ShapeError: If a number or the placement is invalid.
-        """
-        robot, moved = model_and_trajectory("with_robot_in_motion", motion, trajectory, MovingRobot)
-        if not one_of("name", name, str):
-            raise ModelError("name of the robot is empty: its links could not be told from this one's")
-        where = as_placement("base", base)
-        added = robot_objects(name, robot, moved, base=where, start=start, until=until, tolerance=tolerance)
-        for key in added:
-            if key in self.placed or key in self.frame_names:
-                raise DuplicateObject(key)
-        return replace(self, objects={**self.objects, **added})
-
-    def with_cloud(self, name: str, cloud: Points | Voxels | None, *, given: Iterable[str] = ()) -> Self:
-        """Add a measured cloud to the world, or replace the earlier cloud of that name.
-
-        The object keeps its allowed contacts, margins and clearances.
-
-        Args:
-            name: Of the object: a new one, or a cloud of the scene.
-            cloud: In world coordinates; None for an empty measurement, which leaves a frame without a shape.
-            given: Assumptions about it, as phrases that each certificate repeats.
-
-        Raises:
-            ModelError: If the name is one of the robot's, or of an object that is not a cloud.
-        """
-        stated = several("given", given, str)
-        if one_of("the cloud's id", name, str) in self.objects:
-            return self._with(replaced_cloud(self.objects[name], cloud, stated))
-        self._check_free(name)
-        return self._with(SceneObject(name, cloud_parts(cloud), IDENTITY, WORLD, given=stated))
-
-    def _check_free(self, name: str) -> None:
-        """Refuse the id of an object that is taken."""
-        if name_of("object id", name) in self.objects:
-            raise DuplicateObject(name)
-        if not name or name == WORLD or name in self.frame_names:
-            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
-
-    def _with(self, item: SceneObject) -> Self:
-        return replace(self, objects={**self.objects, item.name: item})
-
-    def _with_tool(self, item: SceneObject) -> Self:
-        return replace(self, tools={**self.tools, item.name: item})
-
-
-OTHER_NAMES = {
-    "add_box": "scene = scene.add(name, to.Box(x, y, z), placement)",
-    "add_sphere": "scene = scene.add(name, to.Sphere(radius), placement)",
-    "add_cylinder": "scene = scene.add(name, to.Cylinder(radius, length), placement)",
-    "add_plane": "scene = scene.add(name, to.Plane(), placement)",
-    "add_mesh": "scene = scene.add(name, to.load_mesh(path), placement)",
-    **dict.fromkeys(("add_object", "add_obstacle", "add_shape"), "scene = scene.add(name, shape, placement)"),
-    **dict.fromkeys(("remove_object", "remove_world_object", "delete"), "scene = scene.remove(name)"),
-    **dict.fromkeys(("attach_box", "attach_object", "attach_mesh"), "scene = scene.attach(name, frame)"),
-    **dict.fromkeys(("get_objects", "get_known_object_names"), "scene.objects"),
-}
-"""Names of methods in other libraries, and the expressions to use here."""
-LIFTING = 0.5
-"""Duration of the allowed contact of a grasped object with its support [s]: lifted at 0.1 m/s^2, it is a
-centimetre above it afterwards.
-"""
-
-
-@dataclass(frozen=True, eq=False)
-class Scene(SceneMotions):
-    """A robot among objects.
-
-    An argument that takes a frame accepts a link, a tool frame or an object. An argument that takes a link or
-    object (touch links, margins, clearances, contacts) also accepts a frame, which refers to the body that it
-    is fixed on.
-
-    Attributes:
-        robot: The robot.
-        objects: Objects by id.
-        allowed: Pairs that may touch; initially the robot's disabled pairs.
-        margin: Default margin of the optimiser [m].
-        pair_margins: Margins of single pairs that differ [m].
-        clearances: Required clearances: no motion is verified that violates them.
-        allowances: Temporary intended contacts.
-        tools: Tool frames of this scene, by name, as objects without a shape.
-        kind_margins: Margins of kinds of pairs that differ [m].
-    """
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> object:
-            """Suggest the name to use for a name of another library."""
-            raise unknown_attribute(self, name, OTHER_NAMES)
 
     def add(
         self,
@@ -620,6 +390,92 @@ class Scene(SceneMotions):
         if on not in self.frame_names and on not in self.objects:
             raise FrameNotFound("frame", on, self.frame_names, objects=self.objects)
         return self._with_tool(SceneObject(name, (), object_placement(name, placement), on))
+
+    def with_motion(
+        self,
+        name: str,
+        motion: Prediction | Track | None = None,
+        *,
+        appears: float | None = None,
+        expires: float | None = None,
+    ) -> Scene:
+        """Let an object move, appear and expire; see `add`.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            ModelError: If a moving object is placed in another frame than the world.
+            ShapeError: If it expires before it appears.
+        """
+        item, timing = self.object(name), timing_of(name, motion, appears, expires)
+        if timing.motion is None:
+            return self._with(replace(item, timing=timing))
+        if item.frame != WORLD:
+            raise ModelError(f"{shown(name)} is placed in {shown(item.frame)}: only in the world it moves")
+        where = object_placement(name, timing.motion.track.at(0.0))
+        return self._with(replace(item, timing=timing, placement=where))
+
+    def with_robot_in_motion(
+        self,
+        name: str,
+        motion: Planned[MovingRobot] | MovingRobot,
+        trajectory: Trajectory | None = None,
+        *,
+        base: PlacementLike = IDENTITY,
+        start: float = 0.0,
+        until: float = inf,
+        tolerance: float = TOLERANCE,
+    ) -> Scene:
+        """Add another robot that moves as planned: `scene.with_robot_in_motion("left", plan, base=...)`.
+
+        Each of its links with a shape, and its attached objects, become objects such as "left/link7", on a
+        track with a proven bound on the error (see `trajopt.scene.track`). Before the motion it rests at its
+        start, afterwards at its end. Objects of the other robot's scene are not included.
+
+        Args:
+            name: Prefix of the objects' ids.
+            motion: A plan, a result that has one, or a reduced model.
+            trajectory: The motion of a reduced model; None for a plan's own.
+            base: Placement of the other scene's world in this scene's world.
+            start: Start of the motion on the clock of this scene; negative if it has begun [s].
+            until: End of the time for which the motion is known [s].
+            tolerance: Largest error of the tracks, which is subtracted from all distances. Smaller errors
+                need more pieces, and longer checks [m].
+
+        Raises:
+            PlanningFailed: If the result has no plan.
+            ProblemError: If `motion` is neither, or the trajectory is missing.
+            DuplicateObject: If an id is taken.
+            ModelError: If a half-space would have to move.
+            ShapeError: If a number or the placement is invalid.
+        """
+        robot, moved = model_and_trajectory("with_robot_in_motion", motion, trajectory, MovingRobot)
+        if not one_of("name", name, str):
+            raise ModelError("name of the robot is empty: its links could not be told from this one's")
+        where = as_placement("base", base)
+        added = robot_objects(name, robot, moved, base=where, start=start, until=until, tolerance=tolerance)
+        for key in added:
+            if key in self.placed or key in self.frame_names:
+                raise DuplicateObject(key)
+        return replace(self, objects={**self.objects, **added})
+
+    def with_cloud(self, name: str, cloud: Points | Voxels | None, *, given: Iterable[str] = ()) -> Scene:
+        """Add a measured cloud to the world, or replace the earlier cloud of that name.
+
+        The object keeps its allowed contacts, margins and clearances.
+
+        Args:
+            name: Of the object: a new one, or a cloud of the scene.
+            cloud: In world coordinates; None for an empty measurement, which leaves a frame without a shape.
+            given: Assumptions about it, as phrases that each certificate repeats.
+
+        Raises:
+            ModelError: If the name is one of the robot's, or of an object that is not a cloud.
+        """
+        stated = several("given", given, str)
+        if one_of("the cloud's id", name, str) in self.objects:
+            return self._with(replaced_cloud(self.objects[name], cloud, stated))
+        self._check_free(name)
+        return self._with(SceneObject(name, cloud_parts(cloud), IDENTITY, WORLD, given=stated))
 
     def still_at(self, time: float) -> Scene:
         """Return a static scene: a snapshot at a time of the clock [s].
@@ -868,6 +724,133 @@ class Scene(SceneMotions):
         """
         allowance = ContactAllowance(name, self.owner(a), self.owner(b), depth, first, last)
         return replace(self, allowances=(*self.allowances, allowance))
+
+    def _configuration(self, name: str, given: ConfigurationLike) -> Floats:
+        """Return the positions of all joints of a configuration."""
+        # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
+        joints = len(self.robot.joint_names)
+        if isinstance(given, list | tuple | np.ndarray) and len(cast("Sized", given)) == joints:
+            return floats(name, cast("ArrayLike", given), (joints,))
+        return stated_configuration(self.robot, name, cast("ConfigurationLike", given))
+
+    def _placement_at(self, name: str, positions: Floats) -> Placement:
+        holder = self.holder(name)
+        if holder.link == WORLD:
+            return holder.placement
+        return link_placement(self.robot.model, holder.link, positions) * holder.placement
+
+    def _entered(self, name: str) -> str:
+        """Return the name of a link, frame or object in the allowed-collision matrix."""
+        owner = self.owner(name)
+        return name if name in self.robot.links else owner
+
+    def _check_frame(self, name: str) -> None:
+        known = (WORLD, *self.frame_names)
+        if one_of("frame", name, str) not in known and name not in self.objects:
+            lost = COPY if name in self.added_elsewhere else ""
+            raise FrameNotFound("frame", name, known, objects=self.objects, left_out=lost)
+
+    def _owner(self, name: str, kind: str) -> str:
+        if one_of(kind, name, str) in self.tools:
+            return self.owner(self.tools[name].frame)
+        if name in self.objects:
+            return name
+        if name not in self.robot.frames and name not in self.robot.links:
+            raise FrameNotFound(kind, name, self.frame_names, objects=self.objects)
+        link = self.robot.frame(name).link
+        return _shaped_links(self.robot).get(link, link)
+
+    def _owners(self, names: Iterable[str]) -> frozenset[str]:
+        return frozenset(self._owner(name, "touch link") for name in several("touch_links", names, str))
+
+    def _check_not_within(self, name: str, frame: str) -> None:
+        """Refuse a frame that is placed, directly or indirectly, in itself."""
+        over, placed = frame, self.placed
+        while over in placed:
+            if over == name:
+                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
+            over = placed[over].frame
+
+    def _asked(
+        self,
+        caller: str,
+        value: float | None,
+        a: str | None,
+        b: str | None,
+        kinds: tuple[float | None, float | None, float | None],
+    ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
+        """Return the requested pair, if any, and the requested distances of kinds of pairs [m]."""
+        order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
+        first = "margin" if caller == "with_margin" else "value"
+        for name, each in zip((first, "world", "carried", "robot"), (value, *kinds), strict=True):
+            if each is not None:
+                warn_of_far_apart(name, number(name, each))
+        stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
+        pair = self._pair(caller, a, b)
+        if pair is not None and (value is None or stated):
+            raise ModelError(f"{caller}: give one value for {shown(a)} and {shown(b)}")
+        if value is None and not stated:
+            raise ModelError(f"{caller}: give a value, or one for world, carried or robot [m]")
+        return pair, stated
+
+    def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
+        if a is None or b is None:
+            if a is not b:
+                raise ModelError(f"{caller}: name both things or none")
+            return None
+        one, other = self.owner(a), self.owner(b)
+        if one == other:
+            raise ModelError(f"{caller}: {shown(a)} and {shown(b)} are one thing, {shown(one)}")
+        return frozenset((one, other))
+
+    def _check_free(self, name: str) -> None:
+        """Refuse the id of an object that is taken."""
+        if name_of("object id", name) in self.objects:
+            raise DuplicateObject(name)
+        if not name or name == WORLD or name in self.frame_names:
+            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
+
+    def _with(self, item: SceneObject) -> Scene:
+        return replace(self, objects={**self.objects, item.name: item})
+
+    def _with_tool(self, item: SceneObject) -> Scene:
+        return replace(self, tools={**self.tools, item.name: item})
+
+    def __repr__(self) -> str:
+        """Return the robot, its tools, the objects and the clearances."""
+        objects = in_short(", ".join(self.objects) or "no objects", 100)
+        mounted = f" with {in_short(', '.join(self.tools), 100)}" if self.tools else ""
+        return f"Scene({shown(self.robot.name)}{mounted}, {objects}; {self.distances})"
+
+
+@cached_per_value
+def _shaped_links(robot: Robot) -> Mapping[str, str]:
+    """Return, for each link without a shape, the nearest link with one that it is fixed on."""
+    shaped, frames = {body.owner for body in robot.bodies}, robot.model.frames
+    found: dict[str, str] = {}
+    for link in robot.links:
+        place = link_frame(robot.model, link)
+        while frames[place].name not in shaped and place > 0:
+            joint = frames[place].parentFrame
+            if frames[joint].type != pin.FrameType.FIXED_JOINT:
+                break
+            place = frames[joint].parentFrame
+        if frames[place].name in shaped:
+            found[link] = str(frames[place].name)
+    return found
+
+
+@cached_per_value
+def _links_beside(robot: Robot) -> frozenset[str]:
+    return links_of_the_world(robot.model, {body.owner for body in robot.bodies})
+
+
+@cached_per_value
+def _standing_links(robot: Robot) -> frozenset[str]:
+    """Return the links that no joint moves, and the world."""
+    model = robot.model
+    fixed = (link for link in robot.links if model.frames[link_frame(model, link)].parentJoint == 0)
+    return frozenset((WORLD, *fixed))
 
 
 def robot_objects(
