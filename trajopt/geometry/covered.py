@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import coal
 import numpy as np
 
+from trajopt.geometry.evaluation import Evaluator, WorkCounts
 from trajopt.geometry.geometry import BoundingBoxes, collision_geometry
-from trajopt.geometry.query import BodyParts, Query, WorkCounts, cell_of, solid_of
+from trajopt.geometry.query import BodyParts, cell_of, evaluator, solid_of
 from trajopt.native import proximity
 from trajopt.robot.joints import FixedBody
 from trajopt.scene.reduced import ReducedModel
@@ -88,7 +89,7 @@ def _box(edges: Floats) -> coal.CollisionGeometry:
     return box
 
 
-def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Query | None:
+def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Evaluator | None:
     """Return a query in which boxes replace clouds, except near the robot's ends.
 
     Its pairs are the model's, and no distance is larger than theirs.
@@ -109,7 +110,7 @@ def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Qu
         if not blocked:
             break
         whole = whole.opened(reduced, blocked, parts)
-    return Query(reduced, counts, whole.core(whole.stands_for, len(reduced.pairs.required)))
+    return evaluator(reduced, counts, core=whole.core(whole.stands_for, len(reduced.pairs.required)))
 
 
 def _covered(reduced: ReducedModel) -> "Covered | None":

@@ -111,14 +111,17 @@ class Query:
         return self._core.displacement(np.ascontiguousarray(start), np.ascontiguousarray(end))
 
 
-def evaluator(reduced: ReducedModel, counts: WorkCounts | None = None, /) -> Evaluator:
+def evaluator(
+    reduced: ReducedModel, counts: WorkCounts | None = None, /, *, core: proximity.Query | None = None
+) -> Evaluator:
     """Return the native evaluator of a reduced model, for one thread.
 
     Args:
         reduced: Robot and scene.
         counts: Adds up the work; new counts when None.
+        core: The core, if other shapes replace the model's; a new one when None.
     """
-    return Query(reduced, counts)
+    return Query(reduced, counts, core)
 
 
 def cell(reduced: ReducedModel) -> proximity.Cell:

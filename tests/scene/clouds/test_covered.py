@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.scene.clouds.scenes_for_tests import CARRIED, arm_beside, carried, least, some_cells, some_points
-from trajopt.geometry import Query, WorkCounts, covered_query
+from trajopt.geometry import Evaluator, Query, WorkCounts, covered_query
 from trajopt.geometry.covered import CELL, FEWEST, BoxCover, cover_of
 from trajopt.scene.reduced import ReducedModel
 
@@ -98,7 +98,7 @@ def test_no_distance_is_larger_than_it_is(kind: str, cells: bool) -> None:
         assert all(found[key] <= distance + EXACT for key, distance in true.items() if distance > 0.0)
 
 
-def smallest(model: ReducedModel, query: Query, positions: np.ndarray) -> dict[object, float]:
+def smallest(model: ReducedModel, query: Evaluator, positions: np.ndarray) -> dict[object, float]:
     seen = query.close_pairs(positions, np.full(len(model.pairs.first), 0.12))
     return least(model, seen.sample, seen.pair, seen.distance)
 
