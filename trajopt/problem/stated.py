@@ -111,7 +111,6 @@ def stated_waypoints(
 def _required(
     scene: Scene, group: str, name: str, wanted: GoalLike | Sequence[GoalLike], *, degrees: bool
 ) -> tuple[Requirement, ...]:
-    """Return the requirements that hold together at one moment."""
     items = cast("Sequence[GoalLike]", wanted) if isinstance(wanted, list | tuple) else ()
     if wanted is not items or not (len(items) == 0 or any(map(_is_one, items))):
         items = (cast("GoalLike", wanted),)  # a placement in one of its forms is a list or a tuple too
@@ -146,7 +145,6 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
 
 
 def _is_matrix(item: object) -> bool:
-    """Return whether an argument has the shape of a homogeneous matrix."""
     try:
         return np.shape(cast("ArrayLike", item)) == (4, 4)
     except ValueError:  # rows of different lengths
@@ -173,7 +171,6 @@ def _of_group(robot: Robot, group: str, positions: Floats) -> dict[str, float]:
 
 
 def _hint(item: object) -> str:
-    """Return a hint for three numbers, which are a position without an orientation."""
     try:
         count = len(floats("goal", cast("ArrayLike", item), (None,)))
     except ShapeError:

@@ -75,6 +75,5 @@ def _levers(reduced: ReducedModel) -> Floats:
 
 
 def _stroke(model: pin.Model, joint: int) -> float:
-    """Return the largest distance of a sliding joint from its zero [m]."""
     place = model.joints[joint].idx_q
     return float(max(abs(model.lowerPositionLimit[place]), abs(model.upperPositionLimit[place])))

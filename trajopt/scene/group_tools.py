@@ -98,7 +98,6 @@ def _centre_points(robot: Robot, group: str) -> list[str]:
 
 
 def _above(robot: Robot, link: str) -> set[str]:
-    """Return the ancestors of a link, up to the root."""
     found = set[str]()
     while above := link_above(robot.model, link) if joint_above(robot.model, link) != "universe" else "":
         found.add(above)

@@ -211,7 +211,6 @@ def _collision_models(scene: Scene) -> LruCache[ReducedRobot, CollisionModel]:
 
 @cached_per_value
 def _pairs(robot: ReducedRobot) -> LruCache[object, BodyPairs]:
-    """Return the cached pairs of recent scenes."""
     del robot
     return LruCache(4)
 

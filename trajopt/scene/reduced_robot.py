@@ -80,7 +80,6 @@ def _columns(slides: Floats, angles: list[Floats]) -> Floats:
 
 
 def _joined(names: tuple[str, ...], moved: list[tuple[Floats, Floats]]) -> DrivenJoints:
-    """Return all tracks' joints on common pieces."""
     if not moved:
         return DrivenJoints(names, readonly(np.array((0.0, 1.0))), readonly(np.zeros((1, 1, 0))))
     times = np.unique(np.concatenate([track_times for track_times, _ in moved]))

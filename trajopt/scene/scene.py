@@ -726,7 +726,6 @@ class Scene(Value):
         return replace(self, allowances=(*self.allowances, allowance))
 
     def _configuration(self, name: str, given: ConfigurationLike) -> Floats:
-        """Return the positions of all joints of a configuration."""
         # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
         joints = len(self.robot.joint_names)
         if isinstance(given, list | tuple | np.ndarray) and len(cast("Sized", given)) == joints:
@@ -804,7 +803,6 @@ class Scene(Value):
         return frozenset((one, other))
 
     def _check_free(self, name: str) -> None:
-        """Refuse the id of an object that is taken."""
         if name_of("object id", name) in self.objects:
             raise DuplicateObject(name)
         if not name or name == WORLD or name in self.frame_names:

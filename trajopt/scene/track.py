@@ -406,7 +406,6 @@ class _Bounds:
 
 
 def _chain(model: pin.Model, joint: int) -> list[int]:
-    """Return a joint and its ancestors, outermost first."""
     found: list[int] = []
     while joint > 0:
         found.append(joint)
@@ -533,7 +532,6 @@ class _Steps:
         )
 
     def pieces(self, ends: list[int], error: float) -> FramePieces:
-        """Return the pieces between these steps."""
         turns = [self._turn(*pair) for pair in pairwise(ends)]
         return FramePieces(
             self.times[ends],

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trajopt.native.timing import Outcome, Retimed
+from trajopt.native import timing
 from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats, Ints
 
@@ -19,23 +19,23 @@ DEGREE = 3
 
 
 def timed_through(
-    knots: Floats, through: Ints, limits: JointLimits, timed: Callable[[Floats], Retimed]
-) -> Retimed:
+    knots: Floats, through: Ints, limits: JointLimits, time_path: Callable[[Floats], timing.Retimed]
+) -> timing.Retimed:
     """Time a polyline so that the smooth path passes through some of its knots.
 
     Args:
         knots: Polyline, shape (N, n) [rad | m].
         through: Indices of the knots to pass, shape (w,).
         limits: Joint limits: velocities scale the path parameter, positions bound the corners.
-        timed: Times a polyline.
+        time_path: Times a polyline.
 
     Returns:
         The timing with the smallest largest joint distance from the knots, or a failed one.
     """
-    corners, nearest, least = knots, timed(knots), np.inf
+    corners, nearest, least = knots, time_path(knots), np.inf
     found = nearest
     for _ in range(ROUNDS if len(through) else 0):
-        if found.outcome is not Outcome.TIMED:
+        if found.outcome is not timing.Outcome.TIMED:
             break
         missed = knots[through] - _passed(found, corners, through, limits)
         worst = float(np.abs(missed).max())
@@ -45,11 +45,11 @@ def timed_through(
             break
         corners = corners.copy()
         corners[through] = np.clip(corners[through] + missed, limits.lower, limits.upper)
-        found = timed(corners)
+        found = time_path(corners)
     return nearest
 
 
-def _passed(found: Retimed, corners: Floats, through: Ints, limits: JointLimits) -> Floats:
+def _passed(found: timing.Retimed, corners: Floats, through: Ints, limits: JointLimits) -> Floats:
     """Return the points of the smooth path at the corners' parameters, shape (w, n)."""
     from scipy.interpolate import BSpline
 

@@ -215,14 +215,12 @@ class Judge:
 
 
 def _least(at_fault: Sequence[Check], clearance: float) -> float:
-    """Return the clearance at fault, or the clearance at all times if it has no check."""
     if not at_fault:
         return clearance
     return inf if at_fault[0].value is None else at_fault[0].value
 
 
 def _range(values: Floats) -> tuple[float, float]:
-    """Return the smallest and the largest of some values; zeros if there are none."""
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
 
 

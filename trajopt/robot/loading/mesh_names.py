@@ -90,12 +90,10 @@ class MeshNames:
 
     @cached_property
     def _roots(self) -> tuple[Path, ...]:
-        """Folders to which a name is relative."""
         return tuple(dict.fromkeys((*self._dirs, *self._above, *self.file.parent.resolve().parents)))
 
     @cached_property
     def _package(self) -> Path:
-        """The package folder of the description."""
         parent = self._above[min(1, len(self._above) - 1)]
         return next((folder for folder in self._above if is_file(folder / PACKAGE_FILE)), parent)
 
@@ -134,7 +132,6 @@ class MeshNames:
                 yield folder
 
     def _nowhere(self, tried: Iterable[tuple[Path, Path]], scheme: str) -> str:
-        """List the searched folders."""
         roots = list(dict.fromkeys(str(root) for root, _ in tried))
         said = f"not found for {self.file.name}; looked below {listed(roots)}"
         if scheme:
@@ -147,7 +144,6 @@ class MeshNames:
 
 
 def _folders(variable: str) -> tuple[Path, ...]:
-    """Return the folders that an environment variable lists."""
     return tuple(Path(each) for each in os.environ.get(variable, "").split(os.pathsep) if each)
 
 
@@ -162,7 +158,6 @@ def _inside(folder: Path) -> list[Path]:
 
 
 def _states(folder: Path, name: str) -> bool:
-    """Return whether a folder is a package of that name."""
     file = folder / PACKAGE_FILE
     if not is_file(file):
         return False

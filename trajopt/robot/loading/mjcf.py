@@ -303,7 +303,6 @@ class _Reading:
             self.notes.append(f"gravity is taken as {_EARTH} m/s^2, where the file has {gravity.tolist()}")
 
     def _name(self, kind: str, place: int) -> str:
-        """Return the name of an element, or its kind and index."""
         return str(getattr(self.model, kind)(place).name) or f"{kind}_{place}"
 
 

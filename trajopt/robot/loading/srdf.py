@@ -153,7 +153,6 @@ def _read_group(path: Path, group: ElementTree.Element) -> GroupElement:
 
 
 def _read_state(path: Path, state: ElementTree.Element) -> Mapping[str, tuple[float, ...]]:
-    """Return the numbers of each joint in a named state."""
     found: dict[str, tuple[float, ...]] = {}
     for joint in state.findall("joint"):
         name = _need(path, joint, "name")

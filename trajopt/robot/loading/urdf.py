@@ -388,7 +388,6 @@ def check_tree(path: Path, root: ElementTree.Element) -> None:
 
 
 def _end(path: Path, joint: ElementTree.Element, tag: str, links: Mapping[str, object]) -> str:
-    """Return the link at one end of a joint."""
     name, element = shown(joint.get("name")), joint.find(tag)
     link = None if element is None else element.get("link")
     if link is None:

@@ -21,14 +21,12 @@ class _Bounded(ElementTree.TreeBuilder):
     depth = 0
 
     def start(self, tag: str, attrs: dict[str, str]) -> ElementTree.Element:  # pyright: ignore
-        """Open an element."""
         self.depth += 1
         if self.depth > DEEPEST:
             raise ValueError(f"is nested more than {DEEPEST} levels deep")
         return super().start(tag, attrs)  # pyright: ignore
 
     def end(self, tag: str) -> ElementTree.Element:
-        """Close an element."""
         self.depth -= 1
         return super().end(tag)
 

@@ -169,7 +169,6 @@ def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]
 
 
 def _to_disk(path: Path) -> None:
-    """Flush a file, or the names in a folder, to disk."""
     opened = os.open(path, os.O_RDONLY)
     try:
         os.fsync(opened)

@@ -153,7 +153,6 @@ def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact
 
 
 def _broken_check(motion: Motion, distances: PairDistances, contact: Contact, required: float) -> Check:
-    """Return the check of the deepest contact, or of the nearest pair below its clearance."""
     name, over = distances.pair_name(contact.pair), motion.trajectory.duration
     after = f", {contact.time - over:.3f} s after the end" if contact.time > over else ""
     if contact.distance > 0.0:

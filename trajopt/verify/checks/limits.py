@@ -190,7 +190,6 @@ def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Float
 
 
 def _accepted(motion: Motion, order: int, bounds: Floats) -> Floats:
-    """Return the accepted numerical excess over bounds."""
     sizes = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
     return motion.options.excess * (np.maximum(sizes, 1.0) if order == 0 else sizes)
 

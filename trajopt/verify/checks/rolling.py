@@ -44,7 +44,6 @@ class _Straying:
 
     @property
     def most(self) -> float:
-        """Upper bound of the drift at all times [m]."""
         return self.measured + self.error + self.beside
 
     def decides(self, accepted: float) -> bool:

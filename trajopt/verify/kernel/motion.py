@@ -307,7 +307,6 @@ class TimedMotion(Motion):
 
 
 def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:
-    """Append a rest to a trajectory."""
     times, coefficients = trajectory.times, trajectory.coefficients
     if staying <= 0.0:
         return Polynomials(times, coefficients)

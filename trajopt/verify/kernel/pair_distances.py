@@ -138,7 +138,6 @@ def _tree(scene: Scene) -> tuple[dict[str, str], set[str]]:
 
 
 def _above(parents: Mapping[str, str], link: str) -> list[str]:
-    """Return the ancestors of a link, including the root."""
     found: list[str] = []
     while link in parents:
         link = parents[link]
@@ -298,7 +297,6 @@ class PairDistances:
 
     @cached_property
     def _meshed(self) -> Bools:
-        """Whether a pair includes an exact mesh, shape (p,)."""
         meshes = np.array([isinstance(body.shape, Mesh) for body in self.reduced.bodies], dtype=np.bool_)
         return meshes[self.first] | meshes[self.second]
 
@@ -348,7 +346,6 @@ class PairDistances:
 
 
 def _placed(poses: Poses) -> tuple[Floats, Floats, Floats]:
-    """Return times and joint placements in the form of the core."""
     times = np.zeros(len(poses.rotation)) if poses.times is None else poses.times
     return np.ascontiguousarray(times), poses.rotation, poses.translation
 
