@@ -7,16 +7,21 @@ take the result. The steps of `plan` are in `trajopt.planning`, `trajopt.optimis
 A name is imported when it is first used, so that a part of the package, such as the judge, loads alone.
 """
 
+import warnings as _warnings
 from collections.abc import Mapping as _Mapping
 from importlib import import_module as _import_module
 from importlib.util import find_spec as _find_spec
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-# At once: a missing core is an error of the first import, and no other module may import pinocchio before.
+# Here, so that a missing core is an error of the first import.
 import trajopt.native as _native  # noqa: F401  # pyright: ignore[reportUnusedImport]
-import trajopt.robot.loading.kinematics_library as _kinematics_library  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from trajopt.values.moved import new_name as _new_name
 from trajopt.values.moved import watch_imports as _watch_imports
+
+with _warnings.catch_warnings():
+    # pinocchio 3.8 imports `hppfcl`, Coal's old name. With `-W error` that would be an error of ours.
+    _warnings.filterwarnings("ignore", "Please update your 'hppfcl' imports", DeprecationWarning)
+    _import_module("pinocchio")
 
 if _TYPE_CHECKING:
     from trajopt import verify as verify

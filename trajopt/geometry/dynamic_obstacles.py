@@ -9,7 +9,7 @@ import numpy as np
 from trajopt.geometry.evaluation import Evaluator, MakesEvaluator, WorkCounts
 from trajopt.geometry.query import evaluator
 from trajopt.scene.reduced import ReducedModel, TimedModel
-from trajopt.scene.timed import ChangingPairs
+from trajopt.scene.reducing import ChangingPairs
 from trajopt.values.arrays import Bools, Floats, Ints, Printed
 
 

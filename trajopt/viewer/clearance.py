@@ -10,7 +10,7 @@ from trajopt.geometry import JointPlacements, evaluator
 from trajopt.problem.requirements import AxisAlignment, Requirement
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.timed import ChangingPairs
+from trajopt.scene.reducing import ChangingPairs
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.trajectory import Trajectory
 

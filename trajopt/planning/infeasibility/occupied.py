@@ -16,7 +16,7 @@ import numpy as np
 from trajopt.geometry import DynamicObstacles, WorkCounts, evaluator
 from trajopt.planning.infeasibility.cover import halved, pair_levers
 from trajopt.scene.reduced import TimedModel
-from trajopt.scene.timed import ChangingPairs
+from trajopt.scene.reducing import ChangingPairs
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Polynomials
