@@ -19,7 +19,7 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from trajopt.files.bundle import Bundle, read_bundle
-from trajopt.files.bundle.fingerprint import fingerprint
+from trajopt.files.bundle.codec import fingerprint
 from trajopt.lab.campaign.columns import encoded, read_rows
 from trajopt.server.warehouse import Warehouse
 from trajopt.values.errors import TrajoptError

@@ -27,7 +27,7 @@ from urllib.parse import urlsplit
 from benchmarks.page import table, write_section
 from benchmarks.server import Server
 from tests.server.hostile import hostile, raw
-from trajopt.server.refusals import Why
+from trajopt.server.limits import Why
 
 CONNECTIONS, PATIENCE = 12, 90.0
 CHANGED = 0.8

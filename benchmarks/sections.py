@@ -12,8 +12,7 @@ from trajopt_robots._example_robot_data import share_folder
 from benchmarks import askable
 from benchmarks.page import table, write_section
 from benchmarks.workers import Row
-from trajopt.cli.bench import stage_table, winners
-from trajopt.cli.bench import table as set_table
+from trajopt.cli.suite import set_table, stage_table, winners
 from trajopt.lab.suite import RunOutcome
 from trajopt.lab.suite.instance import by_set, row, summary
 from trajopt.planning.status import Status

@@ -33,7 +33,7 @@ from trajopt.server import SessionState, Watch
 from trajopt.server.client import AsyncClient, AsyncSession, ServerError
 from trajopt.server.memory import memory_used
 from trajopt.server.operations import OPERATIONS
-from trajopt.server.operations.edits import edited
+from trajopt.server.operations.scenes import edited
 from trajopt.values.documents.document import Node
 
 KINDS = ("bar", "between_plates", "cage", "narrow_mouth", "past_pillar", "turn_over", "under_table")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import trajopt as to
 from benchmarks.page import write_section
-from trajopt.cli.compare import read_runs
+from trajopt.cli.suite import read_runs
 from trajopt.lab.suite import Allowance, Instance, RunOutcome, compared, installed_instances
 from trajopt.lab.suite.comparison_page import markdown
 from trajopt.lab.suite.comparison_page import page as page_of

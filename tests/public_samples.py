@@ -53,6 +53,7 @@ RETURNED = frozenset(
     Recording Sighting RecordedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud Cluster FlatPart
     Mount Perceived Radius CampaignFolder Progress ProblemSource Dataset Extracted CampaignSummary
     Comparison Memory Session AsyncSession SessionCalls Reply Watch Decision IterationRecord
+    ExecutionOutcome ServiceSession
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -62,8 +63,8 @@ INNER = frozenset(
     BudgetTracker PlanningWorkspace TrustRegion Judge.certify Judge.decide Judge.check
     check_requirement constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of
     DepthNoise.sigma DepthNoise.sigmas DepthImage.taken PointCloud.taken Options.plan Campaign.tasks
-    CampaignFolder.write Local.pool Ray.pool Session.move Session.replace Cancellation.of Watch.progress
-    Watch.incumbent
+    CampaignFolder.write Local.pool Ray.pool ServiceSession.move ServiceSession.replace Cancellation.of
+    Watch.progress Watch.incumbent
     """.split()
 )
 """What only planning, or perception, itself calls, many times; other packages add to the last two."""

@@ -8,8 +8,7 @@ import pytest
 
 import trajopt as to
 from trajopt.files.moveit import read_request, read_scene, read_trajectory
-from trajopt.files.moveit.objects import read_operation
-from trajopt.files.moveit.shapes import read_kind
+from trajopt.files.moveit.objects import read_kind, read_operation
 from trajopt.robot.loading.stated_limits import read_joint_limits
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.documents.files import read_json

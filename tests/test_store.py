@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.files.moveit.test_robot_trajectory import trajectories
 from trajopt import Trajectory
 from trajopt.files.moveit import write_trajectory
-from trajopt.files.moveit.trajectory_files import read_trajectory
+from trajopt.files.moveit.trajectories import read_trajectory
 from trajopt.values.documents.document import write_json
 from trajopt.values.errors import FileFormatError
 from trajopt.values.trajectory import Interpolation

@@ -50,7 +50,7 @@ WORKSPACES = {
     "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
     "MirrorView", "MoveGroupCommander", "RunPublisher",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",
-    "Search", "Service", "Servo", "ServoPage", "Session", "SimulatedExecutor", "Supervisor",
+    "Search", "Service", "ServiceSession", "Servo", "ServoPage", "Session", "SimulatedExecutor", "Supervisor",
     "SymbolicKinematics", "Timeline", "Value", "Viewer", "Warehouse", "Watch", "Workspace", "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""

@@ -14,7 +14,7 @@ from threading import Thread
 from typing import IO
 
 from benchmarks.warehouse.writer import state
-from trajopt.server.warehouse import Entry, State, Warehouse
+from trajopt.server.warehouse import Entry, StoredState, Warehouse
 from trajopt.values.errors import TrajoptError
 
 ROOT = Path(__file__).parents[2]
@@ -123,9 +123,9 @@ def _found(path: Path, acknowledged: set[tuple[str, ...]], kills: int) -> Found:
     )
 
 
-def _whole(kept: Warehouse, entry: Entry, wanted: State) -> bool:
+def _whole(kept: Warehouse, entry: Entry, wanted: StoredState) -> bool:
     try:
-        value: State = kept.load(entry)
+        value: StoredState = kept.load(entry)
     except TrajoptError:
         return False
     return value.robot == wanted.robot and dict(value.positions) == dict(wanted.positions)

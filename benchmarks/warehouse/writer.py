@@ -5,12 +5,12 @@ python -m benchmarks.warehouse.writer FILE WHO COUNT
 
 import sys
 
-from trajopt.server.warehouse import State, Warehouse
+from trajopt.server.warehouse import StoredState, Warehouse
 
 
-def state(who: str, number: int) -> State:
+def state(who: str, number: int) -> StoredState:
     """Return an entry of a writer, with enough numbers that a half-written one is noticed."""
-    return State(who, {f"joint{place}": number + place / 1000.0 for place in range(200)})
+    return StoredState(who, {f"joint{place}": number + place / 1000.0 for place in range(200)})
 
 
 def main() -> None:

@@ -37,7 +37,7 @@ def test_a_bundle_is_checked_and_exported_without_any_other_file(kept: Path) -> 
 
 def test_a_bundle_says_all_itself(kept: Path) -> None:
     done = trajopt("check", "--robot", "planar2", kept)
-    assert done.returncode == 2 and "says all itself" in done.stderr
+    assert done.returncode == 2 and "contains the whole problem" in done.stderr
 
 
 def test_replay_gives_the_same_answer(kept: Path) -> None:

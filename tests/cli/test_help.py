@@ -2,14 +2,13 @@
 
 import inspect
 from collections.abc import Callable, Iterator
-from importlib import import_module
 from typing import Annotated, get_args, get_origin
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from trajopt.cli.app import COMMANDS, app_for
+from trajopt.cli.app import COMMANDS, app_for, command_named
 
 UNITLESS = {"--torque-scaling", "--share", "--level"}
 """Factors and shares, which have none."""
@@ -19,7 +18,7 @@ UNITS = ("[s]", "[m]", "[rad]", "[deg]", "second")
 def every_command() -> Iterator[str]:
     """All commands; of those that have commands of their own, those: "warehouse ls"."""
     for name in COMMANDS:
-        found = getattr(import_module(f"trajopt.cli.{name}"), name)
+        found = command_named(name)
         if isinstance(found, typer.Typer):
             yield from (f"{name} {called(each)}" for each in found.registered_commands)
         else:
@@ -32,8 +31,8 @@ def called(command: typer.models.CommandInfo) -> str:
 
 def function_of(command: str) -> Callable[..., None]:
     name, _, own = command.partition(" ")
-    found = getattr(import_module(f"trajopt.cli.{name}"), name)
-    if own:
+    found = command_named(name)
+    if isinstance(found, typer.Typer):
         found = next(each.callback for each in found.registered_commands if called(each) == own)
     return found
 

@@ -5,10 +5,11 @@ from dataclasses import is_dataclass
 from types import ModuleType
 from typing import Any, ClassVar
 
-from trajopt.files.messages import FollowJointTrajectoryGoal, JointTrajectoryPoint
-from trajopt.files.messages.message import Stamp
 from trajopt.ros.commander.geometry_msgs import msg as geometry
 from trajopt.ros.commander.sensor_msgs import msg as sensor
+
+from trajopt.files.messages import FollowJointTrajectoryGoal, JointTrajectoryPoint
+from trajopt.files.messages.message import Stamp
 
 
 class Parameter:

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from trajopt.ros.commander.geometry_msgs.msg import PoseStamped
+from trajopt.ros.commander.sensor_msgs.msg import JointState
 
 import trajopt as to
 from tests.ros.commander.conftest import URDF
 from tests.ros.ros2_stand_in import ActionClient, Node, modules
-from trajopt.files.moveit.pose import pose_of
-from trajopt.ros.commander.geometry_msgs.msg import PoseStamped
-from trajopt.ros.commander.sensor_msgs.msg import JointState
+from trajopt.files.moveit.frames import pose_of
 
 NODE = Path(__file__).parents[2] / "examples" / "ros2" / "planning_node.py"
 HERE = {"shoulder": 0.5, "elbow": -1.0, "wrist": 0.2}

@@ -10,7 +10,7 @@ import pytest
 
 import trajopt as to
 from tests.server.test_service import ROOMS, SMALL, served, why
-from trajopt.server import Lane, Limits, Refusal, Service, Why
+from trajopt.server import Lane, Limits, RequestRefused, Service, Why
 from trajopt.server.keeper import Keeper
 from trajopt.server.messages import LENGTH
 from trajopt.server.warehouse import Warehouse
@@ -185,7 +185,7 @@ def test_what_a_request_may_take_of_memory_does_not_depend_on_those_before_it() 
 
 def test_arguments_that_are_no_plain_data_are_refused() -> None:
     async def test(service: Service) -> None:
-        with pytest.raises(Refusal, match="plain data") as refused:
+        with pytest.raises(RequestRefused, match="plain data") as refused:
             await service.ask(service.create(), "echo", {"goal": object()})
         assert refused.value.why is Why.MALFORMED
 

@@ -19,7 +19,8 @@ import trajopt as to
 from tests.ros.commander.conftest import SRDF, URDF
 from tests.server.serving import SMALL, Serving, serving
 from tests.server.test_service import served
-from trajopt.cli.serve import loaded, sources_of
+from trajopt.cli.options import sources_of
+from trajopt.cli.serve import loaded
 from trajopt.server import Service
 from trajopt.server.client import Client, ServerError, Session
 from trajopt.server.http import HttpOptions, http_app
@@ -59,9 +60,9 @@ def test_the_robots_say_what_a_client_needs(server: Serving) -> None:
 
 def test_a_full_server_says_when_to_come_again(server: Serving) -> None:
     from trajopt.server.http.answers import refusal_response
-    from trajopt.server.refusals import Refusal, Why
+    from trajopt.server.limits import RequestRefused, Why
 
-    response = refusal_response(Refusal(Why.FULL, "full", retry_after=0.25))
+    response = refusal_response(RequestRefused(Why.FULL, "full", retry_after=0.25))
     assert response.status_code == 429
     assert response.headers["retry-after"] == "1"
     assert response.headers["x-retry-after"] == "0.250"
@@ -206,14 +207,14 @@ def test_files_beside_are_those_of_the_description_and_not_of_installed_robots(t
     urdf, srdf = tmp_path / "arm.urdf", tmp_path / "arm.srdf"
     urdf.write_text(URDF)
     srdf.write_text(SRDF)
-    sources = sources_of(["planar2", str(urdf)], srdf, None, (tmp_path,), False, 1.0, False)
+    sources = sources_of(["planar2", str(urdf)], srdf=srdf, limits=None, package_dirs=(tmp_path,))
     robots = loaded(sources)
     first, second = robots.items()
     assert first[0] == "planar2" and "arm" in second[1].groups
     with pytest.raises(to.TrajoptError, match="brings its own files"):
-        loaded(sources_of(["planar2"], srdf, None, (), False, 1.0, False))
+        loaded(sources_of(["planar2"], srdf=srdf, limits=None))
     with pytest.raises(to.TrajoptError, match="of one robot"):
-        sources_of([str(urdf), str(urdf)], srdf, None, (), False, 1.0, False)
+        sources_of([str(urdf), str(urdf)], srdf=srdf, limits=None)
 
 
 def test_the_command_refuses_to_be_open(capfd: pytest.CaptureFixture[str]) -> None:

@@ -17,9 +17,9 @@ import pytest
 import trajopt as to
 from tests.server.serving import MODULES
 from trajopt.ros.rosbridge.cell import Cell
-from trajopt.server import Lane, Limits, Refusal, Service, Session, SessionState, Watch, Why
+from trajopt.server import Lane, Limits, RequestRefused, Service, ServiceSession, SessionState, Watch, Why
 from trajopt.server.keeper import keep
-from trajopt.server.warehouse import Kind, State, Warehouse
+from trajopt.server.warehouse import EntryKind, StoredState, Warehouse
 from trajopt.values.documents.document import Node
 
 ANSWERS = "trajopt.ros.rosbridge.answers"
@@ -46,11 +46,11 @@ def served(
     asyncio.run(asyncio.wait_for(run(), 120.0))
 
 
-async def edit(service: Service, session: Session, *edits: dict[str, object]) -> None:
+async def edit(service: Service, session: ServiceSession, *edits: dict[str, object]) -> None:
     await service.ask(session, "edit", {"edits": list(edits)})
 
 
-async def objects(service: Service, session: Session) -> list[str]:
+async def objects(service: Service, session: ServiceSession) -> list[str]:
     return (await service.ask(session, "echo")).document()["objects"]
 
 
@@ -82,7 +82,7 @@ def test_sessions_are_there_again_after_a_restart(file: Path) -> None:
         assert await objects(service, empty) == await objects(service, other) == []
         assert one.positions == other.positions == [0.7, 0.2]
         assert one.revision >= 2
-        with pytest.raises(Refusal, match="no such session"):
+        with pytest.raises(RequestRefused, match="no such session"):
             service.sessions.get(ids[3])
         assert len(service.sessions) == 3
         goal = {"joint_positions": {"positions": {"joint1": 0.4, "joint2": 0.3}}}
@@ -137,7 +137,7 @@ def test_a_scene_is_kept_with_its_positions_or_not_at_all(
     add = Warehouse.add
 
     def dying(kept: Warehouse, name: str, what: Any, **options: Any) -> Any:
-        if isinstance(what, State):
+        if isinstance(what, StoredState):
             raise KeyboardInterrupt
         return add(kept, name, what, **options)
 
@@ -148,7 +148,7 @@ def test_a_scene_is_kept_with_its_positions_or_not_at_all(
             keep(state, Node(said, "request"), Watch(1.0))
     assert Warehouse(file).find() == ()
     keep(state, Node(said, "request"), Watch(1.0))
-    assert {entry.kind for entry in Warehouse(file).find()} == {Kind.SCENE, Kind.STATE}
+    assert {entry.kind for entry in Warehouse(file).find()} == {EntryKind.SCENE, EntryKind.STATE}
 
 
 def test_a_change_is_kept_though_the_clock_was_set_back(file: Path) -> None:
@@ -160,7 +160,7 @@ def test_a_change_is_kept_though_the_clock_was_set_back(file: Path) -> None:
         await edit(service, session, {"remove": {"name": "ball"}})
         with Warehouse(file) as kept:
             assert not kept.scene(session.id).objects
-            assert len(kept.find(kind=Kind.SCENE)) == 1
+            assert len(kept.find(kind=EntryKind.SCENE)) == 1
 
     served(file, test)
 
@@ -171,7 +171,7 @@ def test_a_change_that_cannot_be_kept_is_not_made(file: Path, caplog: pytest.Log
         await service.keep(session)
         for each in file.parent.iterdir():
             each.unlink()
-        with pytest.raises(Refusal, match="cannot be kept") as refused:
+        with pytest.raises(RequestRefused, match="cannot be kept") as refused:
             await edit(service, session, {"add": BALL})
         assert refused.value.why is Why.FAILED
         assert str(file.parent) not in refused.value.reason
@@ -215,7 +215,7 @@ def test_sessions_of_another_robot_stay_in_the_file(file: Path, caplog: pytest.L
         )
     assert any("has changed since" in vars(each).get("reason", "") for each in caplog.records)
     with Warehouse(file) as kept:
-        assert len(kept.find(kind=Kind.SCENE)) == 1
+        assert len(kept.find(kind=EntryKind.SCENE)) == 1
 
 
 def test_what_is_kept_for_other_ends_is_no_session(file: Path) -> None:
@@ -266,7 +266,7 @@ def test_a_worker_that_dies_keeps_nothing_from_being_kept(file: Path) -> None:
             try:
                 await edit(service, session, {"add": BALL})
                 break
-            except Refusal as refusal:
+            except RequestRefused as refusal:
                 assert refusal.why is Why.WORKER_LOST
         with Warehouse(file) as kept:
             assert list(kept.scene(session.id).objects) == ["ball"]

@@ -12,10 +12,10 @@ import pytest
 
 import trajopt as to
 from trajopt.robot.configuration import initial_positions
-from trajopt.server import Refusal, SessionState, Watch
+from trajopt.server import RequestRefused, SessionState, Watch
 from trajopt.server.memory import check_sizes
 from trajopt.server.operation import operations_of
-from trajopt.server.operations.edits import SCENE_EDITS
+from trajopt.server.operations.scenes import SCENE_EDITS
 from trajopt.values.documents.document import Node
 
 OPERATIONS = operations_of(("trajopt.server.operations",))
@@ -268,7 +268,7 @@ def test_sizes_are_bounded() -> None:
     watch = Watch(1.0, triangles=10, points=10)
     check_sizes({"a": [{"faces": [[0, 1, 2]] * 10}], "points": [1] * 10}, watch)
     for document in ({"a": {"faces": [[0, 1, 2]] * 11}}, [{"points": [1] * 11}]):
-        with pytest.raises(Refusal, match="at most"):
+        with pytest.raises(RequestRefused, match="at most"):
             check_sizes(document, watch)
 
 

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 import trajopt as to
-from trajopt.server import Cancellation, Lane, Limits, Refusal, Service, Why
+from trajopt.server import Cancellation, Lane, Limits, RequestRefused, Service, Why
 
 ROOMS = ("trajopt.server.operations", "tests.server.room")
 SMALL = Limits(workers=1, waiting=8, waiting_per_session=4, grace=0.5, seconds=60.0, memory=256 * 2**20)
@@ -25,7 +25,7 @@ def served(test: Callable[[Service], Awaitable[None]], limits: Limits = SMALL) -
 
 
 async def why(asked: Awaitable[Any]) -> Why:
-    with pytest.raises(Refusal) as refused:
+    with pytest.raises(RequestRefused) as refused:
         await asked
     return refused.value.why
 
@@ -58,7 +58,7 @@ def test_sessions_are_edited_and_forked_apart() -> None:
         assert (await service.ask(other, "echo")).document()["objects"] == ["a", "b"]
         assert (one.revision, other.revision) == (1, 1)
         service.sessions.remove(one.id)
-        with pytest.raises(Refusal):
+        with pytest.raises(RequestRefused):
             service.sessions.get(one.id)
 
     served(test)
@@ -76,7 +76,7 @@ def test_changes_of_one_session_wait_for_each_other() -> None:
 def test_what_is_asked_wrongly_is_refused_with_the_reason() -> None:
     async def test(service: Service) -> None:
         session = service.create()
-        with pytest.raises(Refusal, match="gaol_constraints") as refused:
+        with pytest.raises(RequestRefused, match="gaol_constraints") as refused:
             await service.ask(session, "plan", {"gaol_constraints": []})
         assert refused.value.why is Why.MALFORMED
         for body in (b"{", b"[]", b"\xff", b'{"a": 1, "a": 2}', b"[" * 200 + b"]" * 200):
@@ -91,7 +91,7 @@ def test_what_is_asked_wrongly_is_refused_with_the_reason() -> None:
 
 def test_a_fault_of_the_server_does_not_tell_of_its_files(capfd: pytest.CaptureFixture[str]) -> None:
     async def test(service: Service) -> None:
-        with pytest.raises(Refusal) as refused:
+        with pytest.raises(RequestRefused) as refused:
             await service.ask(service.create(), "fault")
         assert refused.value.why is Why.FAILED
         assert "secret" not in refused.value.reason
@@ -161,7 +161,7 @@ def test_a_full_queue_is_told_and_no_session_fills_it_alone() -> None:
         await began.wait()
         tasks += [asyncio.create_task(service.ask(greedy, "wait", {"seconds": 0.0})) for _ in range(4)]
         await asyncio.sleep(0)
-        with pytest.raises(Refusal, match="of this session") as refused:
+        with pytest.raises(RequestRefused, match="of this session") as refused:
             await service.ask(greedy, "wait")
         assert refused.value.why is Why.FULL
         assert refused.value.retry_after is not None
@@ -197,12 +197,12 @@ def test_sessions_are_bounded_and_the_unused_go() -> None:
     async def test(service: Service) -> None:
         kept = service.create(face="rosbridge")
         first = service.create()
-        with pytest.raises(Refusal, match="in use"):
+        with pytest.raises(RequestRefused, match="in use"):
             service.create()
         first.used -= service.limits.idle
         service.create()
         service.sessions.get(kept.id)
-        with pytest.raises(Refusal):
+        with pytest.raises(RequestRefused):
             service.sessions.get(first.id)
 
     served(test, Limits(workers=1, sessions=2))
@@ -233,7 +233,7 @@ def test_a_scene_that_is_edited_while_the_robot_is_driven_leaves_it_where_it_has
         await edit
         assert session.revision == 1
         assert session.positions == [0.7, 0.2]
-        with pytest.raises(Refusal, match="the robot is being driven") as refused:
+        with pytest.raises(RequestRefused, match="the robot is being driven") as refused:
             await service.ask(session, "edit", {"edits": [{"stand": [0.0, 0.0]}]})
         assert refused.value.why is Why.BUSY
         said = {"is_diff": True, "robot_state": {"joint_state": {"name": ["joint1"], "position": [-1.0]}}}

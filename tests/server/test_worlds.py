@@ -12,8 +12,8 @@ import pytest
 
 import trajopt as to
 from trajopt.files.bundle.message import message_of
-from trajopt.server import Answer, Refusal, SessionState, Watch
-from trajopt.server.move_group.settings import Settings
+from trajopt.server import Answer, RequestRefused, SessionState, Watch
+from trajopt.server.move_group.functions import Settings
 from trajopt.server.operations import OPERATIONS
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError, TrajoptError
@@ -154,7 +154,7 @@ def test_no_more_than_a_request_may_hold_is_taken(held: SessionState, honest: di
 def test_the_robot_is_told_without_where_its_files_are(held: SessionState) -> None:
     text = json.dumps(answered("robot", {}, held).document)
     assert str(held.scene.robot.urdf_path.parent) not in text
-    with pytest.raises((FileFormatError, Refusal), match="unknown key"):
+    with pytest.raises((FileFormatError, RequestRefused), match="unknown key"):
         answered("robot", {"file": "/etc/passwd"}, held)
 
 

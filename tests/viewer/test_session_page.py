@@ -18,9 +18,8 @@ import trajopt as to
 from tests.server.serving import PATIENT, SMALL, Serving, serving
 from tests.viewer.test_page import CHROMIUM, FLAGS, PATIENCE, until
 from trajopt.server.client import Client
-from trajopt.server.client.blocking import Session
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
+from trajopt.server.client.clients import Session
+from trajopt.server.operation import SessionState, Watch
 from trajopt.values.documents.document import Node
 from trajopt.viewer import LiveView, live_view
 

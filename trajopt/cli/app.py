@@ -4,7 +4,7 @@ Exit status: 0 a verified plan, 1 no plan found (with the reason), 2 bad input (
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 
 import typer
@@ -12,12 +12,30 @@ import typer
 from trajopt.values.errors import TrajoptError
 
 BAD_INPUT = 2
-COMMANDS = (
-    "demo", "plan", "check", "prove", "simulate", "run", "servo", "export", "bench", "suite", "compare",
-    "view", "sample", "reach", "srdf", "serve", "moveit", "replay", "report",
-    "warehouse", "campaign",
-)  # fmt: skip
-"""All commands; each is the function of its name in a file of its name, or commands of its own there."""
+COMMANDS: Mapping[str, str] = {
+    "demo": "demo",
+    "plan": "plan",
+    "check": "motions",
+    "prove": "motions",
+    "simulate": "simulate",
+    "run": "drive",
+    "servo": "drive",
+    "export": "motions",
+    "bench": "suite",
+    "suite": "suite",
+    "compare": "suite",
+    "view": "view",
+    "sample": "kinematics",
+    "reach": "kinematics",
+    "srdf": "kinematics",
+    "serve": "serve",
+    "moveit": "moveit",
+    "replay": "motions",
+    "report": "motions",
+    "warehouse": "warehouse",
+    "campaign": "campaign",
+}
+"""Module of each command, which is a function, or a group of commands, of its name."""
 OTHERS_WORDS = ("moveit",)
 """Commands that pass the arguments after the first on."""
 
@@ -37,13 +55,18 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     )
     app.callback()(_whole)
     for name in words[:1] if words and words[0] in COMMANDS else COMMANDS:
-        command = getattr(import_module(f"trajopt.cli.{name}"), name)
+        command = command_named(name)
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
             continue
         settings = {"allow_interspersed_args": False} if name in OTHERS_WORDS else None
         app.command(name, context_settings=settings)(command)
     return app
+
+
+def command_named(name: str) -> Callable[..., None] | typer.Typer:
+    """Return a command, or a group of commands, by its name."""
+    return getattr(import_module(f"trajopt.cli.{COMMANDS[name]}"), name)
 
 
 def _whole() -> None:

@@ -2,43 +2,121 @@
 
 import json
 import signal
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, NoReturn
 
+import numpy as np
 import typer
 
-from trajopt.cli.campaign_results import (
-    FolderArgument,
-    extract_rows,
-    remember_rows,
-    report,
-    write_dataset,
-)
-from trajopt.cli.campaign_sources import Words
 from trajopt.cli.options import (
-    ROBOT_HELP,
-    ExactOption,
     JsonOption,
-    LimitsOption,
-    PackageOption,
     RobotSource,
-    SrdfOption,
+    read_files,
+    robot_options,
 )
 from trajopt.cli.progress import quiet_bar
+from trajopt.files.moveit import read_scene
 from trajopt.lab.campaign import (
     Campaign,
     CampaignFolder,
     Engine,
     Local,
     Options,
+    ProblemSource,
     Progress,
     Ray,
+    base_placements,
+    compare_campaigns,
+    dataset,
+    extract,
+    from_folder,
+    from_table,
+    installed,
+    perturbed,
+    random_motions,
+    remember,
     resume_campaign,
+    summary,
 )
-from trajopt.values.errors import ProblemError
+from trajopt.lab.campaign.page import lines, map_of, page
+from trajopt.lab.suite import definitions
+from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.server.warehouse import Warehouse
+from trajopt.values.documents.document import write_text
+from trajopt.values.errors import CampaignError, NameNotFound, ProblemError
+
+FolderArgument = Annotated[Path, typer.Argument(help="Folder of the campaign.")]
+BesideOption = Annotated[
+    Path | None, typer.Option("--beside", help="Folder of another campaign to compare with.")
+]
+HtmlOption = Annotated[Path | None, typer.Option("--html", help="Write a page with plots here.")]
+PictureOption = Annotated[
+    Path | None, typer.Option("--map", help="Write the map of base placements here (SVG).")
+]
+RowsArgument = Annotated[list[str], typer.Argument(help="Ids of rows, or prefixes of them.")]
+BundlesOption = Annotated[Path, typer.Option("--out", help="Folder for the bundles.")]
+TableOption = Annotated[Path, typer.Option("--out", help="Output data set (.npz).")]
+KeptOption = Annotated[
+    Path, typer.Option("--experience", help="Warehouse for the motions; created if missing.")
+]
+PointsOption = Annotated[int, typer.Option("--points", min=2, help="Number of points of each motion.")]
+
+
+def report(
+    folder: FolderArgument,
+    beside: BesideOption = None,
+    html: HtmlOption = None,
+    picture: PictureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Summarise the present results, and compare them with another campaign. Exit status 0 or 2."""
+    opened = CampaignFolder.open(folder)
+    found = summary(opened)
+    compared = None if beside is None else compare_campaigns(CampaignFolder.open(beside), opened)
+    if html is not None:
+        write_text(html, page(found, compared))
+    if picture is not None:
+        if found.places is None:
+            raise CampaignError(f"{folder} is about no places of a base: there is no map to draw")
+        write_text(picture, map_of(found.places))
+    if as_json:
+        beside_it = None if compared is None else compared.as_dict()
+        typer.echo(json.dumps({**found.as_dict(), "beside": beside_it}))
+    else:
+        typer.echo("\n".join(lines(found, compared)))
+
+
+def extract_rows(folder: FolderArgument, rows: RowsArgument, out: BundlesOption = Path()) -> None:
+    """Plan rows again and write bundles. Exit status 0 if the results match, 1 if not, 2 bad input."""
+    opened = CampaignFolder.open(folder)
+    found = [extract(opened, row, out / f"{row}.trajopt") for row in rows]
+    words = {True: "as in the row", False: "NOT as in the row", None: "the problem alone"}
+    for each in found:
+        typer.echo(f"{each.path}: {words[each.same]}")
+    raise typer.Exit(1 if any(each.same is False for each in found) else 0)
+
+
+def write_dataset(folder: FolderArgument, out: TableOption, points: PointsOption = 64) -> None:
+    """Write the verified motions as arrays of one shape, for training. Exit status 0 or 2."""
+    found = dataset(CampaignFolder.open(folder), points)
+    found.write(out)
+    typer.echo(f"{len(found)} motions of {len(found.joint_names)} joints at {points} points each: {out}")
+
+
+def remember_rows(folder: FolderArgument, experience: KeptOption) -> None:
+    """Store the verified motions as experience for plan and bench. Exit status 0 or 2."""
+    opened = CampaignFolder.open(folder)
+    with Warehouse(experience) as kept:
+        remembered = kept.experience()
+        count = remember(opened, remembered)
+        typer.echo(f"{count} motions more, {len(remembered)} are remembered in {experience}")
+
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as in shells."""
@@ -60,11 +138,7 @@ SourceArgument = Annotated[
         "from a grid of places for the base; or an installed problem."
     ),
 ]
-OutOption = Annotated[Path, typer.Option("--out", help="Folder that the campaign is kept in.")]
-RobotOption = Annotated[
-    str | None,
-    typer.Option("--robot", help=ROBOT_HELP),
-]
+OutOption = Annotated[Path, typer.Option("--out", help="Folder of the campaign.")]
 SceneOption = Annotated[
     Path | None, typer.Option("--scene", help="random, perturbed, placements: MoveIt PlanningScene in YAML.")
 ]
@@ -74,52 +148,52 @@ RequestsOption = Annotated[
         "--request", help="perturbed, placements: MoveIt MotionPlanRequest in YAML (placements: repeatable)."
     ),
 ]
-GroupOption = Annotated[
-    str, typer.Option("--group", help="random: planning group; the only one if left out.")
-]
-CountOption = Annotated[int, typer.Option("--count", min=1, help="How many are drawn.")]
-SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of the drawings.")]
+GroupOption = Annotated[str, typer.Option("--group", help="random: planning group; default: the only one.")]
+CountOption = Annotated[int, typer.Option("--count", min=1, help="Number of random problems.")]
+SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")]
 ShiftOption = Annotated[
     float,
-    typer.Option("--shift", min=0.0, help=r"perturbed: objects are moved along each axis by at most \[m]."),
+    typer.Option("--shift", min=0.0, help=r"perturbed: largest shift of objects along each axis \[m]."),
 ]
 TurnOption = Annotated[
-    float, typer.Option("--turn", min=0.0, help=r"perturbed: objects are turned by at most \[rad].")
+    float, typer.Option("--turn", min=0.0, help=r"perturbed: largest rotation of objects \[rad].")
 ]
 XOption = Annotated[
     tuple[float, float, int],
-    typer.Option("--x", metavar="FROM TO STEPS", help=r"placements: where the base may stand \[m]."),
+    typer.Option("--x", metavar="FROM TO STEPS", help=r"placements: x of the base \[m]."),
 ]
 YOption = Annotated[
     tuple[float, float, int],
-    typer.Option("--y", metavar="FROM TO STEPS", help=r"placements: where the base may stand \[m]."),
+    typer.Option("--y", metavar="FROM TO STEPS", help=r"placements: y of the base \[m]."),
 ]
 YawOption = Annotated[
     tuple[float, float, int],
-    typer.Option("--yaw", metavar="FROM TO STEPS", help=r"placements: its turn about the vertical \[rad]."),
+    typer.Option("--yaw", metavar="FROM TO STEPS", help=r"placements: yaw of the base \[rad]."),
 ]
 SetsOption = Annotated[
-    str, typer.Option("--sets", help="Of a folder: names of sets, separated by commas; all if left out.")
+    str, typer.Option("--sets", help="Of a folder: names of sets, separated by commas; default: all.")
 ]
 LimitOption = Annotated[
-    int | None, typer.Option("--limit", min=1, help="Of a folder: problems of each set at most.")
+    int | None, typer.Option("--limit", min=1, help="Of a folder: most problems of each set.")
 ]
 MethodsOption = Annotated[
     str,
-    typer.Option("--methods", help="Names of methods, separated by commas; each problem is planned by each."),
+    typer.Option("--methods", help="Planning methods, separated by commas; each plans every problem."),
 ]
-ImproveOption = Annotated[bool, typer.Option("--improve", help="Look for shorter motions, too.")]
+ImproveOption = Annotated[bool, typer.Option("--improve", help="Also search for shorter motions.")]
 TimeBudgetOption = Annotated[
     float | None,
-    typer.Option("--time-budget", metavar="S", help=r"Process time that one problem may take \[s]."),
+    typer.Option("--time-budget", metavar="S", help=r"CPU time limit of a problem \[s]."),
 ]
 WorkOption = Annotated[
     int | None,
-    typer.Option("--work", min=1, help="Configurations that one problem may evaluate: the same everywhere."),
+    typer.Option(
+        "--work", min=1, help="Most configurations that a problem may evaluate: the same on any machine."
+    ),
 ]
 AttemptsOption = Annotated[
     int | None,
-    typer.Option("--attempts", min=1, help="Seeds that one problem may try; 1: the straight line."),
+    typer.Option("--attempts", min=1, help="Most seeds per problem; 1 for the straight line alone."),
 ]
 MostOption = Annotated[
     float,
@@ -128,29 +202,28 @@ MostOption = Annotated[
     ),
 ]
 EngineOption = Annotated[
-    EngineName, typer.Option("--engine", help="What plans: processes of this machine, or a cluster of Ray.")
+    EngineName, typer.Option("--engine", help="Planning processes: on this machine, or on a Ray cluster.")
 ]
 AddressOption = Annotated[
     str,
-    typer.Option(
-        "--address", help="Ray: where the cluster is (HOST:PORT, auto); one on this machine if left out."
-    ),
+    typer.Option("--address", help="Ray: address of the cluster (HOST:PORT or auto); default: this machine."),
 ]
 WorkersOption = Annotated[
-    int, typer.Option("--workers", min=0, help="Processes that plan; as many as there are cores when 0.")
+    int, typer.Option("--workers", min=0, help="Number of planning processes; 0 for one per core.")
 ]
 
 campaign = typer.Typer(
-    help="Plans by the thousand and the million: run, resume, look at and compare them.",
+    help="Plan thousands to millions of problems: run, resume, inspect and compare.",
     no_args_is_help=True,
 )
 
 
 @campaign.command()
+@robot_options
 def run(
     source: SourceArgument,
     out: OutOption,
-    robot: RobotOption = None,
+    robot: RobotSource | None = None,
     scene: SceneOption = None,
     request: RequestsOption = None,
     group: GroupOption = "",
@@ -169,10 +242,6 @@ def run(
     work: WorkOption = None,
     attempts: AttemptsOption = None,
     most_seconds: MostOption = 300.0,
-    srdf: SrdfOption = None,
-    limits: LimitsOption = None,
-    package_dir: PackageOption = None,
-    exact_meshes: ExactOption = False,
     engine: EngineOption = EngineName.LOCAL,
     address: AddressOption = "",
     workers: WorkersOption = 0,
@@ -182,11 +251,7 @@ def run(
 
     Exit status 0 if all have one, 130 interrupted, 2 bad input.
     """
-    loaded = (
-        None
-        if robot is None
-        else RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes).load()
-    )
+    loaded = None if robot is None else robot.load()
     listed = [name for name in sets.split(",") if name]
     grid = {"x": x, "y": y, "yaw": yaw}
     found = Words(
@@ -295,3 +360,105 @@ def terminated_as_interrupted() -> Generator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+TABLE = ".parquet"
+"""Suffix of a table of problems."""
+
+
+class Generated(Enum):
+    """Names of sources that generate problems, in addition to installed problems."""
+
+    RANDOM = "random"
+    PERTURBED = "perturbed"
+    PLACEMENTS = "placements"
+
+
+@dataclass(frozen=True)
+class Words:
+    """The source as given on the command line.
+
+    Attributes:
+        source: A folder, a table, or the name of a generated or installed source.
+        robot: The robot, or None.
+        scene: MoveIt's scene.
+        requests: MoveIt's requests.
+        group: The group that moves.
+        count: Number of drawn problems.
+        seed: Of the random generator.
+        shift: Largest shift of an object along each axis [m].
+        turn: Largest turn of an object about the vertical [rad].
+        grid: Places of the base by axis [m, rad].
+        sets: Sets of a folder.
+        limit: Largest number of problems of each set of a folder.
+    """
+
+    source: str
+    robot: Robot | None
+    scene: Path | None
+    requests: tuple[Path, ...]
+    group: str
+    count: int
+    seed: int
+    shift: float
+    turn: float
+    grid: Mapping[str, tuple[float, float, int]]
+    sets: Sequence[str]
+    limit: int | None
+
+    def made(self) -> ProblemSource:
+        """Return the source.
+
+        Raises:
+            NameNotFound: If there is neither a folder nor a source of that name.
+            ProblemError: If a needed option is missing.
+            FileFormatError: If a file is invalid.
+        """
+        if Path(self.source).is_dir():
+            return from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)
+        if Path(self.source).suffix == TABLE:
+            return from_table(self.source, self._around(), group=self.group)
+        match self.source:
+            case Generated.RANDOM.value:
+                around = self._around()
+                return random_motions(around, self.count, group=self.group, seed=self.seed)
+            case Generated.PERTURBED.value:
+                (problem,) = self._problems(most=1)
+                return perturbed(problem, self.count, shift=self.shift, turn=self.turn, seed=self.seed)
+            case Generated.PLACEMENTS.value:
+                places = {axis: steps(*range_) for axis, range_ in self.grid.items()}
+                return base_placements(self._problems(), **places)
+            case _:
+                names = [item.name for item in definitions()]
+                if self.source not in names:
+                    known = [*(each.value for each in Generated), *names]
+                    raise NameNotFound("folder, generator or installed problem", self.source, known)
+                return installed(self.source, self.count)
+
+    def _robot(self) -> Robot:
+        if self.robot is None:
+            raise ProblemError(f"{self.source} needs a robot: name one with --robot")
+        return self.robot
+
+    def _around(self) -> Scene:
+        robot = self._robot()
+        return Scene(robot) if self.scene is None else read_scene(self.scene, robot).scene
+
+    def _problems(self, most: int | None = None) -> tuple[Problem, ...]:
+        if self.scene is None or not self.requests:
+            raise ProblemError(f"{self.source} needs a problem: give --scene and --request")
+        if most is not None and len(self.requests) > most:
+            raise ProblemError(f"{self.source} takes {most} --request, {len(self.requests)} are given")
+        robot = self._robot()
+        return tuple(read_files(robot, self.scene, each)[1].problem() for each in self.requests)
+
+
+def steps(first: float, last: float, count: int) -> tuple[float, ...]:
+    """Return evenly spread numbers, both ends included.
+
+    Raises:
+        ProblemError: If the count is not positive.
+    """
+    if count < 1:
+        raise ProblemError(f"a grid needs at least one step, {count} are given")
+    return tuple(float(value) for value in np.linspace(first, last, count))

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from trajopt.cli.options import LimitsOption, PackageOption, RobotOption, RobotSource, SrdfOption
+from trajopt.cli.options import RobotSource, robot_options
 from trajopt.files.moveit import read_scene
 
 ScriptArgument = Annotated[
@@ -17,27 +17,25 @@ ScriptArgument = Annotated[
 ]
 WordsArgument = Annotated[list[str] | None, typer.Argument(help="Arguments of the script.")]
 SceneOption = Annotated[
-    Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML, around the robot at the start.")
+    Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML, at the start.")
 ]
-StateOption = Annotated[str | None, typer.Option("--state", help="Named state that the robot starts in.")]
+StateOption = Annotated[str | None, typer.Option("--state", help="Named start state.")]
 YesOption = Annotated[
     bool,
     typer.Option(
-        "--yes", help="Answer Enter whenever the script waits for it, as where nobody is at a terminal."
+        "--yes", help="Answer each prompt of the script with Enter; the default without a terminal."
     ),
 ]
 
 
+@robot_options
 def moveit(
-    robot: RobotOption,
+    robot: RobotSource,
     script: ScriptArgument,
     words: WordsArgument = None,
     scene: SceneOption = None,
     state: StateOption = None,
     yes: YesOption = False,
-    srdf: SrdfOption = None,
-    limits: LimitsOption = None,
-    package_dir: PackageOption = None,
 ) -> None:
     """Run an unmodified MoveIt script in a simulated world. Exit status: the script's, 2 bad input.
 
@@ -47,7 +45,7 @@ def moveit(
     from trajopt.ros.commander import World
     from trajopt.ros.commander.scripts import Answering, run_script
 
-    loaded = RobotSource(robot, srdf, limits, tuple(package_dir or ())).load()
+    loaded = robot.load()
     if scene is None:
         world, notes = World(loaded, start=state), loaded.notes
     else:
@@ -68,7 +66,7 @@ def moveit(
 
 @contextmanager
 def _log_shown() -> Generator[None]:
-    """Show what the script logs and publishes on standard error."""
+    """Show logs and publications of the script on standard error."""
     log, handler = logging.getLogger("trajopt.ros.commander"), logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
     level = log.level

@@ -1,11 +1,12 @@
 """Options that commands share, and the robot, scene and request that they name."""
 
+import inspect
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -17,65 +18,54 @@ from trajopt.robot.load import load
 from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.documents.files import number_of
-from trajopt.values.errors import FileFormatError, ProblemError, shown
+from trajopt.values.errors import FileFormatError, ModelError, ProblemError, shown
 
 ROBOT_HELP = (
     "Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file, which is read with bounds on time, "
     "memory and the files that it may open."
 )
 """Help text of `--robot`."""
-RobotOption = Annotated[str, typer.Option("--robot", help=ROBOT_HELP)]
 SceneOption = Annotated[Path, typer.Option("--scene", help="MoveIt PlanningScene in YAML.")]
 RequestOption = Annotated[Path, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML.")]
 SrdfOption = Annotated[Path | None, typer.Option("--srdf", help="With a URDF file: its SRDF.")]
-LimitsOption = Annotated[
-    Path | None, typer.Option("--limits", help="With a URDF file: MoveIt's joint_limits.yaml.")
-]
 PackageOption = Annotated[
     list[Path] | None,
-    typer.Option("--package-dir", help="With a URDF file: where package:// meshes are (repeatable)."),
+    typer.Option("--package-dir", help="With a URDF file: folder of package:// meshes (repeatable)."),
 ]
 MotionsOption = Annotated[
     Path | None,
-    typer.Option("--motions", help="How objects of the scene move, appear and expire (YAML, JSON)."),
-]
-TorqueOption = Annotated[
-    float,
-    typer.Option("--torque-scaling", metavar="X", help="Factor on the limits of torque; inf turns them off."),
-]
-JerkOption = Annotated[
-    bool,
-    typer.Option("--limit-jerk", help="Limit the jerk of joints that state no limit: acceleration in 0.1 s."),
-]
-ExactOption = Annotated[
-    bool,
-    typer.Option("--exact-meshes", help="With a URDF file: keep collision meshes as triangles."),
+    typer.Option("--motions", help="Motions, appearance and expiry of the scene's objects (YAML or JSON)."),
 ]
 PortfolioOption = Annotated[
     bool,
     typer.Option(
         "--portfolio/--no-portfolio",
-        help="Other seeds where the straight line fails; without, the straight line alone.",
+        help="Whether to try other seeds if the straight line fails.",
     ),
 ]
 TimeBudgetOption = Annotated[
-    float | None, typer.Option("--time-budget", metavar="S", help=r"Time that planning may take \[s].")
+    float | None, typer.Option("--time-budget", metavar="S", help=r"Time limit of planning \[s].")
 ]
 DwellOption = Annotated[
-    float, typer.Option("--dwell", help=r"Stay clear at the goal, at rest, for so long after the end \[s].")
+    float, typer.Option("--dwell", help=r"Time at rest at the goal, free of collisions \[s].")
 ]
 FinishByOption = Annotated[
     float | None,
-    typer.Option("--finish-by", help=r"Be at the goal so long after the start, or sooner \[s]."),
+    typer.Option("--finish-by", help=r"Latest arrival at the goal, from the start \[s]."),
 ]
 ExperienceOption = Annotated[
     Path | None,
     typer.Option(
         "--experience",
-        help="Begin from similar motions in this warehouse, and remember new ones.",
+        help="Warehouse of motions: similar ones are tried first, new ones are stored.",
     ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
+PortOption = Annotated[int, typer.Option("--port", help="Port of the page.")]
+HostOption = Annotated[str, typer.Option("--host", help="Address of the page.")]
+SecondsOption = Annotated[
+    float | None, typer.Option("--seconds", help="Close after this time \\[s]; default: on Ctrl-C.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
 
 
 @dataclass(frozen=True)
@@ -177,6 +167,106 @@ class RobotSource:
             _torque_scaling(path, document.get("torque_scaling", 1.0)),
             bool(document.get("limit_jerk")),
         )
+
+
+ROBOT_OPTIONS: Mapping[str, tuple[object, object]] = {
+    "srdf": (SrdfOption, None),
+    "limits": (
+        Annotated[
+            Path | None, typer.Option("--limits", help="With a URDF file: MoveIt's joint_limits.yaml.")
+        ],
+        None,
+    ),
+    "package_dir": (PackageOption, None),
+    "exact_meshes": (
+        Annotated[
+            bool,
+            typer.Option("--exact-meshes", help="With a URDF file: keep collision meshes as triangles."),
+        ],
+        False,
+    ),
+    "torque_scaling": (
+        Annotated[
+            float,
+            typer.Option(
+                "--torque-scaling", metavar="X", help="Factor on the torque limits; inf removes them."
+            ),
+        ],
+        1.0,
+    ),
+    "limit_jerk": (
+        Annotated[
+            bool,
+            typer.Option(
+                "--limit-jerk",
+                help="Limit the jerk of joints without a limit to their acceleration limit / 0.1 s.",
+            ),
+        ],
+        False,
+    ),
+}
+"""Options of a robot in addition to `--robot`: type and default of each, in the order of `RobotSource`."""
+RobotOption = Annotated[str, typer.Option("--robot", help=ROBOT_HELP)]
+OptionalRobot = Annotated[
+    str | None,
+    typer.Option("--robot", help=f"Needed unless the problem or the file names its robot. {ROBOT_HELP}"),
+]
+RobotsOption = Annotated[list[str], typer.Option("--robot", help=f"{ROBOT_HELP} Repeatable.")]
+
+
+def robot_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Replace the parameter `robot` of a command by the options of a robot.
+
+    Args:
+        command: Its parameter is a `RobotSource`, or a list of them for a repeatable `--robot`. With the
+            default None the command line need not name a robot.
+    """
+    signature = inspect.signature(command, eval_str=True)
+    robot = signature.parameters["robot"]
+    several = robot.annotation == list[RobotSource]
+    one = RobotOption if robot.default is robot.empty else OptionalRobot
+    expanded = {
+        "robot": [
+            robot.replace(annotation=RobotsOption if several else one),
+            *(
+                inspect.Parameter(name, robot.kind, annotation=option, default=default)
+                for name, (option, default) in ROBOT_OPTIONS.items()
+            ),
+        ]
+    }
+    parameters = [
+        each.replace(kind=each.KEYWORD_ONLY)
+        for name, stated in signature.parameters.items()
+        for each in expanded.get(name, [stated])
+    ]
+
+    def run(**given: Any) -> None:
+        name, folders = given.pop("robot"), tuple(given.pop("package_dir") or ())
+        stated = {key: given.pop(key) for key in ROBOT_OPTIONS if key != "package_dir"}
+        named = [] if name is None else name if several else [name]
+        sources = sources_of(named, package_dirs=folders, **stated)
+        command(**given, robot=sources if several else next(iter(sources), None))
+
+    run.__name__, run.__doc__, run.__module__ = command.__name__, command.__doc__, command.__module__
+    run.__annotations__ = {each.name: each.annotation for each in parameters}
+    vars(run)["__signature__"] = signature.replace(parameters=parameters)
+    return run
+
+
+def sources_of(robots: list[str], **stated: Any) -> list[RobotSource]:
+    """Return the sources of robots; options of a description belong to the only description.
+
+    Raises:
+        ModelError: If an SRDF or limits are given with several descriptions.
+    """
+    described = [each for each in robots if Path(each).is_file()]
+    if len(described) > 1 and (stated["srdf"] is not None or stated["limits"] is not None):
+        raise ModelError(f"--srdf and --limits are of one robot, and {len(described)} descriptions are given")
+    none: dict[str, Any] = {"srdf": None, "limits": None, "package_dirs": ()}
+    return [
+        RobotSource(each, **stated if each in described or not described else {**stated, **none})
+        for each in robots
+    ]
 
 
 def _torque_scaling(path: Path, written: object) -> float:

@@ -7,27 +7,21 @@ from typing import Annotated
 
 import typer
 
-from trajopt.cli.ends import Ends, scene_around
 from trajopt.cli.options import (
     DwellOption,
     Ending,
-    ExactOption,
     ExperienceOption,
     FinishByOption,
-    JerkOption,
     JsonOption,
-    LimitsOption,
     MotionsOption,
-    PackageOption,
     PortfolioOption,
-    RobotOption,
     RobotSource,
-    SrdfOption,
     TimeBudgetOption,
-    TorqueOption,
     budget_of,
     read_files,
+    robot_options,
 )
+from trajopt.cli.problems import Ends, scene_around
 from trajopt.cli.progress import progress_line
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, improvement, table
@@ -40,59 +34,61 @@ from trajopt.values.printed import in_unit
 
 OptionalScene = Annotated[
     Path | None,
-    typer.Option("--scene", help="MoveIt PlanningScene in YAML; without, the robot stands alone."),
+    typer.Option("--scene", help="MoveIt PlanningScene in YAML; default: the robot alone."),
 ]
 OptionalRequest = Annotated[
-    Path | None, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML, in place of --goal.")
+    Path | None,
+    typer.Option("--request", help="MoveIt MotionPlanRequest in YAML, instead of --start and --goal."),
 ]
 StartOption = Annotated[
     str | None,
-    typer.Option("--start", help=r'State, "j1 j2 ..." or "joint=value ..." \[rad | m].'),
+    typer.Option("--start", help=r'Named state, "j1 j2 ..." or "joint=position ..." \[rad | m].'),
 ]
 GoalOption = Annotated[
     str | None,
     typer.Option(
         "--goal",
-        help=r'Six numbers: tool at "x y z roll pitch yaw" \[m, rad]; else as --start; '
-        "six joints are given as joint=value.",
+        help=r'Tool pose "x y z roll pitch yaw" \[m, rad], or as --start; '
+        "write six joints as joint=position.",
     ),
 ]
-GroupOption = Annotated[
-    str, typer.Option("--group", help="Planning group; not needed if the robot has one only.")
-]
+GroupOption = Annotated[str, typer.Option("--group", help="Planning group; default: the only one.")]
 DegreesOption = Annotated[
     bool, typer.Option("--degrees", help="Angles of --start and --goal are in degrees.")
 ]
 ExplainOption = Annotated[
     bool,
-    typer.Option("--explain", help="If there is no plan, plan again to find what would change that."),
+    typer.Option("--explain", help="If there is no plan, plan variants to find changes that help."),
 ]
 ImproveOption = Annotated[
     bool,
-    typer.Option("--improve", help="Use the whole --time-budget for a shorter motion; Ctrl-C ends it early."),
+    typer.Option(
+        "--improve", help="Use the whole --time-budget to shorten the motion; Ctrl-C ends it early."
+    ),
 ]
 FreeOption = Annotated[
     bool,
     typer.Option(
         "--free-duration",
-        help="Optimise shape and time together too: shorter than the fastest motion along the path.",
+        help="Optimise path and timing together, for a shorter motion.",
     ),
 ]
 EveryOption = Annotated[
     bool, typer.Option("--every-goal", help="Plan to every goal of the request and compare the motions.")
 ]
 WorkersOption = Annotated[
-    int, typer.Option("--workers", min=1, help="Threads, once the straight line has been tried.")
+    int, typer.Option("--workers", min=1, help="Threads for all seeds after the straight line.")
 ]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the plan here as JSON.")]
 SaveOption = Annotated[
     Path | None,
-    typer.Option("--save", help="Write a bundle here: one file that check, view and replay take anywhere."),
+    typer.Option("--save", help="Write a bundle here: one file for check, view and replay on any machine."),
 ]
 
 
+@robot_options
 def plan(
-    robot: RobotOption,
+    robot: RobotSource,
     scene: OptionalScene = None,
     request: OptionalRequest = None,
     start: StartOption = None,
@@ -101,12 +97,6 @@ def plan(
     degrees: DegreesOption = False,
     out: OutOption = None,
     save: SaveOption = None,
-    srdf: SrdfOption = None,
-    limits: LimitsOption = None,
-    package_dir: PackageOption = None,
-    exact_meshes: ExactOption = False,
-    torque_scaling: TorqueOption = 1.0,
-    limit_jerk: JerkOption = False,
     motions: MotionsOption = None,
     dwell: DwellOption = 0.0,
     finish_by: FinishByOption = None,
@@ -125,11 +115,9 @@ def plan(
     Give a scene and a request of MoveIt, or --start and --goal: trajopt plan --robot panda --group panda_arm
     --start ready --goal "0.4 0.1 0.5 3.14 0 0".
     """
-    folders = tuple(package_dir or ())
-    source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
     budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
     ends = _ends(start, goal, group, degrees=degrees, request=request)
-    problem, notes = _problem(source, scene, request, motions, ends)
+    problem, notes = _problem(robot, scene, request, motions, ends)
     ending = Ending(dwell, finish_by)
     with progress_line() as line:
         result = plan_problem(
@@ -146,7 +134,7 @@ def plan(
         **result.as_dict(),
         "notes": notes,
         "source": {
-            **source.as_dict(),
+            **robot.as_dict(),
             **({} if scene is None else {"scene": str(scene.resolve())}),
             **({} if request is None else {"request": str(request.resolve())}),
             **({} if ends is None else ends.as_dict()),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class ProgressLine:
-    """The line: the present stage, and the best motion so far.
+    """The line: the present stage, and the present best motion.
 
     Attributes:
         write: Prints the line.
@@ -33,7 +33,7 @@ class ProgressLine:
         self.write(self._best + text)
 
     def have(self, result: Result) -> None:
-        """Show the duration of the best motion so far."""
+        """Show the duration of the present best motion."""
         self._best = f"have a motion of {result.cost:.3f} s; "
 
 

@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from trajopt.cli.options import (
-    ROBOT_HELP,
-    ExactOption,
-    JerkOption,
-    LimitsOption,
-    PackageOption,
-    RobotSource,
-    SrdfOption,
-    TorqueOption,
-)
+from trajopt.cli.options import RobotSource, robot_options
 from trajopt.robot.robot import Robot
 from trajopt.values.errors import MissingExtra, ModelError
 
@@ -30,7 +21,7 @@ PANEL = "Clients made for ROS"
 
 
 class Ros(Enum):
-    """Which ROS is answered as."""
+    """ROS distribution to emulate."""
 
     JAZZY = "jazzy"
     NOETIC = "noetic"
@@ -38,9 +29,7 @@ class Ros(Enum):
 
 RosbridgePortOption = Annotated[
     int | None,
-    typer.Option(
-        "--rosbridge-port", help="Port of rosbridge; 0 for any that is free.", rich_help_panel=PANEL
-    ),
+    typer.Option("--rosbridge-port", help="Port of rosbridge; 0 for any free port.", rich_help_panel=PANEL),
 ]
 MeshPortOption = Annotated[
     int,
@@ -50,7 +39,7 @@ RosbridgeHostOption = Annotated[
     str,
     typer.Option(
         "--rosbridge-host",
-        help="Address of both. Whoever reaches it drives the robot, unless a token is needed.",
+        help="Address of both. Without a token each client that reaches it can drive the robot.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -78,7 +67,7 @@ CloudOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
-RosOption = Annotated[Ros, typer.Option("--ros", help="Which ROS is answered as.", rich_help_panel=PANEL)]
+RosOption = Annotated[Ros, typer.Option("--ros", help="ROS distribution to emulate.", rich_help_panel=PANEL)]
 
 
 @dataclass(frozen=True)
@@ -142,50 +131,46 @@ OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.ros
 """Modules with the operations of workers: for all clients, and for clients made for ROS."""
 SESSION_PAGE = "trajopt.viewer.live.session_page"
 """The module of the 3-D page of a session."""
-RobotsOption = Annotated[
-    list[str],
-    typer.Option("--robot", help=f"{ROBOT_HELP} Repeatable."),
-]
 HostOption = Annotated[str, typer.Option("--host", help="Address to listen on.")]
-PortOption = Annotated[int, typer.Option("--port", help="Port; 0 for any that is free.")]
+PortOption = Annotated[int, typer.Option("--port", help="Port; 0 for any free port.")]
 TokenOption = Annotated[
     str,
     typer.Option(
         "--token",
         envvar="TRAJOPT_TOKEN",
-        help="What clients must send as Authorization: Bearer TOKEN; needed on any but a loopback address.",
+        help="Token that clients send as Authorization: Bearer TOKEN; required unless on a loopback address.",
     ),
 ]
 NamesOption = Annotated[
     list[str] | None,
-    typer.Option("--name", help="Another name by which clients may call this host (repeatable)."),
+    typer.Option("--name", help="Further host name for clients (repeatable)."),
 ]
 WorkersOption = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Processes that plan; as many as cores by default.")
+    int | None, typer.Option("--workers", min=1, help="Number of planning processes; default: one per core.")
 ]
 WaitingOption = Annotated[
-    int | None, typer.Option("--waiting", min=1, help="Requests that may wait; more are told to come again.")
+    int | None,
+    typer.Option(
+        "--waiting",
+        min=1,
+        help="Most waiting requests; others are refused, with a delay before the next try.",
+    ),
 ]
 SecondsOption = Annotated[
-    float | None, typer.Option("--timeout", metavar="S", help="Time that one request may take \\[s].")
+    float | None, typer.Option("--timeout", metavar="S", help="Time limit of a request \\[s].")
 ]
 MemoryOption = Annotated[
-    int | None, typer.Option("--memory", metavar="MB", min=1, help="Memory that one request may take.")
+    int | None, typer.Option("--memory", metavar="MB", min=1, help="Memory limit of a request.")
 ]
 WarehouseOption = Annotated[
     Path | None,
-    typer.Option("--warehouse", help="A file that keeps the sessions: they are there again after a restart."),
+    typer.Option("--warehouse", help="File that stores the sessions, for use after a restart."),
 ]
 
 
+@robot_options
 def serve(
-    robot: RobotsOption,
-    srdf: SrdfOption = None,
-    limits: LimitsOption = None,
-    package_dir: PackageOption = None,
-    exact_meshes: ExactOption = False,
-    torque_scaling: TorqueOption = 1.0,
-    limit_jerk: JerkOption = False,
+    robot: list[RobotSource],
     host: HostOption = "127.0.0.1",
     port: PortOption = 8080,
     token: TokenOption = "",
@@ -211,15 +196,12 @@ def serve(
         from trajopt.server import Limits
         from trajopt.server.http import HttpOptions, Metrics
         from trajopt.server.limits import MEGABYTE
-        from trajopt.server.log import log_request, write_log
-        from trajopt.server.running import run_faces
+        from trajopt.server.running import log_request, run_faces, write_log
         from trajopt.server.warehouse import Warehouse
     except ModuleNotFoundError as error:
         raise MissingExtra(str(error.name), "server") from error
 
-    stated_files = (srdf, limits, tuple(package_dir or ()))
-    sources = sources_of(robot, *stated_files, exact_meshes, torque_scaling, limit_jerk)
-    robots = loaded(sources)
+    robots = loaded(robot)
     megabytes = None if memory is None else memory * MEGABYTE
     most = Limits(**stated(workers=workers, waiting=waiting, seconds=timeout, memory=megabytes))
     options = HttpOptions(host=host, port=port, token=token, names=tuple(name or ()))
@@ -233,7 +215,7 @@ def serve(
     if rosbridge_port is not None:
         origins, clouds = tuple(rosbridge_origin or ()), tuple(rosbridge_cloud or ())
         told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, origins, ros, clouds, rosbridge_token)
-        faces.append(told.of(sources[0], next(iter(robots.values())), options.names))
+        faces.append(told.of(robot[0], next(iter(robots.values())), options.names))
         modules.append(ROSBRIDGE_OPERATIONS)
     write_log()
     kept = None if warehouse is None else Warehouse(warehouse)
@@ -267,29 +249,6 @@ def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
 def stated(**limits: float | None) -> dict[str, Any]:
     """Return the given limits."""
     return {key: value for key, value in limits.items() if value is not None}
-
-
-def sources_of(
-    robots: list[str],
-    srdf: Path | None,
-    limits: Path | None,
-    folders: tuple[Path, ...],
-    *more: Any,
-) -> list[RobotSource]:
-    """Return the sources of robots; SRDF and limits belong to the only description.
-
-    Raises:
-        ModelError: If an SRDF or limits are given with several descriptions.
-    """
-    own = [each for each in robots if Path(each).is_file()]
-    if len(own) > 1 and (srdf is not None or limits is not None):
-        raise ModelError(f"--srdf and --limits are of one robot, and {len(own)} descriptions are given")
-    return [
-        RobotSource(each, srdf, limits, folders, *more)
-        if each in own or not own
-        else RobotSource(each, None, None, (), *more)
-        for each in robots
-    ]
 
 
 def loaded(sources: list[RobotSource]) -> dict[str, Robot]:

@@ -8,19 +8,14 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import (
-    ExactOption,
     JsonOption,
-    LimitsOption,
     MotionsOption,
-    PackageOption,
     RobotSource,
-    SrdfOption,
-    TorqueOption,
+    robot_options,
 )
-from trajopt.cli.planned import (
+from trajopt.cli.problems import (
     MotionArgument,
     OptionalRequest,
-    OptionalRobot,
     OptionalScene,
     motion_in,
     problem_of,
@@ -34,37 +29,35 @@ from trajopt.values.errors import ProblemError, shown
 
 PictureOption = Annotated[
     list[Path] | None,
-    typer.Option("--picture", help="Draw what happened here: .png, .gif or .mp4 (repeatable)."),
+    typer.Option("--picture", help="Draw the rollout here: .png, .gif or .mp4 (repeatable)."),
 ]
-WidthOption = Annotated[int, typer.Option("--width", help="Of a picture, in pixels.")]
-HeightOption = Annotated[int, typer.Option("--height", help="Of a picture, in pixels.")]
-RateOption = Annotated[float, typer.Option("--fps", help="Pictures per second of GIF and MP4.")]
+WidthOption = Annotated[int, typer.Option("--width", help="Width of pictures, in pixels.")]
+HeightOption = Annotated[int, typer.Option("--height", help="Height of pictures, in pixels.")]
+RateOption = Annotated[float, typer.Option("--fps", help="Frames per second of GIF and MP4.")]
 MomentsOption = Annotated[
-    str, typer.Option("--moments", help="Seconds that a PNG shows, with commas; four moments if left out.")
+    str,
+    typer.Option("--moments", help="Times that a PNG shows, in seconds, separated by commas; default: four."),
 ]
 SuperposedOption = Annotated[
-    bool, typer.Option("--superposed", help="One picture of all moments in a PNG, the last one solid.")
+    bool,
+    typer.Option("--superposed", help="Superpose all times in one picture of a PNG; the last is opaque."),
 ]
 HighlightOption = Annotated[
-    list[str] | None, typer.Option("--highlight", help="A link or object to draw in red (repeatable).")
+    list[str] | None, typer.Option("--highlight", help="Link or object to draw in red (repeatable).")
 ]
-StepOption = Annotated[float, typer.Option("--dt", help="Seconds between steps of the physics.")]
+StepOption = Annotated[float, typer.Option("--dt", help="Time step of the physics, in seconds.")]
 SettlingOption = Annotated[
-    float, typer.Option("--settling-time", help="Seconds that the end is held after the motion.")
+    float, typer.Option("--settling-time", help="Time at rest after the motion, in seconds.")
 ]
-OutOption = Annotated[Path | None, typer.Option("--out", help="Write everything measured here as JSON.")]
+OutOption = Annotated[Path | None, typer.Option("--out", help="Write all measurements here as JSON.")]
 
 
+@robot_options
 def simulate(
     trajectory: MotionArgument,
-    robot: OptionalRobot = None,
+    robot: RobotSource | None = None,
     scene: OptionalScene = None,
     request: OptionalRequest = None,
-    srdf: SrdfOption = None,
-    limits: LimitsOption = None,
-    package_dir: PackageOption = None,
-    exact_meshes: ExactOption = False,
-    torque_scaling: TorqueOption = 1.0,
     motions: MotionsOption = None,
     dt: StepOption = SimulationOptions.dt,
     settling_time: SettlingOption = SimulationOptions.settling_time,
@@ -85,11 +78,8 @@ def simulate(
     for path in picture or ():
         check_path(path)
     motion, options = motion_in(trajectory), SimulationOptions(dt=dt, settling_time=settling_time)
-    folders, shown_at = tuple(package_dir or ()), _times(moments)
-    source = None
-    if robot is not None:
-        source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling)
-    reduced = problem_of(trajectory, source, scene, request, motions).reduced
+    shown_at = _times(moments)
+    reduced = problem_of(trajectory, robot, scene, request, motions).reduced
     with progress_line() as line:
         line.show("simulate", None)
         rollout = roll_out(reduced, motion.ordered(reduced.joint_names), options=options)

@@ -8,24 +8,23 @@ import typer
 
 from trajopt.cli.kinematics import GroupOption, StateOption
 from trajopt.cli.options import (
+    HostOption,
     JsonOption,
-    LimitsOption,
     MotionsOption,
-    PackageOption,
+    PortOption,
     RobotSource,
-    SrdfOption,
+    SecondsOption,
+    robot_options,
 )
-from trajopt.cli.planned import (
+from trajopt.cli.problems import (
     OptionalRequest,
-    OptionalRobot,
     OptionalScene,
     motion_in,
     problem_of,
 )
-from trajopt.cli.watched import HostOption, PortOption, SecondsOption
 from trajopt.driving.recording import RecordingFile
 from trajopt.files.moveit import read_scene
-from trajopt.files.moveit.trajectory_files import FORMATS
+from trajopt.files.moveit.trajectories import FORMATS
 from trajopt.scene.scene import Scene
 from trajopt.values.errors import FileFormatError, ProblemError
 from trajopt.viewer import LiveView, RunViewer, live_view, mirror_view, view_run
@@ -43,23 +42,21 @@ MirrorOption = Annotated[
     typer.Option(
         "--mirror",
         metavar="URL",
-        help="Show a robot elsewhere as it is: a session of trajopt serve (http://HOST:PORT/sessions/ID), "
+        help="Show the state of a remote robot: a session of trajopt serve (http://HOST:PORT/sessions/ID), "
         "or a run with --publish.",
     ),
 ]
 TokenOption = Annotated[
-    str, typer.Option("--token", envvar="TRAJOPT_TOKEN", help="With --mirror: what the server lets in with.")
+    str, typer.Option("--token", envvar="TRAJOPT_TOKEN", help="With --mirror: token of the server.")
 ]
 
 
+@robot_options
 def view(
     file: OptionalFile = None,
-    robot: OptionalRobot = None,
+    robot: RobotSource | None = None,
     scene: OptionalScene = None,
     request: OptionalRequest = None,
-    srdf: SrdfOption = None,
-    limits: LimitsOption = None,
-    package_dir: PackageOption = None,
     motions: MotionsOption = None,
     group: GroupOption = "",
     state: StateOption = None,
@@ -75,27 +72,26 @@ def view(
     Without a file the page has the robot, arrows at its hand for dragging, joint sliders, the
     objects, and buttons to plan and execute: trajopt view --robot panda.
     """
-    source = None if robot is None else RobotSource(robot, srdf, limits, tuple(package_dir or ()))
     viewer: Served
     if mirror is not None:
-        if file is not None or source is not None:
+        if file is not None or robot is not None:
             raise ProblemError("view: --mirror shows what is at its address: leave out the file and --robot")
         viewer = mirror_view(mirror, token=token, port=port, host=host)
     elif file is None:
-        if source is None:
+        if robot is None:
             raise ProblemError("view: name a file to show, or with --robot a robot to plan for by hand")
         if request is not None or motions is not None:
             raise ProblemError(
                 "view: --request and --motions belong to a file; leave them out to plan by hand"
             )
-        viewer = _live(source, scene, group, state, port, host)
+        viewer = _live(robot, scene, group, state, port, host)
     elif group or state is not None:
         raise ProblemError("view: --group and --state are for planning by hand, without a file")
     elif RecordingFile.is_one(file):
-        viewer = _run(RecordingFile.open(file), file, source, port, host)
+        viewer = _run(RecordingFile.open(file), file, robot, port, host)
     else:
         trajectory = motion_in(file)
-        reduced = problem_of(file, source, scene, request, motions).reduced
+        reduced = problem_of(file, robot, scene, request, motions).reduced
         viewer = open_viewer(reduced, trajectory.ordered(reduced.joint_names), port=port, host=host)
     typer.echo(json.dumps({"url": viewer.url}) if as_json else f"open {viewer.url} (Ctrl-C ends)")
     try:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import JsonOption, PackageOption, RobotSource, SrdfOption
-from trajopt.cli.planned import is_bundle
+from trajopt.cli.problems import is_bundle
 from trajopt.files.bundle import Bundle
 from trajopt.files.moveit import read_request, read_scene
 from trajopt.files.moveit.constraints import read_constraints
@@ -19,69 +19,64 @@ from trajopt.files.moveit.robot_state import checked_joint_positions, layered_po
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
-from trajopt.server.warehouse import Constraints, Entry, Kind, State, Warehouse
+from trajopt.server.warehouse import Constraints, Entry, EntryKind, StoredState, Warehouse
 from trajopt.values.documents.document import read_document
 from trajopt.values.errors import FileFormatError, ModelError, shown
 
 warehouse = typer.Typer(
-    help="Keep robots, scenes, problems, plans, states and constraints in one file, by name and version.",
+    help="Store robots, scenes, problems, plans, states and constraints in one file, by name and version.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
 
-FileArgument = Annotated[Path, typer.Argument(help="The warehouse's file.")]
-NameArgument = Annotated[str, typer.Argument(help="The name it is kept under.")]
-NewNameArgument = Annotated[str, typer.Argument(help="The name to keep it under.")]
-KINDS = ", ".join(kind.name.lower() for kind in Kind)
+FileArgument = Annotated[Path, typer.Argument(help="Warehouse file.")]
+NameArgument = Annotated[str, typer.Argument(help="Name of the entry.")]
+NewNameArgument = Annotated[str, typer.Argument(help="Name of the entry.")]
+KINDS = ", ".join(kind.name.lower() for kind in EntryKind)
 KindOption = Annotated[str | None, typer.Option("--kind", help=f"One of {KINDS}.")]
-VersionOption = Annotated[int | None, typer.Option("--version", min=1, help="Which version; else the last.")]
-OneVersionOption = Annotated[
-    int | None, typer.Option("--version", min=1, help="Only this version; else all of them.")
-]
-RobotNameOption = Annotated[str, typer.Option("--robot", help="Of the robot of this name.")]
-GoalOption = Annotated[str, typer.Option("--goal", help="Words of the goal.")]
-SceneNameOption = Annotated[str, typer.Option("--scene", help="In the scene that is kept under this name.")]
+VersionOption = Annotated[int | None, typer.Option("--version", min=1, help="Version; default: the latest.")]
+OneVersionOption = Annotated[int | None, typer.Option("--version", min=1, help="Version; default: all.")]
+RobotNameOption = Annotated[str, typer.Option("--robot", help="Name of the robot.")]
+GoalOption = Annotated[str, typer.Option("--goal", help="Text of the goal.")]
+SceneNameOption = Annotated[str, typer.Option("--scene", help="Name of the stored scene.")]
 TextOption = Annotated[
     str, typer.Option("--text", help="Words that all occur in names, objects, reasons, notes or tags.")
 ]
-TagsOption = Annotated[list[str] | None, typer.Option("--tag", help="Marked with this (repeatable).")]
+TagsOption = Annotated[list[str] | None, typer.Option("--tag", help="Tag (repeatable).")]
 SinceOption = Annotated[
-    str, typer.Option("--since", help="Kept on this day or later: 2026-11-22, or 2026-11-22T14:30.")
+    str, typer.Option("--since", help="Stored on this day or later: 2026-11-22, or 2026-11-22T14:30.")
 ]
 UntilOption = Annotated[
-    str, typer.Option("--until", help="Kept on this day or earlier; with a time, before it.")
+    str, typer.Option("--until", help="Stored on this day or earlier; with a time, before it.")
 ]
 SolvedOption = Annotated[
-    bool | None, typer.Option("--solved/--failed", help="Planning found a motion, or did not.")
+    bool | None, typer.Option("--solved/--failed", help="Whether planning found a motion.")
 ]
-NewestOption = Annotated[bool, typer.Option("--newest", help="Only the last version of each name.")]
-NoteOption = Annotated[str, typer.Option("--note", help="Whatever is to be said of it.")]
-TagOption = Annotated[list[str] | None, typer.Option("--tag", help="A word to find it by (repeatable).")]
+NewestOption = Annotated[bool, typer.Option("--newest", help="Only the latest version of each name.")]
+NoteOption = Annotated[str, typer.Option("--note", help="Note on the entry.")]
+TagOption = Annotated[list[str] | None, typer.Option("--tag", help="Tag for searches (repeatable).")]
 BundleOption = Annotated[
-    Path | None, typer.Option("--bundle", help="Keep this bundle: a plan, a failure, a problem.")
+    Path | None, typer.Option("--bundle", help="Store this bundle: a plan, a failure or a problem.")
 ]
 RobotOption = Annotated[
     str | None,
     typer.Option(
-        "--robot", help="Keep this robot (panda, ur5, ..., or a description's file), or what is of it:"
+        "--robot",
+        help="Store this robot (panda, ur5, ..., or a description's file), or one of the following of it.",
     ),
 ]
-SceneOption = Annotated[Path | None, typer.Option("--scene", help="a MoveIt PlanningScene in YAML,")]
+SceneOption = Annotated[Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML.")]
 RequestOption = Annotated[
-    Path | None, typer.Option("--request", help="with the scene a MoveIt MotionPlanRequest: a problem,")
+    Path | None, typer.Option("--request", help="With --scene: MoveIt MotionPlanRequest in YAML.")
 ]
-StateOption = Annotated[Path | None, typer.Option("--state", help="a MoveIt RobotState in YAML,")]
-ConstraintsOption = Annotated[
-    Path | None, typer.Option("--constraints", help="or MoveIt Constraints in YAML.")
-]
-SourcesArgument = Annotated[list[Path], typer.Argument(help="Other warehouses, and bundles.")]
+StateOption = Annotated[Path | None, typer.Option("--state", help="MoveIt RobotState in YAML.")]
+ConstraintsOption = Annotated[Path | None, typer.Option("--constraints", help="MoveIt Constraints in YAML.")]
+SourcesArgument = Annotated[list[Path], typer.Argument(help="Warehouses and bundles to import.")]
 TargetOption = Annotated[
     Path,
-    typer.Option("--out", help="A bundle (x.trajopt), or another warehouse that gets what it lacks."),
+    typer.Option("--out", help="Bundle (x.trajopt), or warehouse that receives its missing entries."),
 ]
-OptionalName = Annotated[
-    str, typer.Argument(help="The name it is kept under; all of the warehouse if left out.")
-]
+OptionalName = Annotated[str, typer.Argument(help="Name of the entry; default: all entries.")]
 
 
 @warehouse.command()
@@ -116,7 +111,7 @@ def show(
     version: VersionOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show something that is kept, and its versions. Exit status 0, or 2 for bad input."""
+    """Show an entry and its versions. Exit status 0, or 2 for bad input."""
     with Warehouse(file, create=False) as kept:
         entry = kept.entry(name, kind=_kind(kind), version=version)
         versions = kept.find(kind=entry.kind, name=name)
@@ -144,7 +139,7 @@ def add(
     note: NoteOption = "",
     as_json: JsonOption = False,
 ) -> None:
-    """Keep something; earlier versions of the name stay. Exit status 0, or 2 for bad input."""
+    """Store an entry; earlier versions of its name remain. Exit status 0, or 2 for bad input."""
     tags = tuple(tag or ())
     if bundle is not None:
         if robot is not None:
@@ -167,7 +162,7 @@ def rm(
     version: OneVersionOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Remove something for good. Exit status 0, or 2 for bad input."""
+    """Delete an entry permanently. Exit status 0, or 2 for bad input."""
     with Warehouse(file, create=False) as kept:
         gone = kept.remove(name, kind=_kind(kind), version=version)
     words = "\n".join(f"removed: {entry}" for entry in gone)
@@ -247,7 +242,7 @@ def _words(value: object) -> str:
     match value:
         case Bundle():
             return str(value)
-        case State():
+        case StoredState():
             return "\n".join(f"  {joint:<24} {at:g}" for joint, at in value.positions.items())
         case Constraints():
             return "\n".join(f"  {each.in_full()}" for each in value.requirements)
@@ -255,7 +250,7 @@ def _words(value: object) -> str:
             return str(value)
 
 
-def _kind(name: str | None) -> Kind | None:
+def _kind(name: str | None) -> EntryKind | None:
     """Return the kind of a name.
 
     Raises:
@@ -263,9 +258,9 @@ def _kind(name: str | None) -> Kind | None:
     """
     if name is None:
         return None
-    if name.upper() not in Kind.__members__:
+    if name.upper() not in EntryKind.__members__:
         raise ModelError(f"--kind must be one of {KINDS}, is {shown(name)}")
-    return Kind[name.upper()]
+    return EntryKind[name.upper()]
 
 
 def _day(text: str, *, end: bool = False) -> datetime | None:
@@ -307,7 +302,7 @@ class Given:
     constraints: Path | None = None
 
 
-def value_given(given: Given) -> Robot | Scene | Problem | State | Constraints:
+def value_given(given: Given) -> Robot | Scene | Problem | StoredState | Constraints:
     """Return the value to add.
 
     Raises:
@@ -324,7 +319,7 @@ def value_given(given: Given) -> Robot | Scene | Problem | State | Constraints:
         around = read_scene(given.scene, robot)
         return around.scene if given.request is None else read_request(given.request, around).problem()
     if given.state is not None:
-        return State(robot.name, checked_joint_positions(read_document(given.state), robot))
+        return StoredState(robot.name, checked_joint_positions(read_document(given.state), robot))
     return robot if given.constraints is None else _constraints(given.constraints, robot)
 
 

@@ -155,7 +155,7 @@ def read_surprises(path: Path | str) -> Surprises:
 
 
 def _surprise(entry: Node) -> Surprise:
-    from trajopt.files.moveit.shapes import read_primitive  # only files need it
+    from trajopt.files.moveit.objects import read_primitive  # only files need it
 
     shape, orientation = entry["shape"], entry["orientation"]
     turned = UPRIGHT if orientation.missing else orientation.numbers()

@@ -1,15 +1,17 @@
-"""A job: a request on its way, waiting or in the hands of a worker, until it is answered or refused."""
+"""Requests in progress: waiting, in a worker, answered, refused or cancelled."""
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import msgspec
 
+from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.messages import Answered, Cancel, Changed, Feedback, Request
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.state import PackedScene
+from trajopt.server.operation import PackedScene
 from trajopt.server.worker_process import WorkerProcess
 from trajopt.values.arrays import Value
 
@@ -67,7 +69,7 @@ class Job:
         self._grace, self._loop = grace, loop
         self._until = self.created + assignment.seconds
         self._worker: WorkerProcess | None = None
-        self._wanted: Refusal | None = None
+        self._wanted: RequestRefused | None = None
         self._timers = [loop.call_at(self._until, self._out_of_time)]
 
     @property
@@ -96,17 +98,17 @@ class Job:
         worker.send(request)
 
     @property
-    def wanted(self) -> Refusal | None:
+    def wanted(self) -> RequestRefused | None:
         """The reason of its cancellation, if any."""
         return self._wanted
 
-    def cancel(self, refusal: Refusal | None = None) -> None:
+    def cancel(self, refusal: RequestRefused | None = None) -> None:
         """Cancel it; the answer is the worker's present result, or a refusal without a worker.
 
         Args:
             refusal: The reason; by default cancellation.
         """
-        self._end(refusal or Refusal(Why.CANCELLED, "it was cancelled"))
+        self._end(refusal or RequestRefused(Why.CANCELLED, "it was cancelled"))
 
     def change(self, scene: PackedScene) -> None:
         """Notify its worker of a change of the session's scene."""
@@ -130,7 +132,7 @@ class Job:
         if not self.over:
             self.done.set_result(answered)
 
-    def refuse(self, refusal: Refusal) -> None:
+    def refuse(self, refusal: RequestRefused) -> None:
         """Refuse it, with the reason of its cancellation if there is one."""
         self._finish()
         if not self.over:
@@ -138,9 +140,11 @@ class Job:
 
     def _out_of_time(self) -> None:
         waited = "" if self._worker is not None else ", all of which it waited for a process"
-        self._end(Refusal(Why.OUT_OF_TIME, f"it took longer than {self.assignment.seconds:g} s{waited}"))
+        self._end(
+            RequestRefused(Why.OUT_OF_TIME, f"it took longer than {self.assignment.seconds:g} s{waited}")
+        )
 
-    def _end(self, refusal: Refusal) -> None:
+    def _end(self, refusal: RequestRefused) -> None:
         if self.over or self._wanted is not None:
             return
         self._wanted = refusal
@@ -154,3 +158,91 @@ class Job:
         self._worker = None
         for timer in self._timers:
             timer.cancel()
+
+
+@dataclass(frozen=True)
+class Reply(Value):
+    """The answer to a request.
+
+    Attributes:
+        body: JSON.
+        cpu: Processor time that it took [s].
+    """
+
+    body: bytes
+    cpu: float
+
+    def document(self) -> Any:
+        """Return it as plain data."""
+        return msgspec.json.decode(self.body)
+
+
+@dataclass(eq=False)
+class Done:
+    """A finished request.
+
+    Attributes:
+        operation: Name of the operation.
+        session: Id of the session.
+        why: Kind of refusal; None with an answer.
+        reason: The reason in a sentence.
+        waited: Time until a worker began, with an answer [s].
+        seconds: Total time [s].
+        cpu: CPU time of the worker, with an answer [s].
+    """
+
+    operation: str
+    session: str
+    why: Why | None = None
+    reason: str = ""
+    waited: float = 0.0
+    seconds: float = 0.0
+    cpu: float = 0.0
+
+
+@contextmanager
+def counted(session: str, operation: str, observer: Callable[[Done], None] | None) -> Generator[Done]:
+    """Record the outcome of a request, and notify the observer.
+
+    Args:
+        session: Id of its session.
+        operation: Name of the operation.
+        observer: The observer, or None.
+    """
+    begin, done = time.monotonic(), Done(operation, session)
+    try:
+        yield done
+    except RequestRefused as refusal:
+        done.why, done.reason = refusal.why, refusal.reason
+        raise
+    except asyncio.CancelledError:
+        done.why, done.reason = Why.CANCELLED, "nobody waits for it any more"
+        raise
+    except Exception as error:
+        done.why, done.reason = Why.FAILED, f"{type(error).__name__}: {error}"
+        raise
+    finally:
+        done.seconds = time.monotonic() - begin
+        if observer is not None:
+            observer(done)
+
+
+class Cancellation:
+    """Cancels a request from elsewhere: pass it to `ask`, and call it."""
+
+    def __init__(self) -> None:
+        """Belong to no request yet."""
+        self._job: Job | None = None
+        self._called = False
+
+    def __call__(self) -> None:
+        """Cancel the request: a plan returns its best motion so far; a waiting request is refused."""
+        self._called = True
+        if self._job is not None:
+            self._job.cancel()
+
+    def of(self, job: Job) -> None:
+        """Belong to a request."""
+        self._job = job
+        if self._called:
+            job.cancel()

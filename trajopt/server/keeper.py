@@ -9,19 +9,16 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from trajopt.files.bundle.fingerprint import fingerprint
+from trajopt.files.bundle.codec import fingerprint
 from trajopt.files.bundle.message import message_of, value_of_message
 from trajopt.scene.scene import Scene
 from trajopt.server.job import Assignment
-from trajopt.server.limits import Limits
+from trajopt.server.limits import Limits, RequestRefused, Why
 from trajopt.server.messages import Answered, Hello
-from trajopt.server.operation import Answer, Lane, Operation
-from trajopt.server.pool import Pool
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.session import ID, SHOWN, Session
-from trajopt.server.state import PackedScene, SessionState
-from trajopt.server.warehouse import Kind, State, Warehouse
-from trajopt.server.watch import Watch
+from trajopt.server.operation import Answer, Lane, Operation, PackedScene, SessionState, Watch
+from trajopt.server.pool import WorkerPool
+from trajopt.server.session import ID, SHOWN, ServiceSession
+from trajopt.server.warehouse import EntryKind, StoredState, Warehouse
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ModelError
 
@@ -50,10 +47,10 @@ class Keeper:
             limits: Of requests: storing a session has the time limit of one.
         """
         self._warehouse, self._limits, self._known = warehouse, limits, set[str]()
-        self.pool = Pool("keeping", msgspec.structs.replace(hello, modules=(MODULE,)), 1, limits)
+        self.pool = WorkerPool("keeping", msgspec.structs.replace(hello, modules=(MODULE,)), 1, limits)
 
     async def keep(
-        self, session: Session, scene: PackedScene | None, positions: Sequence[float] | None
+        self, session: ServiceSession, scene: PackedScene | None, positions: Sequence[float] | None
     ) -> None:
         """Store the content of a session; returns once it is on disk.
 
@@ -63,7 +60,7 @@ class Keeper:
             positions: Of its robot [rad | m]; None if unchanged.
 
         Raises:
-            Refusal: If it could not be stored.
+            RequestRefused: If it could not be stored.
         """
         new = session.id not in self._known
         what = {
@@ -75,24 +72,24 @@ class Keeper:
         await self._written(session, "keep", what, scene or session.scene, positions or session.positions)
         self._known.add(session.id)
 
-    async def forget(self, session: Session) -> None:
+    async def forget(self, session: ServiceSession) -> None:
         """Remove a session from the disk; returns when it is gone.
 
         Raises:
-            Refusal: If it could not be removed.
+            RequestRefused: If it could not be removed.
         """
         self._known.discard(session.id)
         await self._written(session, "forget", {"session": session.id}, session.scene, session.positions)
 
-    async def restored(self, empty: Empty, most: int) -> list[Session]:
+    async def restored(self, empty: Empty, most: int) -> list[ServiceSession]:
         """Return the stored sessions; unusable ones stay in the file, with the reason in the log.
 
         Args:
             empty: Empty scene of each robot; sessions of other robots are skipped.
             most: Largest number, the newest first.
         """
-        found = list[Session]()
-        for entry in self._warehouse.find(kind=Kind.STATE, tags=[SESSION]):
+        found = list[ServiceSession]()
+        for entry in self._warehouse.find(kind=EntryKind.STATE, tags=[SESSION]):
             if not re.fullmatch(ID, entry.name):
                 continue
             if entry.robot not in empty:
@@ -104,11 +101,11 @@ class Keeper:
             scene, positions = empty[entry.robot]
             try:
                 answered = await self._done(entry.name, "restore", {"session": entry.name}, scene, positions)
-            except Refusal as refusal:
+            except RequestRefused as refusal:
                 _left_out(entry.name, refusal.reason)
                 continue
             assert answered.scene is not None and answered.positions is not None
-            session = Session(
+            session = ServiceSession(
                 entry.name, PackedScene.of(entry.robot, answered.scene), answered.positions,
                 revision=msgspec.json.decode(answered.body)["revision"],
                 face=next((tag for tag in entry.tags if tag != SESSION), ""),
@@ -118,20 +115,25 @@ class Keeper:
         return found
 
     async def _written(
-        self, session: Session, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
+        self,
+        session: ServiceSession,
+        what: str,
+        said: Arguments,
+        scene: PackedScene,
+        positions: Sequence[float],
     ) -> None:
         """Write by the worker.
 
         Raises:
-            Refusal: If it failed. Faults of the file are logged for the operator of the server.
+            RequestRefused: If it failed. Faults of the file are logged for the operator of the server.
         """
         try:
             await self._done(session.id, what, said, scene, positions)
-        except Refusal as refusal:
+        except RequestRefused as refusal:
             _LOG.error("session not kept", extra={"session": session.id[:SHOWN], "reason": str(refusal)})
             if refusal.why not in (Why.MALFORMED, Why.UNKNOWN, Why.FAILED):
                 raise
-            raise Refusal(
+            raise RequestRefused(
                 Why.FAILED, "the session cannot be kept on disk: the server's log says why"
             ) from refusal
 
@@ -141,7 +143,7 @@ class Keeper:
         """Run an operation in the worker; operations on one session keep their order.
 
         Raises:
-            Refusal: If it failed.
+            RequestRefused: If it failed.
         """
         body = _JSON.encode({**said, "warehouse": str(self._warehouse.path.absolute())})
         assignment = Assignment(f"keeping/{what}", scene, positions, body, self._limits.seconds)
@@ -154,7 +156,7 @@ def _left_out(name: str, reason: str) -> None:
 
 SESSION = "session"
 """Tag of stored sessions in the file."""
-KINDS = (Kind.SCENE, Kind.STATE)
+KINDS = (EntryKind.SCENE, EntryKind.STATE)
 
 
 def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
@@ -168,7 +170,7 @@ def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
         if arguments["scene"].value:
             kept.add(name, state.scene, tags=tags)
         if arguments["positions"].value:
-            kept.add(name, State(state.robot, state.named_positions), tags=tags)
+            kept.add(name, StoredState(state.robot, state.named_positions), tags=tags)
         for kind in KINDS:
             # By version: a clock that was set back has what was kept last be older than what was before.
             versions = sorted(entry.version for entry in kept.find(kind=kind, name=name))
@@ -195,7 +197,7 @@ def restore(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """
     robot, name = state.scene.robot, arguments["session"].text()
     with _warehouse(arguments) as kept, TemporaryDirectory() as folder:
-        entry = kept.entry(name, kind=Kind.SCENE)
+        entry = kept.entry(name, kind=EntryKind.SCENE)
         scene: Scene = kept.load(entry, meshes=folder)
         positions = kept.state(name).positions
         same = fingerprint(scene.robot) == fingerprint(robot)

@@ -1,10 +1,11 @@
-"""Limits on the resources of one client, one request and all sessions together."""
+"""Limits on the resources of clients, requests and sessions, and refusals of requests that exceed them."""
 
 import os
 from dataclasses import dataclass, field
+from enum import Enum
 
 from trajopt.values.arrays import Value, number
-from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors import ProblemError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
 
 MEGABYTE = 2**20
@@ -71,3 +72,38 @@ class Limits(Value):
                 raise ProblemError(f"limits: {name} must be positive, is {shown(value)}")
         if self.bodies < self.body:
             raise ProblemError(f"limits: bodies ({self.bodies}) must be at least body ({self.body})")
+
+
+class Why(Enum):
+    """Kinds of refusals; each value is its name in messages."""
+
+    MALFORMED = "malformed"
+    UNKNOWN = "unknown"
+    TOO_LARGE = "too large"
+    BUSY = "busy"
+    FULL = "full"
+    OUT_OF_TIME = "out of time"
+    OUT_OF_MEMORY = "out of memory"
+    WORKER_LOST = "worker lost"
+    CANCELLED = "cancelled"
+    CLOSING = "closing"
+    FAILED = "failed"
+
+
+class RequestRefused(TrajoptError):
+    """A refused request.
+
+    Attributes:
+        why: The kind.
+        reason: The reason, in a sentence.
+        retry_after: Delay before a sensible retry [s]; None without one.
+    """
+
+    def __init__(self, why: Why, reason: str, *, retry_after: float | None = None) -> None:
+        """Keep kind and reason."""
+        self.why, self.reason, self.retry_after = why, reason, retry_after
+        super().__init__(f"{why.value}: {reason}")
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {"error": {"kind": self.why.value, "reason": self.reason}}

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 from typing import cast
 
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.watch import Watch
+from trajopt.server.limits import RequestRefused, Why
+from trajopt.server.operation import Watch
 
 KILOBYTE = 2**10
 
@@ -57,11 +57,11 @@ def check_sizes(document: object, watch: Watch) -> None:
         watch: Of the request, with the limits.
 
     Raises:
-        Refusal: If there are too many triangles in total, or too many points in one list.
+        RequestRefused: If there are too many triangles in total, or too many points in one list.
     """
     triangles = _count(document, watch.points)
     if triangles > watch.triangles:
-        raise Refusal(
+        raise RequestRefused(
             Why.TOO_LARGE,
             f"the meshes of a request have {watch.triangles} triangles at most, not {triangles}",
         )
@@ -77,6 +77,6 @@ def _count(value: object, points: int) -> int:
     for key, inner in cast("dict[str, object]", value).items():
         length = len(cast("list[object]", inner)) if isinstance(inner, list) else 0
         if key in POINTS and length > points:
-            raise Refusal(Why.TOO_LARGE, f"{key} has {points} elements at most, not {length}")
+            raise RequestRefused(Why.TOO_LARGE, f"{key} has {points} elements at most, not {length}")
         total += (length if key in MESHES else 0) + _count(cast(object, inner), points)
     return total

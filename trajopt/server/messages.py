@@ -77,7 +77,7 @@ class Changed(msgspec.Struct, tag=True, frozen=True):
     key: bytes
 
 
-class Ready(msgspec.Struct, tag=True, frozen=True):
+class WorkerReady(msgspec.Struct, tag=True, frozen=True):
     """A worker has loaded its robots.
 
     Attributes:
@@ -128,7 +128,7 @@ class Rejected(msgspec.Struct, tag=True, frozen=True):
 
 
 ToWorker: TypeAlias = Hello | Request | Cancel | Changed
-FromWorker: TypeAlias = Ready | Feedback | Answered | Rejected
+FromWorker: TypeAlias = WorkerReady | Feedback | Answered | Rejected
 
 _ENCODER = msgspec.msgpack.Encoder()
 FROM_WORKER: msgspec.msgpack.Decoder[FromWorker] = msgspec.msgpack.Decoder(FromWorker)

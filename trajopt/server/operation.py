@@ -1,16 +1,189 @@
-"""Operation: a function of the server that runs in a worker."""
+"""Operations of the server: functions of a session's content, a request's arguments and its watch."""
 
+import pickle
+import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, auto
+from hashlib import blake2b
 from importlib import import_module
-from typing import TypeAlias, cast
+from io import BytesIO
+from threading import Event, Lock
+from typing import Any, TypeAlias, cast
 
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
-from trajopt.values.arrays import Value
+from trajopt.optimise.solvers import Iteration
+from trajopt.planning.result import Result
+from trajopt.robot.robot import Robot
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import Node
 from trajopt.values.errors.arguments import checked
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class SessionState(Value):
+    """A robot among objects, and its positions.
+
+    Attributes:
+        robot: Name of the robot on the server.
+        scene: Its surroundings.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        stamps: Measurement times of clouds in the scene, by name, on their sensors' clocks [s].
+    """
+
+    robot: str
+    scene: Scene
+    positions: Floats
+    stamps: Mapping[str, float] = field(default_factory=dict[str, float])
+
+    @property
+    def named_positions(self) -> dict[str, float]:
+        """Positions of all joints, by name [rad | m]."""
+        return dict(zip(self.scene.robot.joint_names, self.positions.tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class PackedScene(Value):
+    """A scene as bytes.
+
+    Attributes:
+        robot: Name by which the server knows the robot.
+        data: The scene.
+        key: The same for the same bytes.
+    """
+
+    robot: str
+    data: bytes
+    key: bytes
+
+    @staticmethod
+    def of(robot: str, data: bytes) -> "PackedScene":
+        """Return bytes with their key."""
+        return PackedScene(robot, data, blake2b(data, digest_size=16).digest())
+
+
+def packed(state: SessionState, robots: Mapping[str, Robot]) -> PackedScene:
+    """Return the scene of a state as bytes; robots that every worker has are named in them, not held."""
+    names = {id(robot): name for name, robot in robots.items()}
+
+    class Pickler(pickle.Pickler):
+        def persistent_id(self, obj: Any) -> str | None:
+            return names.get(id(obj)) if isinstance(obj, Robot) else None
+
+    buffer = BytesIO()
+    Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(state.scene)
+    return PackedScene.of(state.robot, buffer.getvalue())
+
+
+def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> Scene:
+    """Return the scene of `packed`.
+
+    Args:
+        scene: A result of `packed`, from this process or another of the same server; nothing else.
+        robots: The robots by name, with which it was packed.
+    """
+
+    class Unpickler(pickle.Unpickler):
+        def persistent_load(self, pid: Any) -> Robot:
+            return robots[pid]
+
+    return cast(Scene, Unpickler(BytesIO(scene.data)).load())
+
+
+SPACING = 0.05
+"""Shortest interval between progress messages of solver steps [s]."""
+ATTEMPT = "optimise"
+"""The first long stage of each attempt."""
+
+
+class Watch:
+    """Limits, cancellation and listener of a request.
+
+    Attributes:
+        cancel: Set when the answer is no longer needed.
+        heard: Whether there is a listener.
+        triangles: Most triangles of all meshes in a request.
+        points: Most points of a trajectory in a request.
+        cloud: Most points of a cloud in a request.
+        attachment: Bytes of the request in addition to its arguments.
+        driven: Whether another request drives the session's robot and determines its positions.
+    """
+
+    def __init__(
+        self,
+        seconds: float,
+        tell: Callable[[Mapping[str, object], list[float] | None], None] | None = None,
+        *,
+        triangles: int = 50_000,
+        points: int = 20_000,
+        cloud: int = 400_000,
+        attachment: bytes = b"",
+        driven: bool = False,
+    ) -> None:
+        """Start the clock.
+
+        Args:
+            seconds: Time limit of the request [s].
+            tell: Sends progress and robot positions; None without a listener.
+            triangles: Most triangles of all meshes in a request.
+            points: Most points of a trajectory in a request.
+            cloud: Most points of a cloud in a request.
+            attachment: Bytes of the request in addition to its arguments.
+            driven: Whether another request drives the session's robot.
+        """
+        self.cancel, self.heard = Event(), tell is not None
+        self.triangles, self.points, self.cloud = triangles, points, cloud
+        self.attachment, self.driven = attachment, driven
+        self._until, self._tell = time.monotonic() + seconds, tell
+        self._stage, self._last, self._attempt = "", 0.0, 0
+        self._best: float | None = None
+        self._lock = Lock()
+        self._scene: Callable[[], Scene] | None = None
+
+    @property
+    def seconds_left(self) -> float:
+        """Time until the answer must be there [s]."""
+        return self._until - time.monotonic()
+
+    @checked
+    def tell(self, document: Mapping[str, object], positions: list[float] | None = None) -> None:
+        """Send progress.
+
+        Args:
+            document: Plain data.
+            positions: New positions of all joints of the session's robot, if they changed [rad | m].
+        """
+        if self._tell is not None:
+            self._tell(document, positions)
+
+    def progress(self, stage: str, step: Iteration | None) -> None:
+        """Send the stage of planning and the solver's step; called by `plan`."""
+        now = time.monotonic()
+        if stage == ATTEMPT and step is None:
+            self._attempt += 1
+        if stage == self._stage and now - self._last < SPACING:
+            return
+        self._stage, self._last = stage, now
+        numbers = {} if step is None else {"cost": step.cost, "violation": step.violation}
+        self.tell({"stage": stage, "attempt": self._attempt, **numbers, "best": self._best})
+
+    def incumbent(self, result: Result) -> None:
+        """Report a motion, or a better one; called by `plan`."""
+        self._best = result.cost
+        self.tell({"stage": self._stage, "attempt": self._attempt, "best": self._best})
+
+    @checked
+    def change(self, scene: Callable[[], Scene]) -> None:
+        """Store a new scene, which is unpacked on demand; callable from any thread."""
+        with self._lock:
+            self._scene = scene
+
+    def changed(self) -> Scene | None:
+        """Return the session's scene if it changed since the last call, else None."""
+        with self._lock:
+            scene, self._scene = self._scene, None
+        return None if scene is None else scene()
 
 
 class Lane(Enum):

@@ -8,9 +8,8 @@ from itertools import count
 from typing import Generic, TypeVar
 
 from trajopt.server.job import Assignment, Job
-from trajopt.server.limits import Limits
+from trajopt.server.limits import Limits, RequestRefused, Why
 from trajopt.server.messages import Answered, Feedback, FromWorker, Hello, Rejected
-from trajopt.server.refusals import Refusal, Why
 from trajopt.server.worker_process import WorkerLost, WorkerProcess, lost
 
 _LOG = logging.getLogger("trajopt.server")
@@ -20,7 +19,7 @@ MEMORY = 0.01
 """Weight of the newest request in the mean duration: about a hundred requests count."""
 
 
-class Pool:
+class WorkerPool:
     """Workers and their waiting requests.
 
     Attributes:
@@ -101,7 +100,7 @@ class Pool:
             assignment: The work.
 
         Raises:
-            Refusal: If too many requests wait, of this session or in total, or the pool is closed.
+            RequestRefused: If too many requests wait, of this session or in total, or the pool is closed.
         """
         if self._closed:
             raise _closing()
@@ -114,9 +113,9 @@ class Pool:
         self._queue.put(owner, job)
         return job
 
-    def _full(self, reason: str) -> Refusal:
+    def _full(self, reason: str) -> RequestRefused:
         wait = max(self._mean * self.waiting / self._size, 0.05)
-        return Refusal(Why.FULL, reason, retry_after=wait)
+        return RequestRefused(Why.FULL, reason, retry_after=wait)
 
     async def _slot(self) -> None:
         """Maintain one worker, and pass requests to it in sequence."""
@@ -181,12 +180,12 @@ class Pool:
             case Answered():
                 self._over(job, said)
             case Rejected():
-                self._over(job, Refusal(Why(said.why), said.reason))
+                self._over(job, RequestRefused(Why(said.why), said.reason))
             case _:
                 raise WorkerLost(f"it said {type(said).__name__} at the end of a request")
         return said.memory - worker.memory < self._limits.memory // 2
 
-    def _over(self, job: Job, ended: Answered | Refusal) -> None:
+    def _over(self, job: Job, ended: Answered | RequestRefused) -> None:
         taken = asyncio.get_running_loop().time() - job.begun
         self._mean += (taken - self._mean) * (MEMORY if self._mean else 1.0)
         if isinstance(ended, Answered):
@@ -195,8 +194,8 @@ class Pool:
             job.refuse(ended)
 
 
-def _closing() -> Refusal:
-    return Refusal(Why.CLOSING, "the server is closing")
+def _closing() -> RequestRefused:
+    return RequestRefused(Why.CLOSING, "the server is closing")
 
 
 Item = TypeVar("Item")

@@ -12,16 +12,13 @@ import msgspec
 from trajopt.robot.configuration import initial_positions
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
-from trajopt.server.job import Assignment, Job, Listener
+from trajopt.server.job import Assignment, Cancellation, Done, Job, Listener, Reply, counted
 from trajopt.server.keeper import Keeper
-from trajopt.server.limits import Limits
+from trajopt.server.limits import Limits, RequestRefused, Why
 from trajopt.server.messages import Answered, Hello
-from trajopt.server.operation import Lane, Operation, operations_of
-from trajopt.server.pool import Pool
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.requests import Cancellation, Done, Reply, counted
-from trajopt.server.session import Session, Sessions
-from trajopt.server.state import PackedScene, SessionState, packed
+from trajopt.server.operation import Lane, Operation, PackedScene, SessionState, operations_of, packed
+from trajopt.server.pool import WorkerPool
+from trajopt.server.session import ServiceSession, Sessions
 from trajopt.server.warehouse import Warehouse
 from trajopt.server.worker_process import WorkerLost
 from trajopt.values.errors import ProblemError, RobotNotFound, listed, shown
@@ -73,10 +70,10 @@ class Service:
         pickled = {name: pickle.dumps(robot) for name, robot in robots.items()}
         hello = Hello(pickled, modules, limits.memory, limits.triangles, limits.points, limits.cloud)
         self.pools = {
-            Lane.PLANNING: Pool("planning", hello, limits.workers, limits),
-            Lane.QUICK: Pool("quick", hello, 1, limits),
-            Lane.DRIVING: Pool("driving", hello, limits.runs, limits, eager=False),
-            Lane.VIEWING: Pool("viewing", hello, limits.views, limits, eager=False),
+            Lane.PLANNING: WorkerPool("planning", hello, limits.workers, limits),
+            Lane.QUICK: WorkerPool("quick", hello, 1, limits),
+            Lane.DRIVING: WorkerPool("driving", hello, limits.runs, limits, eager=False),
+            Lane.VIEWING: WorkerPool("viewing", hello, limits.views, limits, eager=False),
         }
         self._keeper = None if warehouse is None else Keeper(warehouse, hello, limits)
         if self._keeper is not None:
@@ -96,7 +93,7 @@ class Service:
         except BaseException as error:
             await self.close(drain=0.0)
             if isinstance(error, WorkerLost):
-                raise Refusal(Why.WORKER_LOST, f"a worker did not come up: {error}") from error
+                raise RequestRefused(Why.WORKER_LOST, f"a worker did not come up: {error}") from error
             raise
         return self
 
@@ -115,7 +112,7 @@ class Service:
         """
         self._closing = True
         for run in self._driving.values():
-            run.cancel(Refusal(Why.CLOSING, "the server is closing, and has stopped the robot"))
+            run.cancel(RequestRefused(Why.CLOSING, "the server is closing, and has stopped the robot"))
         if drain and (under_way := self._asking | self._driving.keys()):
             await asyncio.wait(under_way, timeout=drain)
         await asyncio.gather(*(pool.close() for pool in self.pools.values()))
@@ -127,7 +124,7 @@ class Service:
         return self._closing
 
     @checked
-    def create(self, robot: str = "", *, face: str = "") -> Session:
+    def create(self, robot: str = "", *, face: str = "") -> ServiceSession:
         """Create a session: a robot in an empty world, each group in its first named state.
 
         Args:
@@ -137,7 +134,7 @@ class Service:
 
         Raises:
             RobotNotFound: If there is no such robot.
-            Refusal: If there are too many sessions, or the server is closing.
+            RequestRefused: If there are too many sessions, or the server is closing.
         """
         self._check_open()
         name = robot or next(iter(self.robots))
@@ -155,21 +152,21 @@ class Service:
         return self._empty[name]
 
     @checked
-    def fork(self, session: Session) -> Session:
+    def fork(self, session: ServiceSession) -> ServiceSession:
         """Create a session with the present content of another.
 
         Raises:
-            Refusal: If there are too many sessions, or the server is closing.
+            RequestRefused: If there are too many sessions, or the server is closing.
         """
         self._check_open()
         return self.sessions.add(session.scene, session.positions, stamps=session.stamps)
 
     @checked
-    async def keep(self, session: Session) -> None:
+    async def keep(self, session: ServiceSession) -> None:
         """Have a session be there after a restart as well, changed or not; without a warehouse it cannot.
 
         Raises:
-            Refusal: If it could not be kept.
+            RequestRefused: If it could not be kept.
         """
         if self._keeper is not None:
             await self._keeper.keep(session, session.scene, session.positions)
@@ -180,7 +177,7 @@ class Service:
         """Remove a session, also from disk; its driven robot stops.
 
         Raises:
-            Refusal: If there is none of that id, or it could not be removed from disk.
+            RequestRefused: If there is none of that id, or it could not be removed from disk.
         """
         self.sessions.remove(name)
         await self._forgotten()
@@ -194,7 +191,7 @@ class Service:
     @checked
     async def ask(
         self,
-        session: Session,
+        session: ServiceSession,
         operation: str,
         arguments: bytes | Mapping[str, Any] = b"{}",
         *,
@@ -215,12 +212,12 @@ class Service:
             cancellation: Cancels it from elsewhere.
 
         Raises:
-            Refusal: If it is not answered.
+            RequestRefused: If it is not answered.
         """
         with self._asked(), counted(session.id, operation, self._observer) as done:
             found = self.operations.get(operation)
             if found is None:
-                raise Refusal(
+                raise RequestRefused(
                     Why.UNKNOWN, f"no operation {shown(operation)}; known: {listed(sorted(self.operations))}"
                 )
             body = arguments if isinstance(arguments, bytes) else _written(arguments)
@@ -250,20 +247,20 @@ class Service:
             done.waited, done.cpu = job.begun - job.created, answered.cpu
             return Reply(answered.body, answered.cpu)
 
-    def _check(self, session: Session, operation: Operation, size: int) -> None:
+    def _check(self, session: ServiceSession, operation: Operation, size: int) -> None:
         """Refuse invalid requests before they wait for a worker."""
         self._check_open()
         if size > self.limits.body:
-            raise Refusal(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {size}")
+            raise RequestRefused(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {size}")
         if operation.lane.takes_robot and session.run is not None:
-            raise Refusal(
+            raise RequestRefused(
                 Why.BUSY, "the robot of this session is being driven, or its 3-D page is open: stop it first"
             )
         if operation.lane is Lane.VIEWING and self._views >= self.limits.views:
             reason = f"{self._views} 3-D pages are open, as many as there may be: close one"
-            raise Refusal(Why.FULL, reason, retry_after=1.0)
+            raise RequestRefused(Why.FULL, reason, retry_after=1.0)
         if operation.edits and session.editors >= self.limits.waiting_per_session:
-            raise Refusal(
+            raise RequestRefused(
                 Why.FULL, f"{session.editors} changes of this session wait already", retry_after=1.0
             )
 
@@ -280,9 +277,9 @@ class Service:
 
     def _check_open(self) -> None:
         if self._closing:
-            raise Refusal(Why.CLOSING, "the server is closing")
+            raise RequestRefused(Why.CLOSING, "the server is closing")
 
-    async def _answered(self, session: Session, operation: Operation, job: Job) -> Answered:
+    async def _answered(self, session: ServiceSession, operation: Operation, job: Job) -> Answered:
         """Wait for the answer, and store its changes in the session; cancelling this cancels the request."""
         try:
             if not operation.lane.takes_robot:
@@ -304,14 +301,16 @@ class Service:
         if not driving.cancelled():
             driving.exception()  # nobody may wait
 
-    async def _held(self, session: Session, operation: Operation, job: Job) -> Answered:
+    async def _held(self, session: ServiceSession, operation: Operation, job: Job) -> Answered:
         """Wait for the answer, and store its changes in the session."""
         await asyncio.wait((job.done,))  # a task that is cancelled would cancel the future
         answered = job.done.result()
         scene = None if answered.scene is None else PackedScene.of(session.robot, answered.scene)
         if scene is not None and len(scene.data) > self.limits.session_bytes:
             most = self.limits.session_bytes
-            raise Refusal(Why.TOO_LARGE, f"the scene would have {len(scene.data)} bytes, of {most} at most")
+            raise RequestRefused(
+                Why.TOO_LARGE, f"the scene would have {len(scene.data)} bytes, of {most} at most"
+            )
         positions = answered.positions
         if operation.edits and (session.run is not None or positions == list(job.assignment.positions)):
             positions = None  # a robot that is driven has gone on meanwhile: it says itself where it is
@@ -322,7 +321,7 @@ class Service:
 
     async def _settled(
         self,
-        session: Session,
+        session: ServiceSession,
         scene: PackedScene | None,
         positions: list[float] | None,
         stamps: dict[str, float],
@@ -332,14 +331,14 @@ class Service:
         """Apply changes to a session once they are on disk; a cancelled caller waits for that.
 
         Raises:
-            Refusal: If they could not be stored; then nothing changes except the place of a driven robot.
+            RequestRefused: If they could not be stored; then only a driven robot has other positions.
         """
 
         async def settle() -> None:
             if self._keeper is not None and (scene, positions) != (None, None) and session in self.sessions:
                 try:
                     await self._keeper.keep(session, scene, positions)
-                except Refusal:
+                except RequestRefused:
                     if not driven:
                         raise
             session.replace(scene, positions, stamps)
@@ -366,9 +365,11 @@ def _written(arguments: Mapping[str, Any]) -> bytes:
     """Return plain data as JSON.
 
     Raises:
-        Refusal: If it is something else.
+        RequestRefused: If it is something else.
     """
     try:
         return _JSON.encode(arguments)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise Refusal(Why.MALFORMED, f"the arguments are no plain data that JSON holds: {error}") from error
+        raise RequestRefused(
+            Why.MALFORMED, f"the arguments are no plain data that JSON holds: {error}"
+        ) from error

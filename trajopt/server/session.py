@@ -9,9 +9,8 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 from trajopt.server.job import Job
-from trajopt.server.limits import Limits
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.state import PackedScene
+from trajopt.server.limits import Limits, RequestRefused, Why
+from trajopt.server.operation import PackedScene
 
 ID_BYTES = 16
 """Bytes of a session's id; 128 random bits cannot be guessed, so the id grants access."""
@@ -22,7 +21,7 @@ SHOWN = 6
 
 
 @dataclass(eq=False)
-class Session:
+class ServiceSession:
     """A robot in its own scene.
 
     Attributes:
@@ -90,26 +89,26 @@ class Sessions:
 
     def __init__(self, limits: Limits) -> None:
         """Have none yet."""
-        self._limits, self._all = limits, dict[str, Session]()
-        self._gone: list[Session] = []
+        self._limits, self._all = limits, dict[str, ServiceSession]()
+        self._gone: list[ServiceSession] = []
 
     def __len__(self) -> int:
         """Return the number of sessions."""
         return len(self._all)
 
-    def __contains__(self, session: Session) -> bool:
+    def __contains__(self, session: ServiceSession) -> bool:
         """Return whether a session exists."""
         return self._all.get(session.id) is session
 
-    def put(self, session: Session) -> None:
+    def put(self, session: ServiceSession) -> None:
         """Add a session that there was before."""
         self._all[session.id] = session
 
-    def of_face(self, face: str, robot: str) -> Session | None:
+    def of_face(self, face: str, robot: str) -> ServiceSession | None:
         """Return the session of a face with a robot, or None."""
         return next((each for each in self._all.values() if (each.face, each.robot) == (face, robot)), None)
 
-    def taken_gone(self) -> list[Session]:
+    def taken_gone(self) -> list[ServiceSession]:
         """Return the sessions that were forgotten since the last call."""
         gone, self._gone = self._gone, []
         return gone
@@ -121,28 +120,28 @@ class Sessions:
         *,
         face: str = "",
         stamps: Mapping[str, float] | None = None,
-    ) -> Session:
+    ) -> ServiceSession:
         """Add a session; if there are too many, the longest unused one is removed.
 
         Raises:
-            Refusal: If all are in use.
+            RequestRefused: If all are in use.
         """
         if len(self._all) >= self._limits.sessions:
             self._forget_one()
         name = secrets.token_urlsafe(ID_BYTES)
-        session = Session(name, scene, list(positions), dict(stamps or {}), face=face)
+        session = ServiceSession(name, scene, list(positions), dict(stamps or {}), face=face)
         self._all[session.id] = session
         return session
 
-    def get(self, name: str) -> Session:
+    def get(self, name: str) -> ServiceSession:
         """Return a session by its id.
 
         Raises:
-            Refusal: If there is none.
+            RequestRefused: If there is none.
         """
         session = self._all.get(name)
         if session is None:
-            raise Refusal(Why.UNKNOWN, "there is no such session, or it was unused for too long")
+            raise RequestRefused(Why.UNKNOWN, "there is no such session, or it was unused for too long")
         session.used = time.monotonic()
         return session
 
@@ -150,7 +149,7 @@ class Sessions:
         """Remove a session; its driven robot stops.
 
         Raises:
-            Refusal: If there is none of that id.
+            RequestRefused: If there is none of that id.
         """
         session = self.get(name)
         if session.run is not None:
@@ -162,13 +161,13 @@ class Sessions:
         oldest = min(free, key=lambda each: each.used, default=None)
         idle = 0.0 if oldest is None else time.monotonic() - oldest.used
         if oldest is None or idle < self._limits.idle:
-            raise Refusal(
+            raise RequestRefused(
                 Why.FULL,
                 f"there are {len(self._all)} sessions, all in use: close one that is not needed",
                 retry_after=max(self._limits.idle - idle, 1.0),
             )
         self._forget(oldest)
 
-    def _forget(self, session: Session) -> None:
+    def _forget(self, session: ServiceSession) -> None:
         del self._all[session.id]
         self._gone.append(session)

@@ -22,6 +22,7 @@ import numpy as np
 
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
+from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.memory import check_sizes, limit_memory, memory_used
 from trajopt.server.messages import (
     LENGTH,
@@ -32,16 +33,13 @@ from trajopt.server.messages import (
     Feedback,
     FromWorker,
     Hello,
-    Ready,
     Rejected,
     Request,
     ToWorker,
+    WorkerReady,
     framed,
 )
-from trajopt.server.operation import Answer, operations_of
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.state import PackedScene, SessionState, packed, unpacked
-from trajopt.server.watch import Watch
+from trajopt.server.operation import Answer, PackedScene, SessionState, Watch, operations_of, packed, unpacked
 from trajopt.values.cached import LruCache
 from trajopt.values.documents.document import Node
 from trajopt.values.documents.files import parse_json
@@ -90,14 +88,14 @@ class Worker:
     def serve(self) -> None:
         """Do requests until the server closes the socket."""
         Thread(target=self._listen, name="listen", daemon=True).start()
-        self._channel.send(Ready(memory_used()))
+        self._channel.send(WorkerReady(memory_used()))
         while True:
             request, watch = self._waiting.get()
             begin = time.process_time()
             limit_memory(self._hello.memory)
             try:
                 said = self._answered(request, watch)
-            except Refusal as refusal:
+            except RequestRefused as refusal:
                 said = Rejected(request.number, refusal.why.value, refusal.reason, 0.0, 0)
             self._watches.pop(request.number, None)
             used = time.process_time() - begin
@@ -107,7 +105,7 @@ class Worker:
         """Do a request.
 
         Raises:
-            Refusal: If it cannot be done.
+            RequestRefused: If it cannot be done.
         """
         try:
             answer = self._run(request, watch)
@@ -116,16 +114,16 @@ class Worker:
             if state is None:
                 return Answered(request.number, body, None, None, {}, 0.0, 0)
             scene = packed(state, self._robots)
-        except Refusal:
+        except RequestRefused:
             raise
         except TrajoptError as error:
-            raise Refusal(Why.MALFORMED, str(error)) from error
+            raise RequestRefused(Why.MALFORMED, str(error)) from error
         except MemoryError as error:
-            raise Refusal(Why.OUT_OF_MEMORY, "it took more memory than one request may") from error
+            raise RequestRefused(Why.OUT_OF_MEMORY, "it took more memory than one request may") from error
         except Exception as error:
             # The reason is for who runs the server, not for who asked: it may tell of the server's files.
             traceback.print_exc()
-            raise Refusal(Why.FAILED, f"a fault of the server ({type(error).__name__})") from error
+            raise RequestRefused(Why.FAILED, f"a fault of the server ({type(error).__name__})") from error
         self._scenes.get(scene.key, lambda: state.scene)
         places, stamps = state.positions.tolist(), dict(state.stamps)
         return Answered(request.number, body, scene.data, places, stamps, 0.0, 0)
@@ -134,7 +132,7 @@ class Worker:
         try:
             text = request.body.decode("utf-8-sig")
         except UnicodeDecodeError as error:
-            raise Refusal(Why.MALFORMED, f"{REQUEST}: is not UTF-8 text: {error}") from error
+            raise RequestRefused(Why.MALFORMED, f"{REQUEST}: is not UTF-8 text: {error}") from error
         document: object = parse_json(text, REQUEST) if text else {}
         arguments = Node(document, REQUEST)
         if not isinstance(document, dict):

@@ -9,8 +9,8 @@ import sys
 
 import msgspec
 
-from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, Ready, ToWorker, framed
-from trajopt.server.refusals import Refusal, Why
+from trajopt.server.limits import RequestRefused, Why
+from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, ToWorker, WorkerReady, framed
 
 START = 120.0
 """Time-out of a worker's start [s]."""
@@ -58,7 +58,7 @@ class WorkerProcess:
             worker = WorkerProcess(process, *await asyncio.open_connection(sock=mine, limit=READ_AT_ONCE))
             worker.send(hello)
             ready = await asyncio.wait_for(worker.receive(), START)
-            if not isinstance(ready, Ready):
+            if not isinstance(ready, WorkerReady):
                 raise WorkerLost("it did not say that it was ready")
         except BaseException as error:  # who starts it may be cancelled, and nobody else knows of it yet
             process.kill()
@@ -131,6 +131,6 @@ def _started() -> tuple[subprocess.Popen[bytes], socket.socket]:
     return process, mine
 
 
-def lost(error: WorkerLost) -> Refusal:
+def lost(error: WorkerLost) -> RequestRefused:
     """Return the message to the client of a request whose worker ended."""
-    return Refusal(Why.WORKER_LOST, f"the process that did it has ended ({error}); others go on")
+    return RequestRefused(Why.WORKER_LOST, f"the process that did it has ended ({error}); others go on")

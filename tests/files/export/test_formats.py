@@ -11,7 +11,7 @@ import yaml
 
 import trajopt as to
 from trajopt.files.export import EXPORTERS, Csv, export, exporter_named
-from trajopt.files.moveit.trajectory_files import read_trajectory
+from trajopt.files.moveit.trajectories import read_trajectory
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import NameNotFound, ProblemError, ShapeError
 

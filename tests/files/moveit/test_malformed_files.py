@@ -9,7 +9,7 @@ import yaml
 
 from trajopt import Robot, Scene
 from trajopt.files.moveit import read_request, read_scene
-from trajopt.files.moveit.trajectory_files import read_trajectory
+from trajopt.files.moveit.trajectories import read_trajectory
 from trajopt.values.errors import TrajoptError
 
 SPHERE = "primitives: [{type: sphere, dimensions: [0.1]}]"

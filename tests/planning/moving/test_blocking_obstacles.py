@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 
 import trajopt as to
 from trajopt.geometry import WorkCounts
 from trajopt.planning.infeasibility.inevitable import InTime
 from trajopt.planning.status import Certainty
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.server.move_group.outcome import code_of
 
 FAST = to.Budget(attempts=1)

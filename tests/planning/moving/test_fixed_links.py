@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import pytest
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 
 import trajopt as to
 from trajopt.planning.status import Certainty
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.server.move_group.outcome import code_of
 
 FAST = to.Budget(attempts=1)

@@ -3,10 +3,10 @@
 import inspect
 
 import pytest
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 
 from trajopt.planning.result import Status
 from trajopt.ros.commander import MoveGroupCommander, PlanningSceneInterface, RobotCommander
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.server.move_group.outcome import CODES
 
 GROUP = """

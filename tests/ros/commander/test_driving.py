@@ -4,13 +4,13 @@ import time
 
 import numpy as np
 import pytest
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 
 import trajopt as to
 from tests.ros.commander.conftest import Clock
 from trajopt.driving import IdealExecutor, SimulatedExecutor
 from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, World
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 
 
 def bent_to_straight(count: int, *, duration: float, off: float = 0.0) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
 
 import trajopt as to
 from tests.ros.commander.conftest import Clock
@@ -16,7 +17,6 @@ from trajopt.ros.commander import (
     World,
 )
 from trajopt.ros.commander.conversions import stamped
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
 
 
 def test_go_ends_at_the_goal_and_says_how_near(simulated: World) -> None:

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from trajopt.ros.commander.geometry_msgs.msg import Pose, Quaternion
+from trajopt.ros.commander.moveit_msgs.msg import AllowedCollisionMatrix
 
 import trajopt as to
 from trajopt.files.messages import document_of
@@ -21,8 +23,6 @@ from trajopt.ros.commander.conversions import (
     pose_of,
     pose_to_list,
 )
-from trajopt.ros.commander.geometry_msgs.msg import Pose, Quaternion
-from trajopt.ros.commander.moveit_msgs.msg import AllowedCollisionMatrix
 from trajopt.values.errors import ShapeError
 
 

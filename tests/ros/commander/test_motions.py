@@ -4,10 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-
-from trajopt import placement
-from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
-from trajopt.ros.commander.conversions import placement_of, pose_of, stamped
 from trajopt.ros.commander.moveit_msgs.msg import (
     Constraints,
     Grasp,
@@ -16,6 +12,10 @@ from trajopt.ros.commander.moveit_msgs.msg import (
     PlaceLocation,
 )
 from trajopt.ros.commander.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from trajopt import placement
+from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
+from trajopt.ros.commander.conversions import placement_of, pose_of, stamped
 from trajopt.tasks import grasping
 from trajopt.values.errors import MissingExtra
 

@@ -6,19 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-import trajopt as to
-from tests.ros.commander.conftest import SRDF, URDF
-from trajopt.files.moveit.pose import pose_of
-from trajopt.ros.commander import World, moveit, rclpy
 from trajopt.ros.commander.geometry_msgs.msg import PoseStamped
-from trajopt.ros.commander.moveit.core.kinematic_constraints import (
-    construct_joint_constraint,
-    construct_link_constraint,
-)
-from trajopt.ros.commander.moveit.core.robot_model import RobotModel
-from trajopt.ros.commander.moveit.core.robot_state import RobotState, robotStateToRobotStateMsg
-from trajopt.ros.commander.moveit.planning import MoveItPy, PlanRequestParameters
 from trajopt.ros.commander.moveit_msgs.msg import (
     AttachedCollisionObject,
     CollisionObject,
@@ -26,6 +14,18 @@ from trajopt.ros.commander.moveit_msgs.msg import (
     MoveItErrorCodes,
     PlanningSceneWorld,
 )
+
+import trajopt as to
+from tests.ros.commander.conftest import SRDF, URDF
+from trajopt.files.moveit.frames import pose_of
+from trajopt.ros.commander import World, moveit, rclpy
+from trajopt.ros.commander.moveit.core.kinematic_constraints import (
+    construct_joint_constraint,
+    construct_link_constraint,
+)
+from trajopt.ros.commander.moveit.core.robot_model import RobotModel
+from trajopt.ros.commander.moveit.core.robot_state import RobotState, robotStateToRobotStateMsg
+from trajopt.ros.commander.moveit.planning import MoveItPy, PlanRequestParameters
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.scripts import run_script
 from trajopt.server.move_group.outcome import MoveItCommanderException, NoStandIn

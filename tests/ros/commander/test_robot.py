@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-
-from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, RobotCommander, World
 from trajopt.ros.commander.moveit_msgs.msg import RobotState
 from trajopt.ros.commander.sensor_msgs.msg import JointState
 from trajopt.ros.commander.visualization_msgs.msg import Marker
+
+from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, RobotCommander, World
 
 
 @pytest.fixture

@@ -5,12 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-import trajopt as to
-from tests.robot.test_robot import tetrahedron
-from trajopt import placement
-from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
-from trajopt.ros.commander.conversions import placement_of, stamped
 from trajopt.ros.commander.moveit_msgs.msg import (
     AttachedCollisionObject,
     CollisionObject,
@@ -21,6 +15,12 @@ from trajopt.ros.commander.moveit_msgs.msg import (
     PlanningSceneComponents,
     PlanningSceneWorld,
 )
+
+import trajopt as to
+from tests.robot.test_robot import tetrahedron
+from trajopt import placement
+from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
+from trajopt.ros.commander.conversions import placement_of, stamped
 from trajopt.values.shapes.shapes import bounding_box
 
 AT = stamped(placement((0.3, 0.7, 0.1), rpy=(0, 0, 0.4)), "base")

@@ -6,11 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 
 import trajopt as to
 from tests.ros.commander.jumping import JumpingExecutor
 from trajopt.ros.commander import MoveItCommanderException, RobotCommander, World
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.ros.commander.scripts import PACKAGES, Answering, run_script
 from trajopt.values.errors import FileFormatError, MissingExtra
 

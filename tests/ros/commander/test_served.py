@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trajopt.ros.commander.geometry_msgs.msg import PoseStamped
+from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 
 import trajopt as to
 from tests.server.serving import Serving
 from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
-from trajopt.ros.commander.geometry_msgs.msg import PoseStamped
-from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.values.errors import MissingExtra, ModelError
 
 FOLDER = Path(__file__).parents[3] / "examples" / "from_moveit"

@@ -5,10 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from trajopt import placement
-from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
-from trajopt.ros.commander.conversions import stamped
 from trajopt.ros.commander.moveit_msgs.msg import (
     Constraints,
     JointConstraint,
@@ -21,6 +17,10 @@ from trajopt.ros.commander.moveit_msgs.msg import (
 )
 from trajopt.ros.commander.sensor_msgs.msg import JointState
 from trajopt.ros.commander.shape_msgs.msg import SolidPrimitive
+
+from trajopt import placement
+from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
+from trajopt.ros.commander.conversions import stamped
 
 
 @pytest.fixture

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trajopt.ros.commander.moveit_msgs.msg import RobotState
+from trajopt.ros.commander.sensor_msgs.msg import JointState
 
 import trajopt as to
 from tests.ros.commander.conftest import SRDF, URDF
@@ -12,8 +14,6 @@ from tests.ros.commander.jumping import JumpingExecutor
 from trajopt import placement
 from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, World
 from trajopt.ros.commander.conversions import placement_of, pose_of, stamped
-from trajopt.ros.commander.moveit_msgs.msg import RobotState
-from trajopt.ros.commander.sensor_msgs.msg import JointState
 from trajopt.values.placement import Placement
 
 WRIST = '<joint name="wrist"/>'

@@ -1,10 +1,10 @@
 """The frame of a tool that the scene has, in a script for MoveIt."""
 
 import pytest
+from trajopt.ros.commander.geometry_msgs.msg import Pose
 
 import trajopt as to
 from trajopt.ros.commander import MoveGroupCommander, PlanningSceneInterface, World
-from trajopt.ros.commander.geometry_msgs.msg import Pose
 
 
 def test_poses_are_about_a_tool(lab_arm: to.Robot) -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.ros.rosbridge.bridged import Client, talk
 from trajopt.files.messages import PointCloud2, decode
 from trajopt.ros.rosbridge import RosbridgeOptions
-from trajopt.ros.rosbridge.answers.scenes import points_of
+from trajopt.ros.rosbridge.answers.states import points_of
 from trajopt.values.errors import FileFormatError, ProblemError
 
 TOPIC = "/camera/points"

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from trajopt.files.messages import MoveItErrorCodes
-from trajopt.ros.rosbridge.services import ACTIONS, EDITS, SERVICES
+from trajopt.ros.rosbridge.actions import ACTIONS, EDITS, SERVICES
 from trajopt.server.move_group.outcome import CODES
 
 PAGE = (Path(__file__).parents[3] / "docs" / "from-compas-fab.md").read_text()

@@ -10,6 +10,6 @@ def samples_of_the_warehouse(goal: Requirement) -> dict[str, Any]:
     """Return them."""
     return {
         "Warehouse.copy_to.other": object.__new__(Warehouse),
-        "State.positions": {"joint1": 0.1},
+        "StoredState.positions": {"joint1": 0.1},
         "Constraints.requirements": (goal,),
     }

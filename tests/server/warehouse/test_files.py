@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-from trajopt.server.warehouse import State, Warehouse
+from trajopt.server.warehouse import StoredState, Warehouse
 from trajopt.server.warehouse.database import APPLICATION, VERSION
 from trajopt.values.errors import FileFormatError, ModelError
 
@@ -150,7 +150,7 @@ def test_what_cannot_be_written_leaves_nothing_behind(
         raise sqlite3.OperationalError("database or disk is full")
 
     with monkeypatch.context() as patched:
-        patched.setattr("trajopt.server.warehouse.keeping.keep_members", full)
+        patched.setattr("trajopt.server.warehouse.rows.keep_members", full)
         with pytest.raises(FileFormatError, match="disk is full"):
             kept.add("cell", cell)
     assert [entry.version for entry in kept.find()] == [1]
@@ -194,8 +194,8 @@ SURROGATE = "\ud800"
         lambda kept, _: kept.find(text=SURROGATE),
         lambda kept, _: kept.find(name=SURROGATE),
         lambda kept, _: kept.entry(SURROGATE),
-        lambda kept, _: kept.add("stand", State("arm", {SURROGATE: 0.1})),
-        lambda kept, _: kept.add("stand", State(SURROGATE, {})),
+        lambda kept, _: kept.add("stand", StoredState("arm", {SURROGATE: 0.1})),
+        lambda kept, _: kept.add("stand", StoredState(SURROGATE, {})),
     ],
     ids=["note", "text", "name", "entry", "joint", "robot"],
 )

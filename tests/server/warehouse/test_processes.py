@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.warehouse.killing import ROOT, run
-from trajopt.server.warehouse import State, Warehouse
+from trajopt.server.warehouse import StoredState, Warehouse
 
 
 @pytest.mark.timeout(240)
@@ -25,7 +25,7 @@ def test_a_kill_in_the_middle_loses_nothing(tmp_path: Path) -> None:
 
 def test_threads_of_one_process_take_turns(kept: Warehouse) -> None:
     def write(number: int) -> int:
-        return kept.add("home", State("arm", {"joint": float(number)})).version
+        return kept.add("home", StoredState("arm", {"joint": float(number)})).version
 
     with ThreadPoolExecutor(4) as pool:
         versions = list(pool.map(write, range(24)))
@@ -52,17 +52,17 @@ def test_two_that_make_the_file_at_once_make_one(tmp_path: Path) -> None:
 
 FORKED = """
 import os, sys
-from trajopt.server.warehouse import State, Warehouse
+from trajopt.server.warehouse import StoredState, Warehouse
 
 kept = Warehouse(sys.argv[1])
-kept.add("before", State("arm", {"joint": 0.0}))
+kept.add("before", StoredState("arm", {"joint": 0.0}))
 written, closed = os.pipe(), os.pipe()
 child = os.fork()
 if child == 0:
-    kept.add("beside", State("arm", {"joint": 1.0}))
+    kept.add("beside", StoredState("arm", {"joint": 1.0}))
     os.write(written[1], b".")
     os.read(closed[0], 1)
-    kept.add("after", State("arm", {"joint": 2.0}))
+    kept.add("after", StoredState("arm", {"joint": 2.0}))
     os._exit(0)
 os.read(written[0], 1)
 kept.close()
@@ -81,14 +81,14 @@ def test_what_a_forked_process_keeps_is_not_lost_when_its_parent_closes_the_file
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
 def test_a_forked_process_opens_the_file_anew(kept: Warehouse) -> None:
-    kept.add("home", State("arm", {"joint": 0.0}))
+    kept.add("home", StoredState("arm", {"joint": 0.0}))
     child = os.fork()
     if child == 0:
         try:
-            kept.add("home", State("arm", {"joint": 1.0}))
+            kept.add("home", StoredState("arm", {"joint": 1.0}))
             os._exit(0)
         except BaseException:
             os._exit(1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
-    kept.add("home", State("arm", {"joint": 2.0}))
+    kept.add("home", StoredState("arm", {"joint": 2.0}))
     assert [entry.version for entry in kept.find()] == [3, 2, 1]

@@ -13,7 +13,7 @@ from trajopt.files.bundle import Holds, read_bundle, save
 from trajopt.optimise.terms.user_functions import FunctionResidual
 from trajopt.planning import Result
 from trajopt.problem.residual import Constraint
-from trajopt.server.warehouse import Constraints, Entry, Kind, State, Warehouse
+from trajopt.server.warehouse import Constraints, Entry, EntryKind, StoredState, Warehouse
 from trajopt.values.errors import EntryNotFound, ModelError, ProblemError
 
 
@@ -23,7 +23,7 @@ def names(found: tuple[Entry, ...]) -> list[str]:
 
 def test_a_plan_is_kept_as_a_bundle_keeps_it(kept: Warehouse, solved: Result) -> None:
     entry = kept.add("around", solved, tags=["demo"], note="the first one")
-    assert (entry.kind, entry.version, entry.robot, entry.status) == (Kind.PLAN, 1, "planar2", "SOLVED")
+    assert (entry.kind, entry.version, entry.robot, entry.status) == (EntryKind.PLAN, 1, "planar2", "SOLVED")
     assert solved.trajectory is not None and entry.duration == solved.trajectory.duration
     bundle = kept.plan("around")
     assert bundle.holds is Holds.PLAN and bundle.judged().verified
@@ -45,7 +45,7 @@ def test_each_kind_is_read_as_it_was(kept: Warehouse, asked: to.Problem, cell: t
     kept.add("arm", cell.robot)
     kept.add("cell", cell)
     kept.add("task", asked)
-    kept.add("home", State("planar2", {"joint1": 0.25, "joint2": -0.5}))
+    kept.add("home", StoredState("planar2", {"joint1": 0.25, "joint2": -0.5}))
     kept.add("there", Constraints("planar2", (upright,), group="arm"))
     assert kept.robot("arm").name == "planar2"
     assert list(kept.scene("cell").objects) == ["ball"]
@@ -53,11 +53,11 @@ def test_each_kind_is_read_as_it_was(kept: Warehouse, asked: to.Problem, cell: t
     assert dict(kept.state("home").positions) == {"joint1": 0.25, "joint2": -0.5}
     again = kept.constraints("there")
     assert (str(again.requirements[0]), again.group) == (str(upright), "arm")
-    assert {entry.kind for entry in kept.find()} == set(Kind) - {Kind.PLAN}
+    assert {entry.kind for entry in kept.find()} == set(EntryKind) - {EntryKind.PLAN}
 
 
 def test_a_state_begins_a_problem(kept: Warehouse, cell: to.Scene) -> None:
-    kept.add("home", State("planar2", {"joint1": 0.25, "joint2": 0.5}))
+    kept.add("home", StoredState("planar2", {"joint1": 0.25, "joint2": 0.5}))
     problem = to.Problem(scene=cell, start=kept.state("home").positions, goal={"joint1": 0.4, "joint2": 0.4})
     np.testing.assert_array_equal(problem.reduced.start_positions, [0.25, 0.5])
 
@@ -109,7 +109,7 @@ def test_found_by_robot_goal_scene_tag_and_text(
     kept.add("other", to.load("panda"))
     assert set(names(kept.find(robot="planar2"))) == {"cell", "around", "stuck"}
     assert names(kept.find(goal="JOINT1 1.4")) == ["around"]
-    assert names(kept.find(kind=Kind.PLAN, goal={"joint1": 1.39})) == ["around"]
+    assert names(kept.find(kind=EntryKind.PLAN, goal={"joint1": 1.39})) == ["around"]
     assert kept.find(goal={"joint1": 1.39}, within=0.001) == ()
     assert kept.find(goal={"no such joint": 0.0}) == ()
     assert set(names(kept.find(scene="cell"))) == {"cell", "around"}
@@ -152,7 +152,7 @@ def test_a_name_of_two_kinds_needs_its_kind(kept: Warehouse, cell: to.Scene, sol
     kept.add("shelf", solved)
     with pytest.raises(ModelError, match="'shelf' is the name of a plan and a scene"):
         kept.entry("shelf")
-    assert kept.entry("shelf", kind=Kind.SCENE).kind is Kind.SCENE
+    assert kept.entry("shelf", kind=EntryKind.SCENE).kind is EntryKind.SCENE
     assert kept.plan("shelf").status == "SOLVED"
 
 
@@ -199,7 +199,7 @@ def test_a_bundle_goes_in_and_comes_out_to_the_last_byte(
 
 def test_a_bundle_of_a_problem_is_a_problem(kept: Warehouse, asked: to.Problem, tmp_path: Path) -> None:
     save(asked, tmp_path / "a.trajopt")
-    assert kept.add_bundle(tmp_path / "a.trajopt", "task").kind is Kind.PROBLEM
+    assert kept.add_bundle(tmp_path / "a.trajopt", "task").kind is EntryKind.PROBLEM
     assert str(kept.problem("task")) == str(asked)
 
 
@@ -230,7 +230,7 @@ def test_versions_are_copied_in_their_order_where_the_clock_was_set_back(
     tmp_path: Path, kept: Warehouse, cell: to.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dates = iter(("2026-11-02T00:00:00+00:00", "2026-11-01T00:00:00+00:00"))
-    monkeypatch.setattr("trajopt.server.warehouse.keeping.moment", lambda _: next(dates))
+    monkeypatch.setattr("trajopt.server.warehouse.rows.moment", lambda _: next(dates))
     kept.add("cell", cell)
     kept.add("cell", cell.remove("ball"))
     with Warehouse(tmp_path / "other.warehouse") as other:
@@ -259,7 +259,7 @@ def test_what_is_kept_together_is_there_as_a_whole_or_not_at_all(kept: Warehouse
     kept.add("cell", cell)
     with pytest.raises(ZeroDivisionError), kept.together():
         kept.add("cell", cell.remove("ball"))
-        kept.add("home", State("planar2", {"joint1": 0.25, "joint2": -0.5}))
+        kept.add("home", StoredState("planar2", {"joint1": 0.25, "joint2": -0.5}))
         kept.remove("cell", version=1)
         raise ZeroDivisionError
     assert [(entry.name, entry.version) for entry in kept.find()] == [("cell", 1)]
@@ -274,5 +274,5 @@ def test_what_fails_alone_leaves_what_it_is_kept_together_with(kept: Warehouse, 
         kept.add("cell", cell)
         with pytest.raises(EntryNotFound):
             kept.remove("another")
-        kept.add("home", State("planar2", {"joint1": 0.25, "joint2": -0.5}))
+        kept.add("home", StoredState("planar2", {"joint1": 0.25, "joint2": -0.5}))
     assert sorted(names(kept.find())) == ["cell", "home"]

@@ -10,7 +10,7 @@ from tests.tasks.cartesian.test_follow import TCP, at, followed, panda, ready, t
 from tests.verify.arms import joint as joint_xml
 from tests.verify.arms import link as link_xml
 from tests.verify.arms import robot
-from trajopt.files.moveit.trajectory_files import read_trajectory
+from trajopt.files.moveit.trajectories import read_trajectory
 from trajopt.planning import Status
 from trajopt.problem.requirements import FramePlacement
 from trajopt.tasks.cartesian import (

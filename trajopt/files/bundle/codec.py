@@ -6,8 +6,10 @@ model of a robot. It has three containers: a zip (`Archive`), one JSON message (
 campaign, named after the hash of their content.
 """
 
+import json
 from collections.abc import Callable, Mapping
 from functools import cache
+from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any, cast
 
@@ -15,10 +17,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from trajopt.files.bundle.kinds import bundle_kinds
 from trajopt.files.bundle.kinematics import MOST_JOINTS, kinematics_document, model_from
-from trajopt.problem.file_kinds import check_fields, check_value
-from trajopt.values.documents.codec import Form, Kinds, Reader, Writer, is_mapping, of_known_type
+from trajopt.problem.file_kinds import check_fields, check_value, model_kinds
+from trajopt.values.documents.codec import Form, Kinds, Reader, Writer, is_mapping, kinds_in, of_known_type
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ShapeError
 
@@ -175,3 +176,82 @@ class BundleReader(Reader):
         if "array" in node.value:
             return self.array(node)
         return {key: self._tree(node[key]) for key in node.value}
+
+
+_ASKED = {"trajopt.tasks.grasping.grasp": "Straight Grasp Place", "trajopt.tasks.grasping.gripper": "Gripper"}
+_ANSWERED = {
+    "trajopt.planning.budget": "Stop",
+    "trajopt.planning.status": "Status Certainty",
+    "trajopt.planning.result": "Attempt Result",
+    "trajopt.planning.seeds.source": "SeedKind",
+    "trajopt.planning.infeasibility.reasons": "Obstruction ObstructionKind",
+    "trajopt.optimise.solvers.solver": "SolverStatus",
+    "trajopt.tasks.cartesian.result": "Followed StopReason",
+    "trajopt.tasks.grasping.result": "Stage Segment Refusal PickPlaceResult",
+}
+_OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshReference"}
+"""Parts of robots: a request names a robot and does not contain one."""
+
+
+@cache
+def bundle_kinds() -> Kinds:
+    """Return the classes of bundles: of problems and of the arguments of planning."""
+    return {
+        **model_kinds(),
+        **kinds_in(
+            {
+                "trajopt.optimise.nlp": "Loss",
+                "trajopt.problem.residual": "Cost Constraint Window",
+                "trajopt.problem.smoothness": "Velocity Acceleration Jerk",
+                "trajopt.optimise.terms.joint_positions": "RestPosture",
+                "trajopt.optimise.terms.singularity_distance": "LostManipulability",
+                "trajopt.problem.problem": "Problem",
+                "trajopt.planning.budget": "Budget",
+            }
+        ),
+    }
+
+
+@cache
+def request_kinds() -> Kinds:
+    """Return the classes of requests to a server: of bundles without robots, and grasps and places."""
+    there = {name: kind for name, kind in bundle_kinds().items() if name not in _OF_ROBOTS}
+    return {**there, **kinds_in(_ASKED)}
+
+
+@cache
+def all_kinds() -> Kinds:
+    """Return the classes of answers of a server: robots, and results of all kinds."""
+    return {**bundle_kinds(), **kinds_in({**_ASKED, **_ANSWERED})}
+
+
+def _digest(path: Path) -> str:
+    # The document contains the model of the description; only meshes are files.
+    if path.suffix.lower() == ".urdf" or not path.is_file():
+        return path.suffix.lower()
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()
+
+
+def fingerprint(value: object) -> str:
+    """Return a digest; values with equal numbers, names and mesh contents have equal digests.
+
+    Args:
+        value: A robot, a scene, a problem or a part of one.
+
+    Raises:
+        ModelError: If it contains an object that cannot be stored, such as code of the caller.
+    """
+    return digest_as_written(BundleWriter(file_name=cache(_digest)), value)
+
+
+def digest_as_written(writer: BundleWriter, value: object) -> str:
+    """Return a digest of a value's document and arrays, as written by a new writer.
+
+    Raises:
+        ModelError: If the value contains an object that cannot be stored.
+    """
+    whole = sha256(json.dumps(writer.document(value, type(value).__name__)).encode())
+    for array in writer.arrays.values():
+        whole.update(f"{array.dtype} {array.shape}".encode() + array.tobytes())
+    return whole.hexdigest()

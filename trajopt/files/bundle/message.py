@@ -14,8 +14,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.files.bundle.codec import BundleReader, BundleWriter
-from trajopt.files.bundle.kinds import all_kinds
+from trajopt.files.bundle.codec import BundleReader, BundleWriter, all_kinds
 from trajopt.files.bundle.members import LARGEST, Members, array_bytes
 from trajopt.planning.infeasibility.reasons import Obstruction
 from trajopt.planning.judgement import decide

@@ -2,12 +2,12 @@
 
 from trajopt.files.export.exporter import Exported as Exported
 from trajopt.files.export.exporter import Exporter as Exporter
-from trajopt.files.export.messages import FollowJointTrajectory as FollowJointTrajectory
-from trajopt.files.export.messages import JointTrajectory as JointTrajectory
-from trajopt.files.export.messages import RobotTrajectory as RobotTrajectory
 from trajopt.files.export.registry import EXPORTERS as EXPORTERS
 from trajopt.files.export.registry import export as export
 from trajopt.files.export.registry import exporter_named as exporter_named
-from trajopt.files.export.table import Csv as Csv
+from trajopt.files.export.sampled import Csv as Csv
+from trajopt.files.export.sampled import FollowJointTrajectory as FollowJointTrajectory
+from trajopt.files.export.sampled import JointTrajectory as JointTrajectory
+from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj

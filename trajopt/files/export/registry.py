@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from trajopt.files.export.exporter import Exported, Exporter
-from trajopt.files.export.messages import FollowJointTrajectory, JointTrajectory, RobotTrajectory
-from trajopt.files.export.table import Csv
+from trajopt.files.export.sampled import Csv, FollowJointTrajectory, JointTrajectory, RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej, Servoj
 from trajopt.scene.planned_robot import Planned
 from trajopt.values import arrays
@@ -16,7 +15,7 @@ EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
     "csv": Csv,
     "ros2": FollowJointTrajectory,
     "ros2-topic": JointTrajectory,
-    "moveit": RobotTrajectory,
+    "moveit": RobotTrajectoryMessage,
     "urscript": Servoj,
     "urscript-movej": Movej,
 }

@@ -1,11 +1,134 @@
-"""Samples of a motion, and the excess of a controller that interpolates them over the motion."""
+"""Motions as samples: tables in CSV, and messages of ROS 2 and MoveIt."""
 
+import csv
+import io
 from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from trajopt.files.export.exporter import Exported
+from trajopt.files.moveit.trajectories import (
+    planar_joints,
+    trajectory_document,
+    trajectory_message,
+    write_message,
+    write_trajectory,
+)
 from trajopt.values.arrays import Floats
-from trajopt.values.trajectory import Trajectory
+from trajopt.values.documents.document import write_text
+from trajopt.values.errors import ShapeError, listed
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Interpolation, Trajectory
+
+BETWEEN = {
+    Interpolation.LINEAR: "positions only: controllers go in straight lines between the points",
+    Interpolation.CUBIC: "with velocities: controllers go along cubic polynomials between the points",
+    Interpolation.QUINTIC: "with velocities and accelerations: controllers go along quintic polynomials",
+}
+AS_PLANNED = "the motion's own points: between them the controller goes along the motion itself"
+
+
+@dataclass(frozen=True)
+class JointTrajectory:
+    """`trajectory_msgs/JointTrajectory`, for the topic of a `joint_trajectory_controller`."""
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion, by default its own points; see `Exporter.write`."""
+        motion = _at_rate(trajectory, hz)
+        write_message(path, _joint_trajectory(motion))
+        return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))
+
+
+@dataclass(frozen=True)
+class FollowJointTrajectory:
+    """The goal of `control_msgs/action/FollowJointTrajectory`; the controller's own tolerances apply."""
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion, by default its own points; see `Exporter.write`."""
+        motion = _at_rate(trajectory, hz)
+        goal: dict[str, object] = {
+            "trajectory": _joint_trajectory(motion),
+            "path_tolerance": list[object](),
+            "goal_tolerance": list[object](),
+            "goal_time_tolerance": {"sec": 0, "nanosec": 0},
+        }
+        write_message(path, goal)
+        notes = (*_notes(trajectory, motion, hz), "no tolerances: those in the controller's parameters apply")
+        return Exported(path, len(motion.times), motion.duration, notes)
+
+
+@dataclass(frozen=True)
+class RobotTrajectoryMessage:
+    """`moveit_msgs/RobotTrajectory`, for MoveIt's `execute`."""
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion, by default its own points; see `Exporter.write`."""
+        motion = _at_rate(trajectory, hz)
+        write_trajectory(motion, path)
+        return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))
+
+
+def _at_rate(trajectory: Trajectory, hz: float | None) -> Trajectory:
+    return trajectory if hz is None else trajectory.sampled(hz)
+
+
+def _notes(trajectory: Trajectory, written: Trajectory, hz: float | None) -> tuple[str, ...]:
+    if hz is None:
+        return AS_PLANNED, BETWEEN[written.interpolation]
+    where = f"{hz:g} samples per second; the last point is the end itself"
+    return where, BETWEEN[written.interpolation], *excess(trajectory, written)
+
+
+def _joint_trajectory(motion: Trajectory) -> dict[str, object]:
+    planar = planar_joints(motion.joint_names)
+    if planar:
+        raise ShapeError(
+            "trajectory",
+            f"moves a base in the plane ({listed(planar)}), for which a JointTrajectory has no place; "
+            "export it to moveit",
+        )
+    return trajectory_document(trajectory_message(motion).joint_trajectory)
+
+
+TABLE_RATE = 100.0
+"""Default sample rate, common for control loops in Python [1/s]."""
+
+
+@dataclass(frozen=True)
+class Csv:
+    """One row per sample: time, then position, velocity and acceleration of each joint, in SI units."""
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write a motion; see `Exporter.write`."""
+        rate = TABLE_RATE if hz is None else hz
+        samples = trajectory.sampled(rate)
+        assert samples.velocities is not None and samples.accelerations is not None
+        columns = [
+            f"{what}_{name}"
+            for what in ("position", "velocity", "acceleration")
+            for name in samples.joint_names
+        ]
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(["time", *columns])
+        for time, *rows in zip(
+            samples.times, samples.positions, samples.velocities, samples.accelerations, strict=True
+        ):
+            table.writerow([float(time), *(float(value) for row in rows for value in row)])
+        write_text(path, text.getvalue())
+        notes = (
+            f"{rate:g} samples per second; the last row is the end itself, its step may be shorter",
+            "time in s; positions in rad or m, with velocities and accelerations per s and s^2",
+            *excess(trajectory, samples),
+        )
+        return Exported(path, len(samples.times), samples.duration, notes)
+
 
 DERIVATIVES = ("positions", "velocities", "accelerations")
 PARTS = tuple(np.linspace(0.0, 1.0 - 1e-9, 21).tolist())

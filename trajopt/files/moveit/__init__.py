@@ -7,5 +7,5 @@ from trajopt.files.moveit.motions import read_motions as read_motions
 from trajopt.files.moveit.planning_scene import SceneFile as SceneFile
 from trajopt.files.moveit.planning_scene import read_scene as read_scene
 from trajopt.files.moveit.scene_messages import write_scene as write_scene
+from trajopt.files.moveit.trajectories import read_trajectory as read_trajectory
 from trajopt.files.moveit.trajectories import write_trajectory as write_trajectory
-from trajopt.files.moveit.trajectory_files import read_trajectory as read_trajectory

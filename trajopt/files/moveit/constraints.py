@@ -15,15 +15,18 @@ from trajopt.files.messages import (
     VisibilityConstraint,
     field_names,
 )
-from trajopt.files.moveit.frames import Reading, read_frame, read_frame_name, require
-from trajopt.files.moveit.pose import (
+from trajopt.files.moveit.frames import (
     LEAST_TOLERANCE,
+    Reading,
+    read_frame,
+    read_frame_name,
     read_placement,
     read_quaternion,
     read_tolerance,
     read_vector,
+    require,
 )
-from trajopt.files.moveit.shapes import read_kind
+from trajopt.files.moveit.objects import read_kind
 from trajopt.problem.requirement import import_installed
 from trajopt.problem.requirements import (
     FramePlacement,

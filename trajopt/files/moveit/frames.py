@@ -1,17 +1,18 @@
-"""Meaning of frame ids while reading a file of MoveIt."""
+"""Frames and poses in MoveIt's messages and files."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from math import hypot, inf
 
-from trajopt.files.messages import Header, field_names
+from trajopt.files.messages import Header, Point, Pose, Quaternion, Transform, Vector3, field_names
 from trajopt.robot.loading.pinocchio_model import root_placement
 from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import FrameNotFound, NameNotFound
-from trajopt.values.placement import IDENTITY, WORLD, Placement
+from trajopt.values.errors import FrameNotFound, NameNotFound, SizeError
+from trajopt.values.placement import IDENTITY, WORLD, Placement, placement
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,3 +97,95 @@ def require(node: Node, error: type[NameNotFound], kind: str, name: str, known: 
     names = tuple(known)
     if name not in names:
         raise error(f"{kind} (at {node.place} in {node.path})", name, names)
+
+
+LEAST_TOLERANCE = 1e-4
+"""Tolerance used if a file gives zero or none [rad | m]."""
+
+
+def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[float, ...] | None:
+    """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None if missing.
+
+    Args:
+        node: The vector.
+        axes: Names of its components, one letter each.
+        optional: Components that default to 0 in a mapping, as in a message.
+
+    Raises:
+        FileFormatError: If a component is missing, superfluous, or not a finite number.
+    """
+    if node.missing:
+        return None
+    if isinstance(node.value, list):
+        numbers = node.numbers()
+        if len(numbers) != len(axes):
+            raise node.error(f"needs {len(axes)} numbers ({', '.join(axes)}), has {len(numbers)}")
+        return numbers
+    node.only(axes)
+    return tuple(node[axis].number(0.0 if axis in optional else None) for axis in axes)
+
+
+def read_placement(node: Node, notes: list[str]) -> Placement:
+    """Return a pose (position, orientation) or transform (translation, rotation).
+
+    Missing components are zero. Only a quaternion's w, if any of x, y and z is given, defaults to 0 in ROS 1
+    and to 1 in ROS 2. A quaternion of zeros is an unset message field and represents no rotation; others are
+    normalised.
+
+    Args:
+        node: The pose; identity if missing.
+        notes: Receives a sentence for every quaternion that was not of unit length.
+
+    Raises:
+        FileFormatError: If a number is missing, not finite, or beyond the largest distance of a placement.
+    """
+    if node.missing:
+        return IDENTITY
+    transform = node.has("translation") or node.has("rotation")
+    where, how = ("translation", "rotation") if transform else ("position", "orientation")
+    node.only((where, how))
+    quaternion = read_quaternion(node[how], notes)
+    try:
+        return placement(read_vector(node[where], optional="xyz") or (0.0, 0.0, 0.0), quaternion=quaternion)
+    except SizeError as error:
+        raise node[where].error(str(error)) from error
+
+
+def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
+    """Return a unit quaternion (x, y, z, w); no rotation if it is missing, empty or all zero."""
+    none = (0.0, 0.0, 0.0, 1.0)
+    parts = None if node.value == {} else read_vector(node, "xyzw", optional="xyz")
+    if parts is None:
+        return none
+    length = hypot(*parts)
+    if length == 0.0:
+        notes.append(f"{node.place}: a quaternion of zeros, taken for no rotation")
+        return none
+    if not 1e-9 < length < inf:
+        raise node.error(f"a quaternion of length {length:g} is not an orientation")
+    if abs(length - 1.0) > 1e-3:
+        notes.append(f"{node.place}: a quaternion of length {length:.6g}, normalised")
+    return tuple(part / length for part in parts)
+
+
+def pose_of(where: Placement) -> Pose:
+    """Return a placement as a pose."""
+    return Pose(Point(*where.translation.tolist()), Quaternion(*where.quaternion.tolist()))
+
+
+def transform_of(where: Placement) -> Transform:
+    """Return a placement as a transform."""
+    x, y, z = where.translation.tolist()
+    return Transform(Vector3(x, y, z), Quaternion(*where.quaternion.tolist()))
+
+
+def read_tolerance(node: Node) -> float:
+    """Return a tolerance, which may be infinite; zero and missing mean `LEAST_TOLERANCE`.
+
+    Raises:
+        FileFormatError: If it is negative or not a number.
+    """
+    value = node.number(0.0, infinite=True)
+    if value < 0.0:
+        raise node.error(f"is negative: {value:g}")
+    return value or LEAST_TOLERANCE

@@ -14,9 +14,8 @@ from trajopt.files.messages import (
     TransformStamped,
     field_names,
 )
-from trajopt.files.moveit.frames import Reading, frame_id, require, world_names
+from trajopt.files.moveit.frames import Reading, frame_id, read_placement, require, world_names
 from trajopt.files.moveit.objects import apply_attached, apply_object, read_object, without
-from trajopt.files.moveit.pose import read_placement
 from trajopt.files.moveit.robot_state import layered_positions, placed_robot, read_joint_positions
 from trajopt.files.moveit.scene_messages import attached_messages
 from trajopt.robot.mesh_cover import MeshPolicy

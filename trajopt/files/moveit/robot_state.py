@@ -5,8 +5,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 
 from trajopt.files.messages import JointState, MultiDOFJointState, RobotState, field_names
-from trajopt.files.moveit.frames import frame_id, require
-from trajopt.files.moveit.pose import read_placement, read_vector
+from trajopt.files.moveit.frames import frame_id, read_placement, read_vector, require
 from trajopt.files.moveit.trajectories import in_the_plane
 from trajopt.problem.requirements import Requirement, joint_positions
 from trajopt.robot.bases import PLANAR

@@ -31,7 +31,7 @@ from trajopt.files.messages import (
     Plane as PlaneMessage,
 )
 from trajopt.files.messages import PlanningSceneComponents as Parts
-from trajopt.files.moveit.pose import pose_of, transform_of
+from trajopt.files.moveit.frames import pose_of, transform_of
 from trajopt.files.moveit.trajectories import planar_joints, planar_placement, write_message
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject

@@ -9,22 +9,19 @@ A script changes only its imports (`from trajopt.ros import commander as moveit_
 from collections.abc import Sequence
 
 from trajopt.ros.commander import conversions as conversions
-from trajopt.ros.commander import geometry_msgs as geometry_msgs
 from trajopt.ros.commander import moveit as moveit
-from trajopt.ros.commander import moveit_msgs as moveit_msgs
 from trajopt.ros.commander import rclpy as rclpy
 from trajopt.ros.commander import rospy as rospy
-from trajopt.ros.commander import sensor_msgs as sensor_msgs
-from trajopt.ros.commander import shape_msgs as shape_msgs
-from trajopt.ros.commander import std_msgs as std_msgs
 from trajopt.ros.commander import tf as tf
-from trajopt.ros.commander import trajectory_msgs as trajectory_msgs
+from trajopt.ros.commander.message_packages import PACKAGES, import_package
 from trajopt.ros.commander.move_group import MoveGroupCommander as MoveGroupCommander
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface as PlanningSceneInterface
 from trajopt.ros.commander.robot import RobotCommander as RobotCommander
 from trajopt.ros.commander.world import World as World
+from trajopt.server.move_group.outcome import ExecutionOutcome as ExecutionOutcome
 from trajopt.server.move_group.outcome import MoveItCommanderException as MoveItCommanderException
-from trajopt.server.move_group.outcome import Outcome as Outcome
+
+globals().update({name: import_package(__name__, name) for name in PACKAGES})
 
 
 def roscpp_initialize(args: Sequence[str]) -> None:

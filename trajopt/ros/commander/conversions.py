@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from trajopt.files.messages import Header, Pose, PoseStamped, Time, document_of, is_message
-from trajopt.files.moveit.pose import pose_of, read_placement
+from trajopt.files.moveit.frames import pose_of, read_placement
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.errors import shown
 from trajopt.values.placement import Placement, placement

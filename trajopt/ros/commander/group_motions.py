@@ -15,24 +15,21 @@ from trajopt.files.messages import (
     is_message,
 )
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.frames import reading_at, world_names
+from trajopt.files.moveit.frames import read_vector, reading_at, world_names
 from trajopt.files.moveit.planning_scene import without_collisions
-from trajopt.files.moveit.pose import read_vector
 from trajopt.files.moveit.robot_state import layered_positions
 from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.optimise.methods.timing import retime_path
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, joint_positions
 from trajopt.ros.commander.conversions import framed_placement
-from trajopt.ros.commander.group_state import GroupBase
+from trajopt.ros.commander.group_state import GroupBase, PoseTarget, TargetKind
 from trajopt.ros.commander.robot_states import state_positions
-from trajopt.ros.commander.targets import PoseTarget, TargetKind
 from trajopt.ros.commander.world import World
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.execution import Execution
 from trajopt.server.move_group.functions import followed_through, picked, put_down
-from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome
+from trajopt.server.move_group.outcome import Execution, ExecutionOutcome, MoveItCommanderException
 from trajopt.tasks.cartesian import Followed
 from trajopt.tasks.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight, grasps_of, gripper_of
 from trajopt.timing import RetimeFailure
@@ -205,7 +202,7 @@ class GroupMotions(GroupBase):
         self._pick_place = result
         if not result.verified:
             code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, str(result.explain()), "grasping")
-            self._world.report(Outcome(code))
+            self._world.report(ExecutionOutcome(code))
             return code.val
         if plan_only or executed(result, self._world, self._tip):
             return MoveItErrorCodes.SUCCESS

@@ -17,8 +17,7 @@ from trajopt.problem.requirements import frame_placement
 from trajopt.robot.joints import joint_unit
 from trajopt.robot.loading.mimics import followed_limits
 from trajopt.ros.commander.conversions import framed_placement
-from trajopt.ros.commander.group_state import GroupBase
-from trajopt.ros.commander.targets import PoseTarget, TargetKind
+from trajopt.ros.commander.group_state import GroupBase, PoseTarget, TargetKind
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.arrays import floats
 from trajopt.values.documents.document import Node, read_document

@@ -15,16 +15,19 @@ from trajopt.files.messages import (
 from trajopt.files.moveit.trajectories import trajectory_message, trajectory_of
 from trajopt.planning.result import Result
 from trajopt.ros.commander.group_motions import ALGORITHMS, GroupMotions, retimed
-from trajopt.ros.commander.group_state import GroupSettings, GroupState
+from trajopt.ros.commander.group_state import GroupSettings, GroupState, goal_constraints
 from trajopt.ros.commander.group_targets import GroupConstraints, GroupTargets
 from trajopt.ros.commander.robot_states import link_names, problem_of, state_positions
-from trajopt.ros.commander.targets import goal_constraints
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.execution import Execution
-from trajopt.server.move_group.functions import solved
-from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome, code_of, speaks_moveit
-from trajopt.server.move_group.settings import PIPELINE
+from trajopt.server.move_group.functions import PIPELINE, solved
+from trajopt.server.move_group.outcome import (
+    Execution,
+    ExecutionOutcome,
+    MoveItCommanderException,
+    code_of,
+    speaks_moveit,
+)
 from trajopt.values.errors import ObjectNotFound, SolverNotFound
 from trajopt.values.trajectory import Trajectory
 
@@ -89,10 +92,10 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         else:
             reason = "the scene was changed while the motion was planned"
             changed = MoveItErrorCodes.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE
-            self._world.report(Outcome(MoveItErrorCodes(changed, reason, "planning")))
+            self._world.report(ExecutionOutcome(MoveItErrorCodes(changed, reason, "planning")))
             return False
         if not result.verified or result.trajectory is None:
-            self._world.report(Outcome(code_of(result)))
+            self._world.report(ExecutionOutcome(code_of(result)))
             return False
         return self._executed(result.trajectory, wait)
 
@@ -114,7 +117,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         if motion is None:
             reason = "the trajectory has no points; plan() says why in its error code"
             code = MoveItErrorCodes(MoveItErrorCodes.INVALID_MOTION_PLAN, reason, "execution")
-            self._world.report(Outcome(code))
+            self._world.report(ExecutionOutcome(code))
             return False
         return self._executed(motion, wait)
 
@@ -125,7 +128,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         """
         self._world.stop()
 
-    def get_last_outcome(self) -> Outcome | None:
+    def get_last_outcome(self) -> ExecutionOutcome | None:
         """Return the result and final error of the last `go` or `execute`; None before the first."""
         return self._world.outcome
 

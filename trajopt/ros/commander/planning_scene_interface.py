@@ -18,10 +18,9 @@ from trajopt.files.messages import (
     document_of,
     is_message,
 )
-from trajopt.files.moveit.frames import reading_at
+from trajopt.files.moveit.frames import pose_of, reading_at
 from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.planning_scene import edit_object, edit_scene
-from trajopt.files.moveit.pose import pose_of
 from trajopt.files.moveit.scene_messages import attached_messages, mesh_message, scene_message, world_messages
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.world import World, world_or_current

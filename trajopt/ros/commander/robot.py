@@ -13,7 +13,7 @@ from trajopt.files.messages import (
     Vector3,
     is_message,
 )
-from trajopt.files.moveit.pose import pose_of
+from trajopt.files.moveit.frames import pose_of
 from trajopt.files.moveit.scene_messages import state_message
 from trajopt.robot.loading.urdf import MeshReference
 from trajopt.ros.commander.conversions import stamped

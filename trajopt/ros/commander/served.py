@@ -11,9 +11,8 @@ from trajopt.files.bundle.message import message_of, value_of_message
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.server.client import Client, ServerError
-from trajopt.server.move_group.execution import Execution
-from trajopt.server.move_group.outcome import MoveItCommanderException
-from trajopt.server.move_group.settings import Settings
+from trajopt.server.move_group.functions import Settings
+from trajopt.server.move_group.outcome import Execution, MoveItCommanderException
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ModelError, TrajoptError, shown

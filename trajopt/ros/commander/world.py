@@ -7,28 +7,108 @@ from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
 from threading import RLock
 from types import TracebackType
-from typing import ParamSpec, TypeVar
+from typing import ParamSpec, Protocol, TypeVar
 
 import numpy as np
 
 from trajopt.driving import Executor
+from trajopt.driving.soonest_stop import StopTaken
 from trajopt.files.messages import MoveItErrorCodes
 from trajopt.robot.configuration import initial_positions
 from trajopt.robot.load import load
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.robot import Robot
-from trajopt.ros.commander.backend import Backend
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.execution import Execution, not_executed
-from trajopt.server.move_group.in_process import InProcess
-from trajopt.server.move_group.outcome import MoveItCommanderException, Outcome, as_moveit
+from trajopt.server.move_group.driving import InProcess
+from trajopt.server.move_group.outcome import (
+    Execution,
+    ExecutionOutcome,
+    MoveItCommanderException,
+    as_moveit,
+    not_executed,
+)
 from trajopt.values.arrays import Floats, one_of
 from trajopt.values.errors import MissingExtra, ModelError, shown
 
-OF_THE_ROBOT = ("robot_description", "robot_description_semantic")
-"""Parameters that launch files set; the robot of the world is in their place."""
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+class Backend(Protocol):
+    """Plans for a world and moves its robot.
+
+    The world itself answers queries that need only its robot, scene and joint positions; planning and motion
+    are delegated to the backend.
+    """
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        ...
+
+    @property
+    def scene(self) -> Scene:
+        """Scene around the robot."""
+        ...
+
+    @property
+    def positions(self) -> Floats:
+        """Current positions of all joints, shape (number of joints,) [rad | m]."""
+        ...
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is in progress."""
+        ...
+
+    @property
+    def executor(self) -> Executor:
+        """Executor that drives the joints.
+
+        Raises:
+            MoveItCommanderException: If the executor belongs to another process.
+        """
+        ...
+
+    def stand(self, positions: Floats) -> None:
+        """Set the simulated robot's positions, shape (number of joints,) [rad | m]."""
+        ...
+
+    def take(self, scene: Scene) -> None:
+        """Replace the scene around the robot."""
+        ...
+
+    def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call a function of `trajopt.server.move_group.functions` and return its result."""
+        ...
+
+    def begin(self, execution: Execution, *, paced: bool) -> str:
+        """Start a motion and return immediately.
+
+        Args:
+            execution: The motion, and the scene in which it is driven.
+            paced: Whether simulated time passes in real time, since the script does not wait for the end.
+
+        Returns:
+            The reason if the motion cannot start; else empty.
+        """
+        ...
+
+    def wait(self) -> str:
+        """Wait until the robot is at rest; return the fault, or an empty text."""
+        ...
+
+    def stop(self) -> StopTaken | None:
+        """Stop the robot as soon as a proven stop allows; None if it is at rest."""
+        ...
+
+    def close(self) -> None:
+        """Release all resources."""
+        ...
+
+
+OF_THE_ROBOT = ("robot_description", "robot_description_semantic")
+"""Parameters that launch files set; the robot of the world is in their place."""
 _LOG = logging.getLogger("trajopt.ros.commander")
 _CURRENT: ContextVar["World"] = ContextVar("world")
 
@@ -132,7 +212,7 @@ class World:
         self.robot, self._scene = self._backend.robot, self._backend.scene
         self.rng = np.random.default_rng(seed)
         self.node = ScriptNode()
-        self._outcome: Outcome | None = None
+        self._outcome: ExecutionOutcome | None = None
         self._execution: Execution | None = None
         self._lock = RLock()
         self._entered: list[Token[World]] = []
@@ -195,7 +275,7 @@ class World:
         """Current positions of all joints, by name [rad | m]."""
         return dict(zip(self.robot.joint_names, self.positions.tolist(), strict=True))
 
-    def execute(self, execution: Execution, *, wait: bool) -> Outcome:
+    def execute(self, execution: Execution, *, wait: bool) -> ExecutionOutcome:
         """Execute a trajectory.
 
         Args:
@@ -214,14 +294,14 @@ class World:
         self._execution = execution
         if not wait:
             code = MoveItErrorCodes(MoveItErrorCodes.SUCCESS, "the motion is under way", "execution")
-            self._outcome = Outcome(code)
+            self._outcome = ExecutionOutcome(code)
             return self._outcome
         remark = self._backend.wait()
         outcome = execution.measured(self.positions, remark)
         self.report(outcome)
         return outcome
 
-    def _begun(self, execution: Execution, *, paced: bool) -> Outcome | None:
+    def _begun(self, execution: Execution, *, paced: bool) -> ExecutionOutcome | None:
         """Start a motion; return the reason if it cannot start."""
         refused = self._backend.begin(execution, paced=paced)
         return not_executed(refused) if refused else None
@@ -235,13 +315,13 @@ class World:
         self._outcome = execution.measured(self.positions, remark, stop=taken)
         self._execution = None
 
-    def report(self, outcome: Outcome) -> None:
+    def report(self, outcome: ExecutionOutcome) -> None:
         """Store and log the outcome of a motion; scripts may not query it."""
         self._execution, self._outcome = None, outcome
         _LOG.info("%s: %s", outcome.error_code.source, outcome.error_code.message)
 
     @property
-    def outcome(self) -> Outcome | None:
+    def outcome(self) -> ExecutionOutcome | None:
         """Outcome of the last motion; None before the first."""
         execution = self._execution
         if execution is not None and not self.moving:

@@ -17,14 +17,12 @@ from trajopt.files.messages import (
     plain_name,
 )
 from trajopt.optimise.methods import METHODS
+from trajopt.ros.rosbridge.actions import ACTIONS, CLOUD, EDITS, SERVICES, OldActions
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.description import RobotDescription
-from trajopt.ros.rosbridge.offered import Offered, Provider
-from trajopt.ros.rosbridge.offered_actions import OfferedActions
-from trajopt.ros.rosbridge.old_actions import OldActions
+from trajopt.ros.rosbridge.offered import OfferedActions, OfferedServices, Provider
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.ros.rosbridge.rosapi import RosApi
-from trajopt.ros.rosbridge.services import ACTIONS, CLOUD, EDITS, SERVICES
 from trajopt.ros.rosbridge.topics import TopicClient, Topics
 from trajopt.ros.rosbridge.wire import Incoming, Unusable, plain, written
 from trajopt.values.errors import TrajoptError
@@ -61,7 +59,7 @@ class Bridge:
         self.cell, self.description, self.options = cell, description, options
         self.generation: Generation = options.distro.generation
         self.largest = cell.service.limits.body
-        self.topics, self.offered = Topics(self.generation), Offered()
+        self.topics, self.offered = Topics(self.generation), OfferedServices()
         self.offered_actions = OfferedActions()
         self._api, self._actions = (
             RosApi(self.topics, self.offered, self.offered_actions, description, options),

@@ -7,8 +7,8 @@ import msgspec
 
 from trajopt.files.messages import Generation
 from trajopt.ros.rosbridge.wire import Unusable
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.requests import Cancellation
+from trajopt.server.job import Cancellation
+from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.service import Service
 
 FACE = "rosbridge"
@@ -82,7 +82,7 @@ class Cell:
                     listener=listener,
                     cancellation=cancellation,
                 )
-            except Refusal as refusal:
+            except RequestRefused as refusal:
                 waited = asyncio.get_running_loop().time() - begin
                 if refusal.why is not Why.FULL or waited > PATIENCE:
                     raise Unusable(refusal.reason) from refusal

@@ -10,10 +10,9 @@ import msgspec
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from trajopt.ros.rosbridge.actions import ACTIONS, ActionGoal, same_type
 from trajopt.ros.rosbridge.bridge import Bridge
-from trajopt.ros.rosbridge.goals import ActionGoal
-from trajopt.ros.rosbridge.offered_actions import RelayedGoal
-from trajopt.ros.rosbridge.services import ACTIONS, same_type
+from trajopt.ros.rosbridge.offered import RelayedGoal
 from trajopt.ros.rosbridge.topics import no_compression
 from trajopt.ros.rosbridge.wire import Fragments, Incoming, Unusable, named, parsed, pieces, status, written
 from trajopt.values.errors import TrajoptError, listed, shown

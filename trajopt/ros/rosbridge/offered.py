@@ -1,6 +1,7 @@
-"""Services that clients offer: calls are relayed between clients."""
+"""Services and actions that clients offer: calls and goals are relayed between clients."""
 
 import asyncio
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
 from typing import Protocol
@@ -8,17 +9,63 @@ from typing import Protocol
 import msgspec
 
 from trajopt.ros.rosbridge.wire import Incoming, Unusable, written
+from trajopt.values.errors import shown
 
-SERVICES = 64
-"""Most services of one client."""
+OFFERS = 64
+"""Most services, and most actions, of one client."""
 
 
 class Provider(Protocol):
-    """A connection to a client that offers services."""
+    """A connection to a client that offers services or actions."""
+
+    def offer(self, message: bytes, fragment_size: int | None = None) -> None:
+        """Queue a message, or drop it if the client is too slow."""
+        ...
 
     async def call(self, message: bytes) -> None:
-        """Send a message."""
+        """Send a message that must arrive."""
         ...
+
+
+class Offers:
+    """Names that clients offer, with the client and the type of each."""
+
+    def __init__(self, what: str) -> None:
+        """Start without names.
+
+        Args:
+            what: "service" or "action".
+        """
+        self._what = what
+        self._offers: dict[str, tuple[Provider, str]] = {}
+        self._numbers = count(1)
+
+    def kinds(self) -> dict[str, str]:
+        """Return the types by name."""
+        return {name: kind for name, (_, kind) in self._offers.items()}
+
+    def offer(self, provider: Provider, name: str, kind: str) -> None:
+        """Register a name of a client.
+
+        Raises:
+            Unusable: If another client offers it, or this client offers too many.
+        """
+        owner = self._offers.get(name)
+        if owner is not None and owner[0] is not provider:
+            raise Unusable(f"another client offers the {self._what} {name}")
+        if sum(each is provider for each, _ in self._offers.values()) >= OFFERS:
+            raise Unusable(f"a client offers {OFFERS} {self._what}s at most")
+        self._offers[name] = provider, kind
+
+    def withdraw(self, provider: Provider, name: str) -> None:
+        """Remove a name of a client; goals in progress continue."""
+        if name in self._offers and self._offers[name][0] is provider:
+            del self._offers[name]
+
+    def leave(self, provider: Provider) -> None:
+        """Remove a client."""
+        for name in [key for key, (owner, _) in self._offers.items() if owner is provider]:
+            del self._offers[name]
 
 
 @dataclass
@@ -27,36 +74,13 @@ class _Call:
     done: "asyncio.Future[bytes]"
 
 
-class Offered:
-    """The services that clients offer."""
+class OfferedServices(Offers):
+    """The services that clients offer, and the calls in progress."""
 
     def __init__(self) -> None:
         """Start without services."""
-        self._services: dict[str, tuple[Provider, str]] = {}
+        super().__init__("service")
         self._calls: dict[str, _Call] = {}
-        self._numbers = count(1)
-
-    def kinds(self) -> dict[str, str]:
-        """Return the types of the services by name."""
-        return {name: kind for name, (_, kind) in self._services.items()}
-
-    def offer(self, provider: Provider, name: str, kind: str) -> None:
-        """Register a service.
-
-        Raises:
-            Unusable: If another client offers it, or this client offers too many.
-        """
-        owner = self._services.get(name)
-        if owner is not None and owner[0] is not provider:
-            raise Unusable(f"another client offers the service {name}")
-        if sum(each is provider for each, _ in self._services.values()) >= SERVICES:
-            raise Unusable(f"a client offers {SERVICES} services at most")
-        self._services[name] = provider, kind
-
-    def withdraw(self, provider: Provider, name: str) -> None:
-        """Remove a service of a client."""
-        if name in self._services and self._services[name][0] is provider:
-            del self._services[name]
 
     async def call(self, name: str, arguments: msgspec.Raw, seconds: float) -> bytes:
         """Relay a call to a client; return its response, as JSON.
@@ -64,9 +88,9 @@ class Offered:
         Raises:
             Unusable: If the service does not exist, fails, or exceeds its time limit.
         """
-        if name not in self._services:
+        if name not in self._offers:
             raise Unusable(f"there is no service {name}")
-        provider, number = self._services[name][0], f"call_service:{name}:{next(self._numbers)}"
+        provider, number = self._offers[name][0], f"call_service:{name}:{next(self._numbers)}"
         call = _Call(provider, asyncio.get_running_loop().create_future())
         self._calls[number] = call
         try:
@@ -97,8 +121,102 @@ class Offered:
 
     def leave(self, provider: Provider) -> None:
         """Remove a client; its pending calls fail."""
-        for name in [key for key, (owner, _) in self._services.items() if owner is provider]:
-            del self._services[name]
+        super().leave(provider)
         for call in self._calls.values():
             if call.provider is provider and not call.done.done():
                 call.done.set_exception(Unusable("the client that offered the service has left"))
+
+
+@dataclass(eq=False)
+class RelayedGoal:
+    """A goal that another client pursues.
+
+    Attributes:
+        provider: The client that offers the action.
+        number: The goal's id between the server and that client.
+        action: Name of the action.
+        kind: Type of the action, as sent by the client.
+        tell: Called with feedback, as JSON.
+        done: Future of the result.
+    """
+
+    provider: Provider
+    number: str
+    action: str
+    kind: str
+    tell: Callable[[msgspec.Raw], None]
+    done: "asyncio.Future[Incoming]"
+
+    def cancel(self) -> None:
+        """Send a cancellation of the goal to the client."""
+        message = {"op": "cancel_action_goal", "id": self.number, "action": self.action}
+        self.provider.offer(written(message))
+
+
+class OfferedActions(Offers):
+    """The actions that clients offer, and the goals in progress."""
+
+    def __init__(self) -> None:
+        """Start without actions."""
+        super().__init__("action")
+        self._goals: dict[str, RelayedGoal] = {}
+
+    def goal(self, name: str, tell: Callable[[msgspec.Raw], None]) -> RelayedGoal:
+        """Return a new goal of an action, which `pursue` sends."""
+        (provider, kind), number = self._offers[name], f"send_action_goal:{name}:{next(self._numbers)}"
+        return RelayedGoal(provider, number, name, kind, tell, asyncio.get_running_loop().create_future())
+
+    async def pursue(self, goal: RelayedGoal, arguments: msgspec.Raw) -> Incoming:
+        """Have a client pursue a goal; return its result. If this is cancelled, so is the goal.
+
+        Raises:
+            Unusable: If the client leaves.
+        """
+        self._goals[goal.number] = goal
+        message = {
+            "op": "send_action_goal",
+            "id": goal.number,
+            "action": goal.action,
+            "action_type": goal.kind,
+            "args": arguments,
+            "feedback": True,
+        }
+        try:
+            await goal.provider.call(written(message))
+            return await goal.done
+        except asyncio.CancelledError:
+            goal.cancel()
+            raise
+        finally:
+            del self._goals[goal.number]
+
+    def feedback(self, provider: Provider, incoming: Incoming) -> None:
+        """Pass on the feedback of a client.
+
+        Raises:
+            Unusable: If its goal is not under way.
+        """
+        self._of(provider, incoming).tell(incoming.values)
+
+    def result(self, provider: Provider, incoming: Incoming) -> None:
+        """Pass on the result of a client.
+
+        Raises:
+            Unusable: If its goal is not under way.
+        """
+        goal = self._of(provider, incoming)
+        if not goal.done.done():
+            goal.done.set_result(incoming)
+
+    def leave(self, provider: Provider) -> None:
+        """Remove a client; goals that it pursues fail."""
+        super().leave(provider)
+        for goal in self._goals.values():
+            if goal.provider is provider and not goal.done.done():
+                goal.done.set_exception(Unusable("the client that offered the action has left"))
+
+    def _of(self, provider: Provider, incoming: Incoming) -> RelayedGoal:
+        goal = self._goals.get(str(incoming.id))
+        if goal is None or goal.provider is not provider:
+            raise Unusable(f"no goal {shown(incoming.id)} of an action of this client is under way")
+        return goal

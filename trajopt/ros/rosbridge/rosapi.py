@@ -9,11 +9,10 @@ from typing import Any, TypeAlias, cast
 
 from trajopt.files.messages import Generation, Time, definitions, encode, message_named, plain_name
 from trajopt.files.messages.definitions import INITIAL
+from trajopt.ros.rosbridge.actions import ACTIONS, SERVICES
 from trajopt.ros.rosbridge.description import RobotDescription
-from trajopt.ros.rosbridge.offered import Offered
-from trajopt.ros.rosbridge.offered_actions import OfferedActions
+from trajopt.ros.rosbridge.offered import OfferedActions, OfferedServices
 from trajopt.ros.rosbridge.options import RosbridgeOptions
-from trajopt.ros.rosbridge.services import ACTIONS, SERVICES
 from trajopt.ros.rosbridge.topics import Topics
 from trajopt.ros.rosbridge.wire import Unusable
 from trajopt.values.errors import MessageNotFound
@@ -33,7 +32,7 @@ class RosApi:
     def __init__(
         self,
         topics: Topics,
-        offered: Offered,
+        offered: OfferedServices,
         actions: OfferedActions,
         description: RobotDescription,
         options: RosbridgeOptions,

@@ -12,9 +12,8 @@ from starlette.requests import ClientDisconnect
 
 from trajopt.robot.robot import Robot
 from trajopt.server.http.guard import JSON
-from trajopt.server.job import Listener
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.requests import Reply
+from trajopt.server.job import Listener, Reply
+from trajopt.server.limits import RequestRefused, Why
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import TrajoptError
 
@@ -61,21 +60,21 @@ def refusal_response(error: TrajoptError) -> Response:
     return response
 
 
-def refusal_of(error: TrajoptError) -> Refusal:
+def refusal_of(error: TrajoptError) -> RequestRefused:
     """Return an error as a refusal; errors of trajopt are faults of the request."""
-    return error if isinstance(error, Refusal) else Refusal(Why.MALFORMED, str(error))
+    return error if isinstance(error, RequestRefused) else RequestRefused(Why.MALFORMED, str(error))
 
 
 async def body_of(request: Request, most: int, seconds: float) -> bytes:
     """Return the body of a request.
 
     Raises:
-        Refusal: If it is too large, or does not arrive in time.
+        RequestRefused: If it is too large, or does not arrive in time.
     """
-    too_large = Refusal(Why.TOO_LARGE, f"a request has {most} bytes at most")
+    too_large = RequestRefused(Why.TOO_LARGE, f"a request has {most} bytes at most")
     stated = request.headers.get("content-length", "0")
     if not stated.isdigit():
-        raise Refusal(Why.MALFORMED, "content-length is not a number")
+        raise RequestRefused(Why.MALFORMED, "content-length is not a number")
     if int(stated) > most:
         raise too_large
     parts, length = list[bytes](), 0
@@ -87,9 +86,9 @@ async def body_of(request: Request, most: int, seconds: float) -> bytes:
                     raise too_large
                 parts.append(part)
     except TimeoutError as error:
-        raise Refusal(Why.OUT_OF_TIME, f"the request was not all there after {seconds:g} s") from error
+        raise RequestRefused(Why.OUT_OF_TIME, f"the request was not all there after {seconds:g} s") from error
     except ClientDisconnect as error:
-        raise Refusal(Why.CANCELLED, "the client has gone") from error
+        raise RequestRefused(Why.CANCELLED, "the client has gone") from error
     return b"".join(parts)
 
 
@@ -114,7 +113,7 @@ async def answered(request: Request, ask: Asking) -> Response:
     except asyncio.CancelledError:
         task.cancel()
         if gone.done() and not gone.cancelled():
-            return refusal_response(Refusal(Why.CANCELLED, "the client has gone"))
+            return refusal_response(RequestRefused(Why.CANCELLED, "the client has gone"))
         raise
     finally:
         gone.cancel()

@@ -24,14 +24,13 @@ from trajopt.server.http.answers import (
     robot_document,
     streamed,
 )
-from trajopt.server.http.guard import BYTES, JSON, Guard, Intake
+from trajopt.server.http.guard import BYTES, JSON, Guard, HttpOptions, Intake
 from trajopt.server.http.metrics import Metrics
-from trajopt.server.http.options import HttpOptions
+from trajopt.server.job import Cancellation
+from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.operation import Lane, Operation
-from trajopt.server.refusals import Refusal, Why
-from trajopt.server.requests import Cancellation
 from trajopt.server.service import Service
-from trajopt.server.session import Session
+from trajopt.server.session import ServiceSession
 from trajopt.values.documents.files import parse_json
 from trajopt.values.errors import TrajoptError, shown
 
@@ -164,7 +163,7 @@ class Face:
         document = await self._document(request)
         robot = document.pop("robot", "")
         if document or not isinstance(robot, str):
-            raise Refusal(Why.MALFORMED, "a session begins with {robot: NAME}")
+            raise RequestRefused(Why.MALFORMED, "a session begins with {robot: NAME}")
         return await self._begun(self._service.create(robot))
 
     async def _document(self, request: Request) -> Body:
@@ -173,12 +172,12 @@ class Face:
         try:
             document: object = parse_json(body.decode(), "request") if body else {}
         except UnicodeDecodeError as error:
-            raise Refusal(Why.MALFORMED, "the request is not UTF-8 text") from error
+            raise RequestRefused(Why.MALFORMED, "the request is not UTF-8 text") from error
         if not isinstance(document, dict):
-            raise Refusal(Why.MALFORMED, "the request must be a mapping")
+            raise RequestRefused(Why.MALFORMED, "the request must be a mapping")
         return cast(Body, document)
 
-    async def _begun(self, session: Session) -> Response:
+    async def _begun(self, session: ServiceSession) -> Response:
         await self._service.keep(session)
         begun = {"session": session.id, "robot": session.robot, "revision": session.revision}
         return json_response(begun, 201)
@@ -214,7 +213,7 @@ class Face:
         document = await self._document(request)
         group = document.pop("group", "")
         if document:
-            raise Refusal(Why.MALFORMED, "a 3-D page is opened with {group: NAME}, or {}")
+            raise RequestRefused(Why.MALFORMED, "a 3-D page is opened with {group: NAME}, or {}")
         ports = self._view_ports
         place = {"host": self._options.host, "first_port": ports[0], "last_port": ports[-1]}
         return streamed(lambda told: self._service.ask(held, VIEW, {"group": group, **place}, listener=told))
@@ -229,7 +228,7 @@ class Face:
         self._service.sessions.get(session)
         running = self._running.get((session, request_name))
         if running is None:
-            raise Refusal(Why.UNKNOWN, "no request of that name is under way")
+            raise RequestRefused(Why.UNKNOWN, "no request of that name is under way")
         running()
         return json_response({"cancelled": request_name})
 
@@ -246,7 +245,7 @@ class Face:
 
         async def ask(told: Any) -> Any:
             if name and self._running.setdefault(key, cancellation) is not cancellation:
-                raise Refusal(Why.BUSY, "a request of that name is under way")
+                raise RequestRefused(Why.BUSY, "a request of that name is under way")
             try:
                 return await self._service.ask(
                     held,
@@ -291,12 +290,12 @@ def in_address(request: Request) -> bytes:
     """Return the arguments in the address of a request whose body is bytes, each JSON or text.
 
     Raises:
-        Refusal: If one occurs twice.
+        RequestRefused: If one occurs twice.
     """
     found: dict[str, bytes] = {}
     for key, text in request.query_params.multi_items():
         if key in found:
-            raise Refusal(Why.MALFORMED, f"{shown(key)} is in the address twice")
+            raise RequestRefused(Why.MALFORMED, f"{shown(key)} is in the address twice")
         if key != TIMEOUT:
             found[key] = _as_json(text)
     return b"{%b}" % b",".join(json_bytes(key) + b":" + value for key, value in found.items())
@@ -328,7 +327,7 @@ def _seconds(text: str | None) -> float | None:
     except ValueError:
         seconds = -1.0
     if not 0.0 < seconds < float("inf"):
-        raise Refusal(Why.MALFORMED, "timeout is a number of seconds, more than 0")
+        raise RequestRefused(Why.MALFORMED, "timeout is a number of seconds, more than 0")
     return seconds
 
 
@@ -347,9 +346,9 @@ async def _refused(request: Request, error: Exception) -> Response:
 async def _no_such_thing(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     reason = "there is nothing at this address" if error.status_code == 404 else str(error.detail)
-    return json_response(Refusal(Why.UNKNOWN, reason).as_dict(), error.status_code)
+    return json_response(RequestRefused(Why.UNKNOWN, reason).as_dict(), error.status_code)
 
 
 async def _fault(request: Request, error: Exception) -> Response:
-    refusal = Refusal(Why.FAILED, f"a fault of the server ({type(error).__name__})")
+    refusal = RequestRefused(Why.FAILED, f"a fault of the server ({type(error).__name__})")
     return json_response(refusal.as_dict(), STATUS[refusal.why])

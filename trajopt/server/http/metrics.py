@@ -6,9 +6,9 @@ from prometheus_client import CollectorRegistry, Counter, Histogram, generate_la
 from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.registry import Collector
 
+from trajopt.server.job import Done
 from trajopt.server.memory import memory_used
-from trajopt.server.pool import Pool
-from trajopt.server.requests import Done
+from trajopt.server.pool import WorkerPool
 from trajopt.server.service import Service
 
 SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
@@ -46,7 +46,7 @@ class Metrics:
         return generate_latest(self._registry)
 
 
-NUMBERS: Mapping[str, tuple[str, Callable[[Pool], int]]] = {
+NUMBERS: Mapping[str, tuple[str, Callable[[WorkerPool], int]]] = {
     "waiting": ("Requests that wait", lambda pool: pool.waiting),
     "busy": ("Workers at work", lambda pool: pool.busy),
     "workers": ("Workers that are up", lambda pool: len(pool.pids)),

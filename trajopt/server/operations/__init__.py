@@ -3,11 +3,17 @@
 from collections.abc import Mapping
 
 from trajopt.server.operation import Lane, Operation
-from trajopt.server.operations.clouds import cloud
 from trajopt.server.operations.driving import execute
-from trajopt.server.operations.kinematics import forward_kinematics, inverse_kinematics, validity
-from trajopt.server.operations.planning import check, explain, follow_curve, plan
-from trajopt.server.operations.scenes import edit, planning_scene, read, set_motions
+from trajopt.server.operations.planning import (
+    check,
+    explain,
+    follow_curve,
+    forward_kinematics,
+    inverse_kinematics,
+    plan,
+    validity,
+)
+from trajopt.server.operations.scenes import cloud, edit, planning_scene, read, set_motions
 from trajopt.server.operations.worlds import call, drive, hold, robot, scene
 
 OPERATIONS: Mapping[str, Operation] = {

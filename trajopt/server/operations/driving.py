@@ -1,16 +1,17 @@
-"""Driving the simulated robot to a goal, with a supervisor that keeps a proven stop ready."""
+"""Driving the simulated robot of a session: along a trajectory, or to a goal among changes of the scene."""
 
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from trajopt.driving import SimulatedExecutor, Supervisor
+from trajopt.driving.soonest_stop import StopTaken
 from trajopt.problem.problem import Problem
-from trajopt.server.operation import Answer
-from trajopt.server.operations.along_trajectory import CYCLE, TELLING
-from trajopt.server.operations.asking import ABOUT, at_start, problem_in
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
-from trajopt.values.arrays import Floats
+from trajopt.server.move_group.driving import MotionDriver, on_the_way
+from trajopt.server.move_group.outcome import Execution
+from trajopt.server.operation import Answer, SessionState, Watch
+from trajopt.server.operations.planning import ABOUT, at_start, problem_in
+from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError
 
@@ -18,7 +19,7 @@ STOPPING = 5.0
 """Longest expected time of a stop [s]."""
 
 
-class Drive:
+class SupervisedRun:
     """The simulated robot of a session, on its way to a goal."""
 
     def __init__(self, state: SessionState, problem: Problem, watch: Watch, speed: float) -> None:
@@ -116,4 +117,63 @@ def execute(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     speed, longest = arguments["speed"].number(1.0), arguments["longest"].number(60.0)
     if speed < 0.0 or longest <= 0.0:
         raise ProblemError("execute: speed must not be negative, and longest must be positive")
-    return Drive(state, problem, watch, speed).run(longest)
+    return SupervisedRun(state, problem, watch, speed).run(longest)
+
+
+TELLING = 0.1
+"""Period of position updates, short enough for a smooth view [s]."""
+CYCLE = 0.02
+"""Period of the supervisor, as in its options [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Driven(Value):
+    """Outcome of driving a robot.
+
+    Attributes:
+        positions: Final positions of all its joints [rad | m].
+        reason: The reason why it was not driven; empty if it was.
+        remark: Faults during the motion; empty without any.
+        stop: The stop that ended the motion early, or None.
+    """
+
+    positions: Floats
+    reason: str = ""
+    remark: str = ""
+    stop: StopTaken | None = None
+
+
+def drive_along(
+    execution: Execution,
+    positions: Floats,
+    watch: Watch,
+    look: Callable[[SimulatedExecutor, MotionDriver, float], None],
+    *,
+    speed: float = 1.0,
+) -> Driven:
+    """Drive the simulated robot along a trajectory; cancellation stops it by a proven stop.
+
+    Args:
+        execution: The trajectory, and its scene.
+        positions: Of all joints [rad | m].
+        watch: Of the request.
+        look: Called at the start and periodically, with the elapsed time [s].
+        speed: Speed of simulated time: 1 for real time, 0 for as fast as possible.
+    """
+    arm = SimulatedExecutor(execution.reduced.scene, positions)
+    drive = MotionDriver(execution.reduced.scene.robot, arm, positions, arm.advance)
+    refused = drive.start(execution.reduced, execution.trajectory)
+    if refused:
+        return Driven(positions, refused)
+    begun, last, start = time.monotonic(), -TELLING, arm.now()
+    while drive.moving and not watch.cancel.is_set():
+        now = arm.now() - start
+        if now - last >= TELLING:
+            last = now
+            look(arm, drive, now)
+        arm.advance(CYCLE)
+        if speed:
+            time.sleep(max(begun + (arm.now() - start) / speed - time.monotonic(), 0.0))
+    stop = drive.stop() if watch.cancel.is_set() else None
+    remarks = [drive.wait(), *on_the_way(arm)]
+    return Driven(drive.positions, remark="; ".join(each for each in remarks if each), stop=stop)

@@ -1,20 +1,30 @@
-"""Planning, explaining, judging."""
+"""Planning, explaining, judging and kinematics, and the problem that a request states."""
 
 from dataclasses import replace
 
+from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
+from trajopt.files.moveit.trajectories import read_joint_trajectory, read_points
+from trajopt.optimise.kinematics import forward_kinematics as place_frame
+from trajopt.optimise.kinematics import inverse_kinematics as search_configurations
+from trajopt.optimise.kinematics import validity as judge_configuration
 from trajopt.planning.budget import Budget, Stop
 from trajopt.planning.judgement import judge
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, Status
 from trajopt.problem.problem import Problem
-from trajopt.server.operation import Answer
-from trajopt.server.operations.asking import ABOUT, changed, problem_in, trajectory_in
+from trajopt.problem.requirements import Requirement
+from trajopt.problem.stated import only_group
+from trajopt.robot.configuration import stated_configuration
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
+from trajopt.server.operation import Answer, SessionState, Watch
+from trajopt.server.operations.scenes import edited, placement_document
 from trajopt.server.operations.words import called, value_of
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
 from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve
+from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError
+from trajopt.values.trajectory import Trajectory
 from trajopt.why import explain as explain_result
 
 PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "certificate")
@@ -106,3 +116,122 @@ def follow_curve(state: SessionState, arguments: Node, watch: Watch) -> Answer:
         progress=watch.progress if watch.heard else None,
     )
     return Answer(found.as_dict())
+
+
+WHERE = ("edits", "group", "start")
+"""Members that select the robot's group."""
+
+
+def _at_start(reduced: ReducedModel) -> Floats:
+    return reduced.start[reduced.scene.robot.index(reduced.joint_names)]
+
+
+def forward_kinematics(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Return placements of frames at one or many configurations of a group; by default of all frames."""
+    arguments.only((*WHERE, "frames", "positions", "reference"))
+    reduced = reduced_in(state, arguments)
+    reference = arguments["reference"].text("world")
+    rows = value_of(arguments["positions"]) if arguments.has("positions") else _at_start(reduced)
+    names = [node.text() for node in arguments["frames"].elements()] or list(reduced.scene.robot.links)
+    found = {name: place_frame(reduced, name, rows, reference=reference) for name in names}
+    return Answer(
+        {
+            "joint_names": list(reduced.joint_names),
+            "placements": {
+                name: [placement_document(each[i]) for i in range(len(each))] for name, each in found.items()
+            },
+        }
+    )
+
+
+def inverse_kinematics(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Search configurations that hold a goal: `{"goal": {"frame_placement": {...}}}`."""
+    arguments.only((*WHERE, "goal", "near"))
+    state = changed(state, arguments)
+    stated = {"goal": arguments["goal"].value, "group": arguments["group"].text("")}
+    start = {"start": arguments["start"].value} if arguments.has("start") else {}
+    document = Node({"problem": {**stated, **start}}, arguments.path)
+    problem = problem_in(state, document)[0]
+    near = value_of(arguments["near"]) if arguments.has("near") else None
+    found = search_configurations(problem.reduced, problem.goals, near=near)
+    return Answer(
+        {
+            "joint_names": list(problem.reduced.joint_names),
+            "free": [each.tolist() for each in found.free],
+            "colliding": [each.tolist() for each in found.colliding],
+            "message": found.explain(),
+        }
+    )
+
+
+def validity(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Judge a configuration of a group: collisions, limits, and `requirements`."""
+    arguments.only((*WHERE, "positions", "requirements", "margin"))
+    reduced = reduced_in(state, arguments)
+    positions = value_of(arguments["positions"]) if arguments.has("positions") else _at_start(reduced)
+    required: list[Requirement] = value_of(arguments["requirements"]) or []
+    margin = arguments["margin"].number(0.0)
+    judged = judge_configuration(reduced, positions, requirements=required, margin=margin)
+    return Answer({"joint_names": list(reduced.joint_names), **judged.as_dict()})
+
+
+ABOUT = ("edits", "problem", "request")
+"""Members that state the problem."""
+
+
+def changed(state: SessionState, arguments: Node) -> SessionState:
+    """Return the session's content with the edits of a request, which apply to this request only."""
+    return edited(state, arguments["edits"])
+
+
+def request_in(state: SessionState, node: Node) -> RequestFile:
+    """Return a `moveit_msgs/MotionPlanRequest` as a problem in a session's scene."""
+    return request_of(node, state.scene, state.named_positions)
+
+
+def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str, ...]]:
+    """Return the problem of a request, and notes on its interpretation.
+
+    It is stated by `problem`, in the words of the Python API, or by `request`, MoveIt's message.
+
+    Raises:
+        FileFormatError: If there is neither, or both, or it is invalid.
+        TrajoptError: If it is not a valid problem.
+    """
+    state = changed(state, arguments)
+    stated = [key for key in ("problem", "request") if arguments.has(key)]
+    if len(stated) != 1:
+        raise arguments.error("state the problem once: as `problem`, or as `request` (MoveIt's message)")
+    if stated == ["request"]:
+        read = request_in(state, arguments["request"])
+        return read.problem(), read.notes
+    node = arguments["problem"]
+    if node.has("costs") or node.has("scene"):
+        raise node.error("the scene is the session's, and costs are not for requests")
+    return called(Problem, node, scene=state.scene, start=state.positions), ()
+
+
+def reduced_in(state: SessionState, arguments: Node) -> ReducedModel:
+    """Return the robot in a session's scene, with only the joints of the group that a request names free."""
+    state = changed(state, arguments)
+    group = arguments["group"].text("") or only_group(state.scene.robot)
+    start = state.positions
+    if arguments.has("start"):
+        start = stated_configuration(state.scene.robot, "start", value_of(arguments["start"]), group=group)
+    return reduce_model(state.scene, group, start)
+
+
+def trajectory_in(node: Node) -> Trajectory:
+    """Return a trajectory: joint names and points, or MoveIt's `RobotTrajectory`.
+
+    Raises:
+        FileFormatError: If it is neither.
+    """
+    if node.missing:
+        raise node.error("is missing")
+    return read_joint_trajectory(node) if node.has("joint_trajectory") else read_points(node)
+
+
+def at_start(state: SessionState, problem: Problem) -> SessionState:
+    """Return the session's content with the robot at the start of a problem."""
+    return replace(state, scene=problem.scene, positions=problem.start_positions)

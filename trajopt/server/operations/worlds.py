@@ -10,20 +10,17 @@ from inspect import signature
 from typing import Any, TypeVar, cast
 
 from trajopt.driving import SimulatedExecutor
-from trajopt.files.bundle.kinds import request_kinds
+from trajopt.files.bundle.codec import request_kinds
 from trajopt.files.bundle.message import message_of, value_of_message
 from trajopt.planning.budget import Budget
 from trajopt.problem.problem import Problem
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.driving import Drive
-from trajopt.server.move_group.execution import Execution
-from trajopt.server.move_group.functions import FUNCTIONS
-from trajopt.server.move_group.settings import Settings
-from trajopt.server.operation import Answer
-from trajopt.server.operations.along_trajectory import drive_along
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
+from trajopt.server.move_group.driving import MotionDriver
+from trajopt.server.move_group.functions import FUNCTIONS, Settings
+from trajopt.server.move_group.outcome import Execution
+from trajopt.server.operation import Answer, SessionState, Watch
+from trajopt.server.operations.driving import drive_along
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError, TrajoptError, listed
 from trajopt.values.errors.arguments import check_arguments
@@ -95,7 +92,7 @@ def drive(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     if refusal is not None:
         raise ProblemError(refusal.error_code.message)
 
-    def look(_: SimulatedExecutor, drive: Drive, now: float) -> None:
+    def look(_: SimulatedExecutor, drive: MotionDriver, now: float) -> None:
         places = drive.positions.tolist()
         watch.tell({"time": now, "positions": dict(zip(names, places, strict=True))}, places)
 

@@ -2,6 +2,6 @@
 
 from trajopt.server.warehouse.kept import Constraints as Constraints
 from trajopt.server.warehouse.kept import Entry as Entry
-from trajopt.server.warehouse.kept import Kind as Kind
-from trajopt.server.warehouse.kept import State as State
+from trajopt.server.warehouse.kept import EntryKind as EntryKind
+from trajopt.server.warehouse.kept import StoredState as StoredState
 from trajopt.server.warehouse.warehouse import Warehouse as Warehouse

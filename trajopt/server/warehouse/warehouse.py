@@ -19,18 +19,26 @@ from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.server.warehouse.database import Database
-from trajopt.server.warehouse.described import Keepable, described
-from trajopt.server.warehouse.finding import Conditions, the_one
-from trajopt.server.warehouse.keeping import (
+from trajopt.server.warehouse.kept import (
+    Constraints,
+    Entry,
+    EntryKind,
+    Keepable,
+    StoredState,
+    described,
+    oldest_first,
+)
+from trajopt.server.warehouse.rows import (
     BUNDLED,
+    Conditions,
     StoredMembers,
     checked_tags,
     drop_unused,
     keep,
     kept_in,
     members_of,
+    the_one,
 )
-from trajopt.server.warehouse.kept import Constraints, Entry, Kind, State, oldest_first
 from trajopt.values.arrays import Floats, floats, readonly, several
 from trajopt.values.arrays import path as as_path
 from trajopt.values.errors import ModelError, TrajoptError, shown
@@ -143,7 +151,7 @@ class Warehouse:
     def find(
         self,
         *,
-        kind: Kind | None = None,
+        kind: EntryKind | None = None,
         name: str = "",
         robot: str = "",
         goal: str | Mapping[str, float] = "",
@@ -184,7 +192,7 @@ class Warehouse:
             return tuple(entry for _, entry in conditions.found(connection))
 
     @checked
-    def entry(self, name: str, *, kind: Kind | None = None, version: int | None = None) -> Entry:
+    def entry(self, name: str, *, kind: EntryKind | None = None, version: int | None = None) -> Entry:
         """Return the description of an entry.
 
         Args:
@@ -216,33 +224,33 @@ class Warehouse:
     @checked
     def robot(self, name: str, *, version: int | None = None) -> Robot:
         """Return a robot; the last version when `version` is None. Raises as `entry` and `load` do."""
-        return self.load(self.entry(name, kind=Kind.ROBOT, version=version))
+        return self.load(self.entry(name, kind=EntryKind.ROBOT, version=version))
 
     @checked
     def scene(self, name: str, *, version: int | None = None) -> Scene:
         """Return a scene, with its robot; see `robot`."""
-        return self.load(self.entry(name, kind=Kind.SCENE, version=version))
+        return self.load(self.entry(name, kind=EntryKind.SCENE, version=version))
 
     @checked
     def problem(self, name: str, *, version: int | None = None) -> Problem:
         """Return an unplanned problem; see `robot`. That of a plan is in its bundle."""
-        bundle: Bundle = self.load(self.entry(name, kind=Kind.PROBLEM, version=version))
+        bundle: Bundle = self.load(self.entry(name, kind=EntryKind.PROBLEM, version=version))
         return bundle.problem
 
     @checked
     def plan(self, name: str, *, version: int | None = None) -> Bundle:
         """Return a plan or a failure, as the bundle that was kept of it; see `robot`."""
-        return self.load(self.entry(name, kind=Kind.PLAN, version=version))
+        return self.load(self.entry(name, kind=EntryKind.PLAN, version=version))
 
     @checked
-    def state(self, name: str, *, version: int | None = None) -> State:
+    def state(self, name: str, *, version: int | None = None) -> StoredState:
         """Return positions of joints; see `robot`."""
-        return self.load(self.entry(name, kind=Kind.STATE, version=version))
+        return self.load(self.entry(name, kind=EntryKind.STATE, version=version))
 
     @checked
     def constraints(self, name: str, *, version: int | None = None) -> Constraints:
         """Return requirements; see `robot`."""
-        return self.load(self.entry(name, kind=Kind.CONSTRAINTS, version=version))
+        return self.load(self.entry(name, kind=EntryKind.CONSTRAINTS, version=version))
 
     @checked
     def mark(self, entry: Entry, *, tags: Sequence[str] | None = None, note: str | None = None) -> Entry:
@@ -263,7 +271,9 @@ class Warehouse:
             return the_one(connection, entry.name, entry.kind, entry.version)[1]
 
     @checked
-    def remove(self, name: str, *, kind: Kind | None = None, version: int | None = None) -> tuple[Entry, ...]:
+    def remove(
+        self, name: str, *, kind: EntryKind | None = None, version: int | None = None
+    ) -> tuple[Entry, ...]:
         """Delete entries permanently.
 
         Args:

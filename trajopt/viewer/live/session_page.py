@@ -5,9 +5,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from trajopt.server.operation import Answer, Lane, Operation
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
+from trajopt.server.operation import Answer, Lane, Operation, SessionState, Watch
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError
 from trajopt.viewer.live.page import LiveView, live_view

@@ -5,11 +5,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from trajopt.files.messages import Constraints, MotionPlanRequest, MoveItErrorCodes
 from trajopt.ros.commander.moveit.core.planning_scene import PlanningScene
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
 from trajopt.ros.commander.moveit.core.robot_state import RobotState, of_robot
 from trajopt.ros.commander.moveit.core.robot_trajectory import RobotTrajectory
-from trajopt.ros.commander.moveit_msgs.msg import Constraints, MotionPlanRequest, MoveItErrorCodes
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.robot_states import state_positions
 from trajopt.ros.commander.scripts import UnchangedMoveGroup

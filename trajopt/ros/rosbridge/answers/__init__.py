@@ -4,14 +4,16 @@ from collections.abc import Mapping
 
 from trajopt.ros.rosbridge.answers.execution import execute_trajectory, follow_joint_trajectory
 from trajopt.ros.rosbridge.answers.planning import compute_cartesian_path, plan_kinematic_path
-from trajopt.ros.rosbridge.answers.scenes import (
+from trajopt.ros.rosbridge.answers.states import (
     apply_planning_scene,
+    check_state_validity,
+    compute_fk,
+    compute_ik,
     edit_attached_object,
     edit_collision_object,
     get_planning_scene,
     point_cloud,
 )
-from trajopt.ros.rosbridge.answers.states import check_state_validity, compute_fk, compute_ik
 from trajopt.server.operation import Lane, Operation
 
 OPERATIONS: Mapping[str, Operation] = {

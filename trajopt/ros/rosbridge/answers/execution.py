@@ -25,12 +25,10 @@ from trajopt.robot.loading.groups import Group
 from trajopt.robot.robot import Robot
 from trajopt.ros.rosbridge.answers.service_call import code_of_error, failed, read_call
 from trajopt.scene.reducing import reduce_model
-from trajopt.server.move_group.driving import Drive
-from trajopt.server.move_group.execution import Execution
-from trajopt.server.operation import Answer
-from trajopt.server.operations.along_trajectory import drive_along
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
+from trajopt.server.move_group.driving import MotionDriver
+from trajopt.server.move_group.outcome import Execution
+from trajopt.server.operation import Answer, SessionState, Watch
+from trajopt.server.operations.driving import drive_along
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import JointNotFound, ProblemError, TrajoptError
@@ -189,7 +187,7 @@ def driven(
     if refusal is not None:
         return refusal.error_code, state
 
-    def look(arm: SimulatedExecutor, drive: Drive, now: float) -> None:
+    def look(arm: SimulatedExecutor, drive: MotionDriver, now: float) -> None:
         watch.tell({"feedback": tell(_seen(arm, trajectory, now))}, drive.positions.tolist())
 
     ended = drive_along(execution, state.positions, watch, look)

@@ -19,10 +19,9 @@ from trajopt.files.messages import (
     document_of,
 )
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.frames import placement_in_world, read_frame, reading_at
+from trajopt.files.moveit.frames import placement_in_world, read_frame, read_placement, reading_at
 from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
 from trajopt.files.moveit.planning_scene import edit_scene, without_collisions
-from trajopt.files.moveit.pose import read_placement
 from trajopt.files.moveit.scene_messages import state_message
 from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.optimise.methods import METHODS, method_named
@@ -39,12 +38,9 @@ from trajopt.ros.rosbridge.answers.service_call import (
     success,
     with_notes,
 )
-from trajopt.server.move_group.functions import followed_through
+from trajopt.server.move_group.functions import Settings, followed_through
 from trajopt.server.move_group.outcome import CODES
-from trajopt.server.move_group.settings import Settings
-from trajopt.server.operation import Answer
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
+from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FrameNotFound, GroupNotFound, TrajoptError, shown
 

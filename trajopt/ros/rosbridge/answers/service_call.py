@@ -10,9 +10,7 @@ from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.scene.scene import Scene
 from trajopt.server.memory import check_sizes
-from trajopt.server.operation import Answer
-from trajopt.server.state import SessionState
-from trajopt.server.watch import Watch
+from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import (
@@ -103,7 +101,7 @@ def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
 
     Raises:
         FileFormatError: If the message does not fit its type.
-        Refusal: If it is too large.
+        RequestRefused: If it is too large.
     """
     generation = Generation[arguments["ros"].text()]
     check_sizes(arguments["args"].value, watch)

@@ -2,18 +2,20 @@
 
 from collections.abc import Sequence
 
-from trajopt.ros.commander.geometry_msgs.msg import Point, Pose, Quaternion
-from trajopt.ros.commander.moveit.core.robot_model import JointModelGroup
-from trajopt.ros.commander.moveit.core.robot_state import RobotState
-from trajopt.ros.commander.moveit_msgs.msg import (
+from trajopt.files.messages import (
     BoundingVolume,
     Constraints,
+    Header,
     JointConstraint,
     OrientationConstraint,
+    Point,
+    Pose,
     PositionConstraint,
+    Quaternion,
+    SolidPrimitive,
 )
-from trajopt.ros.commander.shape_msgs.msg import SolidPrimitive
-from trajopt.ros.commander.std_msgs.msg import Header
+from trajopt.ros.commander.moveit.core.robot_model import JointModelGroup
+from trajopt.ros.commander.moveit.core.robot_state import RobotState
 from trajopt.server.move_group.outcome import MoveItCommanderException
 
 

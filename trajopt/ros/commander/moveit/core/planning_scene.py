@@ -3,15 +3,14 @@
 import logging
 from typing import Any
 
-from trajopt.files.messages import document_of
+from trajopt.files.messages import Constraints, document_of
+from trajopt.files.messages import PlanningScene as PlanningSceneMessage
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import reading_at
 from trajopt.files.moveit.scene_messages import scene_message
 from trajopt.optimise.kinematics import Validity
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
 from trajopt.ros.commander.moveit.core.robot_state import RobotState, judged, of_robot
-from trajopt.ros.commander.moveit_msgs.msg import Constraints
-from trajopt.ros.commander.moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.world import World
 from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit

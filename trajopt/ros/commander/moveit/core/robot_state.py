@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from trajopt.files.messages import Pose
+from trajopt.files.messages import RobotState as RobotStateMessage
+from trajopt.files.moveit.frames import pose_of
 from trajopt.files.moveit.planning_scene import without_collisions
-from trajopt.files.moveit.pose import pose_of
 from trajopt.files.moveit.scene_messages import state_message
 from trajopt.optimise.kinematics import Validity, inverse_kinematics, validity
 from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.ros.commander.conversions import placement_of
-from trajopt.ros.commander.geometry_msgs.msg import Pose
 from trajopt.ros.commander.group_state import jacobian
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
-from trajopt.ros.commander.moveit_msgs.msg import RobotState as RobotStateMessage
 from trajopt.scene.group_tools import end_link
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
+from trajopt.files.messages import RobotTrajectory as RobotTrajectoryMessage
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
 from trajopt.ros.commander.moveit.core.robot_state import RobotState
-from trajopt.ros.commander.moveit_msgs.msg import RobotTrajectory as RobotTrajectoryMessage
 
 
 class RobotTrajectory(InPart):

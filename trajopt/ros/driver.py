@@ -2,25 +2,38 @@
 
 import time
 import uuid
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from itertools import count
 from math import inf
-from threading import Event, Lock
-from typing import cast
+from threading import Event, Lock, Thread
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
+from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.sync.client import connect
 
 from trajopt.driving import CommittedMotion, RobotState
-from trajopt.files.messages import FollowJointTrajectoryGoal, Generation, JointState, Time, decode
+from trajopt.files.messages import (
+    FollowJointTrajectoryActionResult,
+    FollowJointTrajectoryGoal,
+    Generation,
+    GoalID,
+    GoalStatus,
+    Header,
+    JointState,
+    Time,
+    decode,
+    encode,
+)
 from trajopt.files.moveit.trajectories import planar_joints, trajectory_message
-from trajopt.ros.driver.actions import Ros1Action, Ros2Action, TrajectoryAction
-from trajopt.ros.driver.client import RosbridgeClient
-from trajopt.ros.rosbridge.wire import Incoming, plain
+from trajopt.ros.rosbridge.wire import Incoming, parsed, plain, written
 from trajopt.values.arrays import Floats, floats, number
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import ExecutionError, ProblemError, shown
+from trajopt.values.errors import ExecutionError, ProblemError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
@@ -290,3 +303,160 @@ def _rates(before: _Measured | None, moment: float, positions: Floats) -> Floats
     """Return velocities by finite differences from the previous message."""
     span = inf if before is None else moment - before.stamp
     return (positions - (positions if before is None else before.positions)) / span
+
+
+class RosbridgeClient:
+    """A connection.
+
+    Attributes:
+        failure: Reason why the connection failed; empty while it works.
+    """
+
+    def __init__(self, url: str, *, timeout: float, heard: Callable[[Incoming], None]) -> None:
+        """Connect.
+
+        Args:
+            url: Address of the server, such as "ws://robot:9090".
+            timeout: Timeout of the server's answers [s].
+            heard: Called by the reading thread with each operation of the server.
+
+        Raises:
+            ExecutionError: If no rosbridge server answers at the address.
+        """
+        try:
+            self._socket = connect(url, open_timeout=timeout, close_timeout=timeout)
+        except (OSError, WebSocketException, ValueError) as error:
+            raise ExecutionError(f"cannot connect to {shown(url)}: {error}") from error
+        self.failure, self._heard = "", heard
+        self._reader = Thread(target=self._read, name="rosbridge", daemon=True)
+        self._reader.start()
+
+    def send(self, **operation: object) -> str:
+        """Send an operation; return the reason if it cannot be sent."""
+        if not self.failure:
+            try:
+                self._socket.send(written(operation).decode())
+            except ConnectionClosed as error:
+                self.failure = f"the connection to rosbridge is closed: {error}"
+        return self.failure
+
+    def close(self) -> None:
+        """Close the connection, and wait until its reader has ended."""
+        self.failure = self.failure or "the connection to rosbridge was closed here"
+        with suppress(WebSocketException, OSError):
+            self._socket.close()
+        self._reader.join()
+
+    def _read(self) -> None:
+        try:
+            for text in self._socket:
+                self._heard(parsed(text))
+        except ConnectionClosed as error:
+            self.failure = self.failure or f"the connection to rosbridge is closed: {error}"
+        except TrajoptError as error:
+            self.failure = self.failure or f"rosbridge sent a message that cannot be read: {error}"
+        self.failure = self.failure or "the rosbridge server has closed the connection"
+
+
+SUCCEEDED = 4
+"""Status of a goal that was reached (`action_msgs/GoalStatus`)."""
+
+
+class TrajectoryAction(Protocol):
+    """An action of the type FollowJointTrajectory."""
+
+    def begin(self, client: RosbridgeClient) -> None:
+        """Prepare a connection."""
+        ...
+
+    def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
+        """Send a goal; return the reason if it cannot be sent."""
+        ...
+
+    def cancel(self, client: RosbridgeClient, goal_id: str) -> None:
+        """Cancel a goal."""
+        ...
+
+    def ended(self, incoming: Incoming) -> tuple[str, str] | None:
+        """Return the id of the goal that a message ends, and why it failed; None if it ends none."""
+        ...
+
+
+class Ros2Action:
+    """The operations of the rosbridge protocol, version 2, for actions of ROS 2."""
+
+    def __init__(self, name: str) -> None:
+        """Choose an action by its name."""
+        self._name = name
+
+    def begin(self, client: RosbridgeClient) -> None:
+        """Do nothing; results arrive without a subscription."""
+
+    def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
+        """Send a goal; return the reason if it cannot be sent."""
+        return client.send(
+            op="send_action_goal",
+            id=goal_id,
+            action=self._name,
+            action_type="control_msgs/action/FollowJointTrajectory",
+            args=encode(goal, Generation.ROS2),
+            feedback=False,
+        )
+
+    def cancel(self, client: RosbridgeClient, goal_id: str) -> None:
+        """Cancel a goal."""
+        client.send(op="cancel_action_goal", id=goal_id, action=self._name)
+
+    def ended(self, incoming: Incoming) -> tuple[str, str] | None:
+        """Return the id of the goal that a message ends, and why it failed; None if it ends none."""
+        if incoming.op != "action_result":
+            return None
+        done = incoming.result and incoming.status == SUCCEEDED
+        reason = _reason(plain(incoming.values), f"its status is {incoming.status}")
+        return str(incoming.id), "" if done else reason
+
+
+class Ros1Action:
+    """The topics of actionlib (ROS 1)."""
+
+    def __init__(self, name: str) -> None:
+        """Choose an action by its name."""
+        self._name, self._result = name, f"{name}/result"
+
+    def begin(self, client: RosbridgeClient) -> None:
+        """Subscribe to results, and announce the topics of goals."""
+        kind = "control_msgs/FollowJointTrajectoryAction"
+        client.send(op="subscribe", topic=self._result, type=f"{kind}Result")
+        client.send(op="advertise", topic=f"{self._name}/goal", type=f"{kind}Goal")
+        client.send(op="advertise", topic=f"{self._name}/cancel", type="actionlib_msgs/GoalID")
+
+    def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
+        """Send a goal; return the reason if it cannot be sent."""
+        now = Time.now()
+        message = {
+            "header": encode(Header(stamp=now), Generation.ROS1),
+            "goal_id": encode(GoalID(now, goal_id), Generation.ROS1),
+            "goal": encode(goal, Generation.ROS1),
+        }
+        return client.send(op="publish", topic=f"{self._name}/goal", msg=message)
+
+    def cancel(self, client: RosbridgeClient, goal_id: str) -> None:
+        """Cancel a goal."""
+        meant = encode(GoalID(id=goal_id), Generation.ROS1)
+        client.send(op="publish", topic=f"{self._name}/cancel", msg=meant)
+
+    def ended(self, incoming: Incoming) -> tuple[str, str] | None:
+        """Return the id of the goal that a message ends, and why it failed; None if it ends none."""
+        if incoming.op != "publish" or incoming.topic != self._result:
+            return None
+        status = decode(
+            FollowJointTrajectoryActionResult, plain(incoming.msg), Generation.ROS1, name=self._result
+        ).status
+        reason = status.text or f"its status is {status.status}"
+        return status.goal_id.id, "" if status.status == GoalStatus.SUCCEEDED else reason
+
+
+def _reason(values: object, otherwise: str) -> str:
+    """Return why a goal failed: the text of its result, or another text if it has none."""
+    text = cast(Mapping[str, object], values).get("error_string") if isinstance(values, dict) else values
+    return str(text) if text else otherwise

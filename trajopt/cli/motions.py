@@ -1,0 +1,179 @@
+"""`trajopt check`, `prove`, `export`, `replay` and `report`: commands that read a motion or a bundle."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli.options import (
+    DwellOption,
+    Ending,
+    FinishByOption,
+    JsonOption,
+    MotionsOption,
+    RobotSource,
+    read_files,
+    robot_options,
+)
+from trajopt.cli.problems import (
+    MotionArgument,
+    OptionalRequest,
+    OptionalScene,
+    bundle_in,
+    is_bundle,
+    motion_in,
+    problem_of,
+)
+from trajopt.files.bundle import Holds, read_bundle
+from trajopt.files.bundle import replay as plan_again
+from trajopt.files.export import EXPORTERS, exporter_named
+from trajopt.files.export import export as write
+from trajopt.files.moveit.trajectories import FORMATS, read_trajectory
+from trajopt.files.proof import SUFFIX, check_proof, save_proof
+from trajopt.planning.judgement import judge
+from trajopt.values.documents.document import read_document
+from trajopt.values.errors import FileFormatError
+from trajopt.values.trajectory import Trajectory
+from trajopt.viewer.report import write_report
+
+TrajectoryArgument = Annotated[
+    Path, typer.Argument(help=f"Trajectory to judge: a bundle, a proof, {FORMATS}.")
+]
+
+
+@robot_options
+def check(
+    trajectory: TrajectoryArgument,
+    robot: RobotSource | None = None,
+    scene: OptionalScene = None,
+    request: OptionalRequest = None,
+    motions: MotionsOption = None,
+    dwell: DwellOption = 0.0,
+    finish_by: FinishByOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
+
+    Between points that have accelerations it is quintic, with velocities cubic, with neither linear. A proof
+    (.proof) is checked by the small checker instead of the judge.
+    """
+    if trajectory.suffix.lower() == SUFFIX:
+        checked = check_proof(trajectory)
+        typer.echo(json.dumps(asdict(checked)) if as_json else checked.words)
+        raise typer.Exit(0 if checked.proven else 1)
+    notes = list[str]()
+    if robot is None or scene is None or request is None:
+        problem = problem_of(trajectory, robot, scene, request, motions)
+        if dwell or finish_by is not None:
+            problem = Ending(dwell, finish_by).of(problem)
+    else:
+        around, asked = read_files(robot.load(), scene, request, motions)
+        problem = Ending(dwell, finish_by).of(asked.problem())
+        notes += [*around.scene.robot.notes, *around.notes, *asked.notes]
+    motion = motion_in(trajectory).ordered(problem.reduced.joint_names)
+    # Of several goals any one will do: the verdict is that with the goal that is reached.
+    verdicts = [judge(each, motion) for each in problem.alternatives.values() or (problem,)]
+    certificate = next((verdict for verdict in verdicts if verdict.verified), verdicts[0])
+    if as_json:
+        typer.echo(json.dumps(certificate.as_dict(), allow_nan=False))
+    else:
+        typer.echo(f"{trajectory}: {motion}\n{certificate}")
+        for note in notes:
+            typer.echo(f"note: {note}")
+    raise typer.Exit(0 if certificate.verified else 1)
+
+
+ProofOption = Annotated[Path, typer.Option("--out", help="Proof file to write.")]
+
+
+@robot_options
+def prove(
+    motion: MotionArgument,
+    out: ProofOption,
+    robot: RobotSource | None = None,
+    scene: OptionalScene = None,
+    request: OptionalRequest = None,
+    motions: MotionsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a proof of a motion, of any planner, and check it. Exit status 0 proven, 1 not, 2 bad input."""
+    problem = problem_of(motion, robot, scene, request, motions)
+    size = save_proof(problem, motion_in(motion).ordered(problem.reduced.joint_names), out)
+    found = check_proof(out)
+    typer.echo(json.dumps({**asdict(found), **asdict(size)}) if as_json else f"{found.words}\n{out}: {size}")
+    raise typer.Exit(0 if found.proven else 1)
+
+
+ExportedArgument = Annotated[Path, typer.Argument(help=f"Motion to export: a bundle, {FORMATS}.")]
+ToOption = Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTERS)}.")]
+ExportOption = Annotated[
+    Path, typer.Option("--out", help="Output file; messages are JSON if it ends in .json, else YAML.")
+]
+RateOption = Annotated[
+    float | None,
+    typer.Option("--hz", metavar="N", help="Samples per second; the default depends on the format."),
+]
+
+
+def export(
+    plan: ExportedArgument,
+    to: ToOption,
+    out: ExportOption,
+    hz: RateOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a plan as CSV, ROS 2 message, MoveIt message or URScript. Exit status 0 or 2."""
+    exporter = exporter_named(to)
+    exported = write(_verified(plan), out, to=exporter, hz=hz)
+    typer.echo(json.dumps(exported.as_dict()) if as_json else str(exported))
+
+
+def _verified(plan: Path) -> Trajectory:
+    """Read a motion; from a file with a planning status only a verified one."""
+    if is_bundle(plan):
+        bundle = bundle_in(plan)
+        if bundle.holds is not Holds.PLAN:
+            raise FileFormatError(str(plan), f"holds no verified motion, but {bundle.holds.value}")
+        return bundle.require()
+    if plan.suffix.lower() != ".csv":
+        document = read_document(plan)
+        if document.has("status") and not document["verified"].flag():
+            raise FileFormatError(str(plan), f"holds no verified motion: {document['message'].text('')}")
+    return read_trajectory(plan)
+
+
+BundleArgument = Annotated[Path, typer.Argument(help="A bundle, as written by `plan --save`.")]
+MethodOption = Annotated[str | None, typer.Option("--method", help="Planning method; default: the bundle's.")]
+
+
+def replay(bundle: BundleArgument, method: MethodOption = None, as_json: JsonOption = False) -> None:
+    """Plan a bundle's problem again. Exit status 0 the same answer, 1 another, 2 bad input."""
+    kept = read_bundle(bundle)
+    found = plan_again(kept, method=method)
+    typer.echo(json.dumps(found.as_dict()) if as_json else f"{kept}\n\n{found}")
+    raise typer.Exit(0 if found.same else 1)
+
+
+PageOption = Annotated[Path, typer.Option("--out", help="Output page (HTML).")]
+MovingOption = Annotated[
+    bool, typer.Option("--3d/--no-3d", help="Whether to include the motion in 3-D (needs the extra `view`).")
+]
+PicturesOption = Annotated[
+    bool, typer.Option("--pictures/--no-pictures", help="Whether to include still pictures, for printing.")
+]
+
+
+def report(
+    bundle: BundleArgument,
+    out: PageOption = Path("report.html"),
+    moving: MovingOption = True,
+    pictures: PicturesOption = True,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a report of a bundle: one page with the 3-D motion, the proof, and prices."""
+    written = write_report(bundle_in(bundle), out, moving=moving, pictures=pictures)
+    size = written.stat().st_size
+    said = f"wrote {written} ({size / 1e6:.1f} MB)"
+    typer.echo(json.dumps({"report": str(written), "bytes": size}) if as_json else said)

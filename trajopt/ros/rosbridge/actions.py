@@ -1,0 +1,357 @@
+"""MoveIt's services and actions for clients made for ROS, and the goals that they send."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import count
+from typing import Any
+
+import msgspec
+
+from trajopt.files.messages import (
+    Generation,
+    GoalID,
+    GoalStatus,
+    GoalStatusArray,
+    Header,
+    MoveGroupResult,
+    MoveItErrorCodes,
+    Time,
+    decode,
+    encode,
+    plain_name,
+)
+from trajopt.ros.rosbridge.cell import Cell
+from trajopt.ros.rosbridge.topics import Topics
+from trajopt.ros.rosbridge.wire import Unusable
+from trajopt.server.job import Cancellation
+from trajopt.values.errors import TrajoptError, shown
+
+EDITS: Mapping[str, tuple[str, str]] = {
+    "/planning_scene": ("moveit_msgs/PlanningScene", "moveit/apply_planning_scene"),
+    "/collision_object": ("moveit_msgs/CollisionObject", "moveit/collision_object"),
+    "/attached_collision_object": ("moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"),
+}
+"""Topics that change the scene: type and worker operation of each."""
+CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
+"""Type and worker operation of a camera's topic."""
+
+
+@dataclass(frozen=True)
+class MoveItService:
+    """A service of MoveIt.
+
+    Attributes:
+        kind: Its type in ROS 1; its messages add the suffixes Request and Response.
+        operation: The worker's operation.
+    """
+
+    kind: str
+    operation: str
+
+
+SERVICES: Mapping[str, MoveItService] = {
+    f"/{name}": MoveItService(f"moveit_msgs/{kind}", f"moveit/{name}")
+    for name, kind in {
+        "compute_fk": "GetPositionFK",
+        "compute_ik": "GetPositionIK",
+        "plan_kinematic_path": "GetMotionPlan",
+        "compute_cartesian_path": "GetCartesianPath",
+        "check_state_validity": "GetStateValidity",
+        "get_planning_scene": "GetPlanningScene",
+        "apply_planning_scene": "ApplyPlanningScene",
+    }.items()
+}
+"""MoveIt's services by name."""
+
+
+@dataclass(frozen=True)
+class ActionServer:
+    """A served action.
+
+    Attributes:
+        kind: Its type in ROS 1; its messages add the suffixes Goal, Result and Feedback.
+        operation: Operation that drives the robot; empty if it is planned first.
+    """
+
+    kind: str
+    operation: str
+
+
+_EXECUTE = ActionServer("moveit_msgs/ExecuteTrajectory", "moveit/execute_trajectory")
+_FOLLOW = ActionServer("control_msgs/FollowJointTrajectory", "moveit/follow_joint_trajectory")
+_MOVE = ActionServer("moveit_msgs/MoveGroup", "")
+ACTIONS: Mapping[str, ActionServer] = {
+    "/execute_trajectory": _EXECUTE,
+    "/move_action": _MOVE,
+    "/move_group": _MOVE,
+    "/joint_trajectory_action": _FOLLOW,
+    "/follow_joint_trajectory": _FOLLOW,
+}
+"""The actions by name; `/move_group` is ROS 1's name of `/move_action`."""
+
+
+def same_type(named: str | None, kind: str) -> bool:
+    """Return whether a client's type matches; ROS 1 adds Action to an action's type."""
+    return not named or plain_name(named).removesuffix("Action") == kind
+
+
+class GoalOutcome(Enum):
+    """How a goal ended.
+
+    Attributes:
+        ros1: Number of the status in ROS 1.
+        ros2: Number of the status in ROS 2.
+    """
+
+    SUCCEEDED = (3, 4)
+    CANCELLED = (2, 5)
+    ABORTED = (4, 6)
+
+    def __init__(self, ros1: int, ros2: int) -> None:
+        """Keep the numbers."""
+        self.ros1, self.ros2 = ros1, ros2
+
+
+class _Options(msgspec.Struct, forbid_unknown_fields=True):
+    planning_scene_diff: msgspec.Raw = msgspec.Raw(b"null")
+    plan_only: bool = False
+    look_around: bool = False
+    look_around_attempts: int = 0
+    max_safe_execution_cost: float = 0.0
+    replan: bool = False
+    replan_attempts: int = 0
+    replan_delay: float = 0.0
+
+
+class _MoveGoal(msgspec.Struct, forbid_unknown_fields=True):
+    request: msgspec.Raw = msgspec.Raw(b"{}")
+    planning_options: _Options = msgspec.field(default_factory=_Options)
+
+
+class _Planned(msgspec.Struct):
+    trajectory_start: dict[str, Any]
+    trajectory: dict[str, Any]
+    planning_time: float
+    error_code: dict[str, Any]
+
+
+class _Plan(msgspec.Struct):
+    motion_plan_response: _Planned
+
+
+@dataclass(eq=False)
+class ActionGoal:
+    """A goal.
+
+    Attributes:
+        name: Its id.
+        server: The action.
+        message: The goal message, JSON.
+        generation: Format of the goal, feedback and result.
+        tell: Called with feedback, as plain data or JSON.
+        cancellation: Ends it.
+        cancelled: Whether cancellation was requested.
+    """
+
+    name: str
+    server: ActionServer
+    message: msgspec.Raw
+    generation: Generation
+    tell: Callable[[object], None]
+    cancellation: Cancellation = field(default_factory=Cancellation)
+    cancelled: bool = False
+
+    def cancel(self) -> None:
+        """Cancel the goal: the robot stops."""
+        self.cancelled = True
+        self.cancellation()
+
+    async def run(self, cell: Cell) -> tuple[GoalOutcome, dict[str, Any]]:
+        """Do it; return how it ended, and the result as plain data.
+
+        Args:
+            cell: The cell.
+
+        Raises:
+            Unusable: If the goal cannot be processed.
+        """
+        if self.server.operation:
+            result = msgspec.json.decode(await self._driven(cell, self.server.operation, self.message))
+        else:
+            result = await self._moved(cell)
+        return self._ending(result["error_code"]), result
+
+    def _ending(self, code: int | dict[str, Any]) -> GoalOutcome:
+        if self.cancelled:
+            return GoalOutcome.CANCELLED
+        done = code == 0 if isinstance(code, int) else code["val"] == MoveItErrorCodes.SUCCESS
+        return GoalOutcome.SUCCEEDED if done else GoalOutcome.ABORTED
+
+    async def _driven(self, cell: Cell, operation: str, message: msgspec.Raw | bytes) -> bytes:
+        return await cell.ask(
+            operation, message, self.generation, listener=self._heard, cancellation=self.cancellation
+        )
+
+    def _heard(self, told: msgspec.Raw) -> None:
+        feedback = msgspec.json.decode(told).get("feedback")
+        if feedback is not None:
+            self.tell(feedback)
+
+    async def _moved(self, cell: Cell) -> dict[str, Any]:
+        """Plan a motion, and drive it unless only the plan is requested."""
+        try:
+            goal = msgspec.json.decode(self.message, type=_MoveGoal)
+        except (msgspec.MsgspecError, RecursionError) as error:
+            raise Unusable(f"no goal of MoveGroup: {error}") from error
+        options = goal.planning_options
+        self.tell({"state": "PLANNING"})
+        answer = await cell.ask(
+            "moveit/plan_kinematic_path",
+            b'{"motion_plan_request":%s}' % bytes(goal.request),
+            self.generation,
+            difference=bytes(options.planning_scene_diff),
+            cancellation=self.cancellation,
+        )
+        plan = msgspec.json.decode(answer, type=_Plan).motion_plan_response
+        result = encode(MoveGroupResult(planning_time=plan.planning_time), self.generation)
+        assert isinstance(result, dict)
+        found: dict[str, Any] = {
+            **result,
+            "error_code": plan.error_code,
+            "trajectory_start": plan.trajectory_start,
+            "planned_trajectory": plan.trajectory,
+        }
+        if plan.error_code["val"] != MoveItErrorCodes.SUCCESS or options.plan_only or self.cancelled:
+            return found
+        driven = msgspec.json.encode({"trajectory": plan.trajectory})
+        executed = msgspec.json.decode(await self._driven(cell, "moveit/execute_trajectory", driven))
+        self.tell({"state": "IDLE"})
+        done = executed["error_code"]["val"] == MoveItErrorCodes.SUCCESS
+        driven_path = plan.trajectory if done else found["executed_trajectory"]
+        return {**found, "error_code": executed["error_code"], "executed_trajectory": driven_path}
+
+
+_LOG = logging.getLogger("trajopt.server")
+GOALS = 8
+"""Most goals of an action in progress at a time."""
+REMEMBERED = 5.0
+"""Time for which the status of a finished goal is published [s], as in actionlib."""
+OLD = Generation.ROS1
+
+
+class _Goal(msgspec.Struct):
+    goal_id: msgspec.Raw = msgspec.Raw(b"{}")
+    header: msgspec.Raw = msgspec.Raw(b"{}")
+    goal: msgspec.Raw = msgspec.Raw(b"{}")
+
+
+class OldActions:
+    """The topics of all actions."""
+
+    def __init__(self, topics: Topics, cell: Cell) -> None:
+        """Announce the status, feedback and result topics, and expect goals and cancellations."""
+        self._topics, self._cell, self._numbers = topics, cell, count(1)
+        self._goals: dict[str, dict[str, tuple[GoalStatus, ActionGoal]]] = {name: {} for name in ACTIONS}
+        self._over: dict[str, float] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._takers: dict[str, Callable[[msgspec.Raw], None]] = {}
+        for name, server in ACTIONS.items():
+            topics.expect(f"{name}/goal", f"{server.kind}ActionGoal")
+            topics.expect(f"{name}/cancel", "actionlib_msgs/GoalID")
+            topics.announce(f"{name}/status", "actionlib_msgs/GoalStatusArray")
+            topics.announce(f"{name}/feedback", f"{server.kind}ActionFeedback")
+            topics.announce(f"{name}/result", f"{server.kind}ActionResult")
+            self._takers[f"{name}/goal"] = self._goal_taker(name, server)
+            self._takers[f"{name}/cancel"] = self._cancel_taker(name)
+
+    def take(self, topic: str, message: msgspec.Raw) -> bool:
+        """Process a message of one of the topics; return whether the topic is one of them.
+
+        Raises:
+            Unusable: If the message cannot be processed.
+        """
+        taker = self._takers.get(topic)
+        if taker is not None:
+            taker(message)
+        return taker is not None
+
+    def tell(self) -> None:
+        """Publish the status of all goals."""
+        now = time.monotonic()
+        for action, goals in self._goals.items():
+            for name in [key for key in goals if now - self._over.get(f"{action}#{key}", now) > REMEMBERED]:
+                del goals[name], self._over[f"{action}#{name}"]
+            if self._topics.heard(f"{action}/status"):
+                statuses = [status for status, _ in goals.values()]
+                array = GoalStatusArray(Header(stamp=Time.now()), statuses)
+                self._topics.tell(f"{action}/status", encode(array, OLD))
+
+    def close(self) -> None:
+        """End all goals."""
+        for goals in self._goals.values():
+            for _, goal in goals.values():
+                goal.cancel()
+        for task in self._tasks:
+            task.cancel()
+
+    def _goal_taker(self, action: str, server: ActionServer) -> Callable[[msgspec.Raw], None]:
+        def take(message: msgspec.Raw) -> None:
+            try:
+                whole = msgspec.json.decode(message, type=_Goal)
+                mine = decode(GoalID, msgspec.json.decode(whole.goal_id), OLD, name="goal_id")
+            except (msgspec.MsgspecError, RecursionError) as error:
+                raise Unusable(f"no goal of {action}: {error}") from error
+            except TrajoptError as error:
+                raise Unusable(str(error)) from error
+            goals = self._goals[action]
+            mine.id = mine.id or f"{action}-{next(self._numbers)}"
+            running = sum(status.status == GoalStatus.ACTIVE for status, _ in goals.values())
+            if mine.id in goals or running >= GOALS:
+                raise Unusable(f"a goal {shown(mine.id)} is known already, or {GOALS} are under way")
+            status = GoalStatus(mine, GoalStatus.ACTIVE)
+
+            def tell(feedback: object) -> None:
+                self._publish(f"{action}/feedback", status, "feedback", feedback)
+
+            goal = ActionGoal(mine.id, server, whole.goal, OLD, tell)
+            goals[mine.id] = status, goal
+            task = asyncio.get_running_loop().create_task(self._pursue(action, goal, status))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+        return take
+
+    def _cancel_taker(self, action: str) -> Callable[[msgspec.Raw], None]:
+        def take(message: msgspec.Raw) -> None:
+            try:
+                meant = decode(GoalID, msgspec.json.decode(message), OLD, name="cancel")
+            except TrajoptError as error:
+                raise Unusable(str(error)) from error
+            for name, (status, goal) in self._goals[action].items():
+                if meant.id in ("", name) and status.status == GoalStatus.ACTIVE:
+                    status.status = GoalStatus.PREEMPTING
+                    goal.cancel()
+
+        return take
+
+    async def _pursue(self, action: str, goal: ActionGoal, status: GoalStatus) -> None:
+        result: dict[str, Any] = {}
+        try:
+            ending, result = await goal.run(self._cell)
+            status.status = ending.ros1
+        except TrajoptError as error:
+            cancelled = goal.cancelled
+            status.status = GoalOutcome.CANCELLED.ros1 if cancelled else GoalStatus.REJECTED
+            status.text = str(error)
+            _LOG.info("goal refused", extra={"action": action, "reason": str(error)})
+        self._over[f"{action}#{goal.name}"] = time.monotonic()
+        self.tell()
+        self._publish(f"{action}/result", status, "result", result)
+
+    def _publish(self, topic: str, status: GoalStatus, what: str, document: object) -> None:
+        header = encode(Header(stamp=Time.now()), OLD)
+        self._topics.tell(topic, {"header": header, "status": encode(status, OLD), what: document})
