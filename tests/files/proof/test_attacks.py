@@ -186,7 +186,13 @@ def test_a_witness_of_another_statement_is_refused(tmp_path: Path, checker: Chec
         checker.fault(tmp_path / "x.proof")
 
 
+def goal(statement: Document) -> Document:
+    return statement["requirements"][0]
+
+
 BAD: dict[str, Change] = {
+    "the world as a joint": lambda s: goal(s)["ranges"][0].__setitem__(0, 0),
+    "a range without an end": lambda s: goal(s)["ranges"][0].pop(),
     "unknown field": lambda s: s.update(note="trust me"),
     "missing field": lambda s: s.pop("excused"),
     "unknown requirement": lambda s: s["requirements"].append({"kind": "fine"}),

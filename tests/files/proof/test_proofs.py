@@ -13,6 +13,7 @@ from tests.cli.process import trajopt
 from tests.files.proof.conftest import Checker, Proof, planar_problem, planned
 from trajopt.files.proof import save_proof
 from trajopt.files.proof.checking import CHECKER
+from trajopt.problem.problem import named_problem
 from trajopt.values.errors import ProblemError
 
 BLOCKED = """
@@ -75,6 +76,17 @@ def test_every_kind_of_requirement_is_proven(tmp_path: Path, checker: Checker, r
     }  # fmt: skip
     assert {each["always"] for each in stated if each["kind"] == "position in region"} == {True, False}
     assert required.statement["judged"] == ["torque, at samples"]
+
+
+def test_a_motion_that_follows_its_goal_need_not_end_at_rest(tmp_path: Path, checker: Checker) -> None:
+    try:
+        problem = named_problem("conveyor_ur5")
+    except to.MissingExtra as missing:
+        pytest.skip(str(missing))
+    proof = planned(problem, tmp_path / "x.proof")
+    assert checker.fault(tmp_path / "x.proof") == ""
+    assert proof.statement["ends"]["rests"] is False
+    assert "clearance from part, which changes with time" in proof.statement["judged"]
 
 
 def test_attached_objects_and_required_clearances_are_in_the_statement(

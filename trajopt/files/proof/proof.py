@@ -87,8 +87,11 @@ def _verified(problem: Problem, trajectory: Trajectory) -> Motion:
     certificate = judge(problem, trajectory)
     if not certificate.verified:
         raise ProblemError(f"there is no proof of a motion that the judge refuses: {certificate.verdict}")
-    reduced = problem.reduced
-    return Motion(reduced, trajectory, kinematics=Kinematics(reduced), options=VerifyOptions())
+    reduced, timed = problem.reduced, problem.reduced.timed
+    moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
+    rests = not any(moving.intersection(goal.frames) for goal in problem.goals)
+    kinematics, options = Kinematics(reduced), VerifyOptions()
+    return Motion(reduced, trajectory, kinematics=kinematics, options=options, rests_after=rests)
 
 
 def _separated(motion: Motion) -> tuple[Pairs, Leaves]:

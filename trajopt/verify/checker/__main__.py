@@ -82,10 +82,9 @@ def in_words(statement: Statement, rules: list[str]) -> str:
 
 def main(arguments: list[str]) -> int:
     """Check the file that is named; return the exit status."""
-    if len(arguments) != 1:
-        sys.stderr.write("usage: python -I checker FILE.proof\n")
-        return 2
     try:
+        if len(arguments) != 1:
+            raise Malformed("usage: python -I checker FILE.proof")
         words, fault = examined(Path(arguments[0]))
     except Malformed as error:
         sys.stderr.write(f"{error}\n")

@@ -20,7 +20,7 @@ from witness import Witness
 
 
 def check(statement: Statement, witness: Witness, arm: Kinematics) -> Iterator[str]:
-    """Yield faults: pairs that are left out, and leaves that do not hold."""
+    """Yield faults, of which only the first counts: pairs that are left out, leaves that do not hold."""
     yield from left_out(statement)
     if not len(witness.pair):
         return
@@ -34,11 +34,9 @@ def check(statement: Statement, witness: Witness, arm: Kinematics) -> Iterator[s
         direction, moves = _along_planes(statement, direction, side, sign, seen)
         if moves:
             yield "a half-space moves, as seen from the other part of its pair"
-            return
     length = up(arm.grid[witness.end] - arm.grid[witness.begin])
-    off = sum(_accelerations(arm, witness, side, seen) for side in (first, second))
-    least = up(required + up(off * up(up(length * length) / 8.0)))
-    least = up(least * direction.norm().high)
+    off = up(_accelerations(arm, witness, first, seen) + _accelerations(arm, witness, second, seen))
+    least = up(up(required + up(off * up(up(length * length) / 8.0))) * direction.norm().high)
     for time in (witness.begin, witness.end):
         world = turned(arm.rotation[time, seen], direction)
         gap = -up(_supports(arm, first, time, world) + _supports(arm, second, time, -world))
@@ -49,12 +47,14 @@ def check(statement: Statement, witness: Witness, arm: Kinematics) -> Iterator[s
             span = f"from {arm.grid[witness.begin[leaf]]:.6g} to {arm.grid[witness.end[leaf]]:.6g} s"
             apart = f"{1000.0 * required[leaf]:g} mm"
             yield f"leaf {leaf}: it is not shown that {one} and {other} keep {apart} {span}"
-            return
 
 
 def left_out(statement: Statement) -> Iterator[str]:
-    """Yield a pair of parts that can move against each other and is neither listed nor excused."""
+    """Yield faults: a pair of half-spaces, and a pair that can move and is neither listed nor excused."""
     parts = statement.parts
+    planes = [isinstance(part.shape, HalfSpace) for part in parts]
+    if any(planes[one] and planes[other] for one, other, _ in statement.pairs):
+        yield "two half-spaces are a pair, which no direction separates"
     names = sorted({part.owner for part in parts})
     owner = np.array([names.index(part.owner) for part in parts], dtype=np.int64)
     joint = np.array([part.place.joint for part in parts], dtype=np.int64)

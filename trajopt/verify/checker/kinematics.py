@@ -58,7 +58,8 @@ class Kinematics:
         self.carried_by[:, 0] = True
         for number, joint in enumerate(joints, start=1):
             parent = joint.place.joint
-            turn, origin = _moved(joint, self.positions(joint))
+            at = self.motion.positions[:, joint.coordinate] * exactly(joint.factor) + exactly(joint.offset)
+            turn, origin = _moved(joint, at)
             turns.append(intervals.product(turns[parent], turn))
             origins.append(origins[parent] + turned(turns[parent], origin))
             self.carried_by[number] = self.carried_by[parent]
@@ -70,11 +71,6 @@ class Kinematics:
             np.pad(up(bound.size[:, follows] * np.abs(factors)), ((0, 0), (1, 0)))
             for bound in self.motion.bounds[1:]
         )
-
-    def positions(self, joint: Joint) -> Interval:
-        """Return the positions of a joint at all times, shape (g,)."""
-        coordinate = self.motion.positions[:, joint.coordinate]
-        return coordinate * exactly(joint.factor) + exactly(joint.offset)
 
     def placed(self, place: Place) -> tuple[Interval, Interval]:
         """Return rotation (g, 3, 3) and origin (g, 3) of what a joint carries."""

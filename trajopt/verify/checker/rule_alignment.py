@@ -2,7 +2,7 @@
 
 import numpy as np
 from flint import arb
-from intervals import Floats, dot, enclosed, normalised, turned
+from intervals import Floats, dot, down, enclosed, normalised, turned
 from kinematics import SAFE, Kinematics, largest
 from reading import Fields, Malformed, below, direction, flag, record, size, text
 from requirement import Bools, Requirement, Seen, off_chord, seen_from, span
@@ -17,7 +17,7 @@ def read(value: Fields, statement: Statement) -> Requirement:
         "axis alignment", value, {**readers, "direction": direction(3), "tolerance": size, "always": flag}
     )
     seen = seen_from(Place(carrier, np.array((1.0, 0.0, 0.0, 0.0)), np.zeros(3)), reference, statement)
-    angle = tolerance + statement.excess * (1.0 - 1e-9)
+    angle = max(float(down(tolerance + statement.excess)), 0.0)
     if angle > 3.14:
         raise Malformed("an axis must be aligned to within 3.14 rad")
 

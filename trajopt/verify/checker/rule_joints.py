@@ -3,17 +3,29 @@
 import numpy as np
 from intervals import exactly
 from kinematics import Kinematics
-from reading import Fields, below, every, flag, number, record, row, text, unless_null
+from reading import Fields, Malformed, Reader, below, every, flag, number, record, row, text, unless_null
 from requirement import Bools, Requirement, span
 from statement import Joint, Statement
 
 
+def joint_of(statement: Statement) -> Reader:
+    """Return a reader of joints by their numbers, from 1."""
+
+    def read(where: str, value: object) -> Joint:
+        number: int = below(len(statement.joints) + 1)(where, value)
+        if number == 0:
+            raise Malformed(f"{where} must be a joint, and not the world")
+        return statement.joints[number - 1]
+
+    return read
+
+
 def read(value: Fields, statement: Statement) -> Requirement:
     """Read the rule."""
-    ranges = row(below(len(statement.joints) + 1), unless_null(number, -np.inf), unless_null(number, np.inf))
+    ranges = row(joint_of(statement), unless_null(number, -np.inf), unless_null(number, np.inf))
     readers = {"kind": text, "always": flag, "ranges": every(ranges)}
     _, always, rows = record("joint positions", value, readers)
-    stated: list[tuple[Joint, float, float]] = [(statement.joints[row[0] - 1], *row[1:]) for row in rows]
+    stated: list[tuple[Joint, float, float]] = rows
 
     def holds(arm: Kinematics) -> Bools:
         taken = arm.motion.bounds[0] if always else arm.motion.positions[-1:]

@@ -2,9 +2,9 @@
 
 import numpy as np
 from flint import arb
-from intervals import Floats, Interval, enclosed, exactly, joined, product, turned
+from intervals import Floats, Interval, down, enclosed, exactly, joined, product, turned
 from kinematics import Kinematics, rotation_of
-from reading import Fields, every, record, size, text, unless_null
+from reading import Fields, record, row, size, text, unless_null
 from requirement import Bools, Requirement, seen_from
 from statement import Statement, place_in
 
@@ -13,12 +13,12 @@ def read(value: Fields, statement: Statement) -> Requirement:
     """Read the rule: the goal's joint is the one that the frame is seen from."""
     place = place_in(len(statement.joints))
     readers = {"kind": text, "frame": text, "place": place, "goal": place}
-    tolerance = every(unless_null(size, np.inf), 3)
+    tolerance = row(*[unless_null(size, np.inf)] * 3)
     _, name, where, goal, position, rotation = record(
         "frame placement", value, {**readers, "position": tolerance, "rotation": tolerance}
     )
     seen = seen_from(where, goal.joint, statement)
-    most = np.resize(np.array([position, rotation]), (2, 3)) + statement.excess * (1.0 - 1e-9)
+    most = down(np.array([position, rotation]) + statement.excess)
 
     def holds(arm: Kinematics) -> Bools:
         turn, origin = (each[-1] for each in seen.placed(arm))

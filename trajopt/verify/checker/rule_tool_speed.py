@@ -1,7 +1,7 @@
 """Rule: the speed of a point in the world stays below a limit at all times."""
 
 import numpy as np
-from intervals import up
+from intervals import down, up
 from kinematics import Kinematics
 from reading import Fields, record, size, text
 from requirement import Bools, Requirement, off_chord, seen_from
@@ -21,6 +21,6 @@ def read(value: Fields, statement: Statement) -> Requirement:
             off = off_chord(arm, travel.jerk)
         else:  # a cubic's acceleration jumps, so its velocity is only known to be near an end
             off = travel.acceleration * np.diff(arm.grid) / 2.0 * (1.0 + 1e-14)
-        return up(np.maximum(speed[:-1], speed[1:]) + off) <= limit + statement.excess * (1.0 - 1e-9)
+        return up(np.maximum(speed[:-1], speed[1:]) + off) <= down(limit + statement.excess)
 
     return Requirement(f"at all times the speed of {name} is at most {limit:g} m/s", holds)

@@ -14,6 +14,8 @@ from statement import Statement
 MOST_CELLS = 60_000
 MOST_PLACES = 1_000_000
 """Most joint frames at all times of the grid together."""
+MOST_PRODUCTS = 20_000_000
+"""Most vertices of the parts of all leaves together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +55,15 @@ def read_witness(data: bytes, statement: Statement) -> Witness:
     leaves = _taken(data, head, "<u2", 4 * total).reshape(-1, 4)
     if len(data) != head + 8 * total:
         raise Malformed("the witness has another length than its numbers of times and leaves")
+    vertices = np.array([len(getattr(part.shape, "vertices", "")) for part in statement.parts])
+    if leaves_of @ [vertices[one] + vertices[other] for one, other, _ in statement.pairs] > MOST_PRODUCTS:
+        raise Malformed("the witness has too many leaves for the vertices of its parts")
     grid = _grid(times, statement)
     pair = np.repeat(np.arange(pairs), leaves_of)
     begin = leaves[:, 0].astype(np.int64)
     last = np.append(pair[1:] != pair[:-1], True)[: len(pair)]
     end = np.where(last, len(grid) - 1, np.append(begin[1:], 0)[: len(pair)])
-    first = np.roll(last, 1)
-    if (leaves_of == 0).any() or (begin[first] != 0).any() or not (begin < end).all():
+    if (leaves_of == 0).any() or (begin[np.roll(last, 1)] != 0).any() or not (begin < end).all():
         raise Malformed("the leaves of a pair must begin at the start, increase and reach the end")
     return Witness(grid, pair, begin, end, leaves[:, 1:].view("<i2").astype(np.float64))
 
