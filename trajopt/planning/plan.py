@@ -232,12 +232,7 @@ class EveryGoal:
         found = next(iter(best_first.values()))
         if not found.verified:
             found = failure_of_all(self.problem, found, best_first)
-        return replace(
-            found,
-            of_each_goal=best_first,
-            counts=dict(self.tracker.counts),
-            cpu_seconds=dict(self.tracker.seconds),
-        )
+        return replace(found, of_each_goal=best_first).counted(self.tracker)
 
     def _of(self, name: str, alone: Problem, left: int, run: Callable[[PlanSearch], Result]) -> Result:
         """Plan to one goal with its part of the budget.
@@ -254,8 +249,8 @@ class EveryGoal:
         return result
 
     def _unplanned(self, alone: Problem, stop: Stop) -> Result:
-        result = PlanningWorkspace(alone, self.tracker).result(ENDED[stop], "nothing was attempted")
-        return replace(result, stopped=stop)
+        workspace = PlanningWorkspace(alone, self.tracker)
+        return workspace.result(ENDED[stop], "nothing was attempted", stopped=stop)
 
     def _better(self, name: str) -> Callable[[Result], None] | None:
         """Return the callback for motions to a goal: it reports those better than motions to other goals."""

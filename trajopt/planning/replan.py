@@ -131,10 +131,10 @@ def replan(
                 return found
         left = tracker.remaining()
     except Stopped as ended:
-        return replace(PlanningWorkspace(here, tracker).result(ENDED[ended.stop]), stopped=ended.stop)
+        return PlanningWorkspace(here, tracker).result(ENDED[ended.stop], stopped=ended.stop)
     anew = plan(here, budget=left, cancel=cancel, progress=progress)
     tracker.add(anew.counts, anew.cpu_seconds)
-    return replace(anew, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
+    return anew.counted(tracker)
 
 
 def _from_rest_of_it(here: Problem, rest: Trajectory, tracker: BudgetTracker) -> Result | None:
@@ -193,17 +193,8 @@ def _won(proven: Result, solved: SolveResult | None, goal_name: str, tracker: Bu
     """Return the result of a verified motion, with its method; None without a motion."""
     status, steps = (None, 0) if solved is None else (solved.status, len(solved.log))
     won = Attempt(1, SeedKind.RUNNING, Status.SOLVED, status, "", steps, goal_name=goal_name)
-    return replace(
-        proven,
-        solve=solved,
-        goal_name=goal_name,
-        attempts=(won,),
-        won=won,
-        method=SpaceTime.name,
-        because=BECAUSE,
-        counts=dict(tracker.counts),
-        cpu_seconds=dict(tracker.seconds),
-    )
+    named = replace(proven, solve=solved, goal_name=goal_name, method=SpaceTime.name, because=BECAUSE)
+    return replace(named, attempts=(won,), won=won).counted(tracker)
 
 
 def _nearest_goal(here: Problem, end: Floats, judge: Judge) -> tuple[str, Problem, Floats] | None:

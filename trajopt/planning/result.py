@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from trajopt.native import native_cores
 from trajopt.optimise.solvers import SolveResult, SolverStatus
-from trajopt.planning.budget import Stop
+from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.infeasibility.reasons import Obstruction
 from trajopt.planning.judgement import Judged
 from trajopt.planning.plan_arguments import PlanArguments
@@ -399,6 +399,11 @@ class Result:
             PlanningFailed: If there is no plan; carries this result.
         """
         return self.require().final_state
+
+    @checked
+    def counted(self, tracker: BudgetTracker) -> Result:
+        """Return this result with the counts and CPU times of a tracker."""
+        return replace(self, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
 
     @checked
     def planned_as(self, other: Result) -> Result:

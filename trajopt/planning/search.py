@@ -227,10 +227,8 @@ class PlanSearch:
 
     def _complete(self, result: Result) -> Result:
         return replace(
-            result,
+            result.counted(self.tracker),
             attempts=tuple(self.attempts),
-            counts=dict(self.tracker.counts),
-            cpu_seconds=dict(self.tracker.seconds),
             method=self.choice.method.name,
             because=self.choice.because,
             remarks=(*self.remarks, *result.remarks),

@@ -10,8 +10,9 @@ from trajopt.geometry import Evaluator, WorkCounts
 from trajopt.optimise.methods import Decoded
 from trajopt.optimise.methods.timing import PATH_TOLERANCE, retime_path, retime_with_stops
 from trajopt.optimise.solvers import SolveResult
-from trajopt.planning.budget import BudgetTracker
+from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.infeasibility import reasons
+from trajopt.planning.infeasibility.reasons import Obstruction
 from trajopt.planning.judgement import Judged, decide, holds
 from trajopt.planning.moving.dynamic_timing import DynamicTiming
 from trajopt.planning.moving.timed_path import TimedOnPath
@@ -198,16 +199,7 @@ class PlanningWorkspace(Printed):
         with self.tracker.stage("verify"):
             found, distances = decide(self.problem, motion.trajectory, self.judge)
         self.tracker.count(judge_distance_calls=distances)
-        return self.result(
-            *_verdict(found),
-            certainty=Certainty.PROVEN if found.verified else Certainty.EVIDENCE,
-            path=motion.path,
-            solve=solve,
-            trajectory=motion.trajectory,
-            timed=motion.timed,
-            judged=found,
-            remarks=motion.remarks,
-        )
+        return self.result(*_verdict(found), solve=solve, motion=motion, judged=found)
 
     def proven(self, motion: MotionCandidate) -> Result | None:
         """Have a motion judged, and return it if it is verified; a refusal has no reasons."""
@@ -217,15 +209,7 @@ class PlanningWorkspace(Printed):
         if not verdict.verified:
             return None
         judged = Judged(self.problem, motion.trajectory, verified=True)
-        return self.result(
-            Status.SOLVED,
-            certainty=Certainty.PROVEN,
-            path=motion.path,
-            trajectory=motion.trajectory,
-            timed=motion.timed,
-            judged=judged,
-            remarks=motion.remarks,
-        )
+        return self.result(Status.SOLVED, motion=motion, judged=judged)
 
     def judged_as_it_is(self, seed: Floats) -> Result | None:
         """Time and judge a seed itself; None if something is too near at its knots.
@@ -253,26 +237,41 @@ class PlanningWorkspace(Printed):
         status: Status,
         message: str = "",
         *,
-        certainty: Certainty = Certainty.EVIDENCE,
+        certainty: Certainty | None = None,
         path: Path | None = None,
         solve: SolveResult | None = None,
-        trajectory: Trajectory | None = None,
-        timed: Retimed | None = None,
+        motion: MotionCandidate | None = None,
         judged: Judged | None = None,
-        remarks: tuple[str, ...] = (),
+        stopped: Stop | None = None,
+        blocks: tuple[Obstruction, ...] = (),
     ) -> Result:
-        """Return a result with the current counts; the arguments are its fields."""
+        """Return a result with the current counts.
+
+        Args:
+            status: Status at the end.
+            message: The particulars.
+            certainty: Certainty of the status; proven by default if the motion is verified.
+            path: The path, if there is no motion.
+            solve: The solver's result.
+            motion: The motion; its path and remarks are the result's.
+            judged: The verdict on the motion.
+            stopped: Reason for ending planning early.
+            blocks: The obstructions.
+        """
+        proven = judged is not None and judged.verified
         return Result(
             problem=self.problem,
             status=status,
             message=message,
-            path=path,
+            path=path if motion is None else motion.path,
             solve=solve,
-            trajectory=trajectory,
-            timed=timed,
+            trajectory=None if motion is None else motion.trajectory,
+            timed=None if motion is None else motion.timed,
             judged=judged,
             counts=dict(self.tracker.counts),
             cpu_seconds=dict(self.tracker.seconds),
-            certainty=certainty,
-            remarks=remarks,
+            stopped=stopped,
+            certainty=certainty or (Certainty.PROVEN if proven else Certainty.EVIDENCE),
+            remarks=() if motion is None else motion.remarks,
+            blocks=blocks,
         )

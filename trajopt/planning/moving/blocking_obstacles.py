@@ -180,10 +180,8 @@ class _BlockingObstacles:
         self, status: Status, found: Sweep | Occupied | FixedLinkMet, blocks: tuple[Obstruction, ...]
     ) -> Result:
         certainty = Certainty.PROVEN if found.proven else Certainty.EVIDENCE
-        failure = PlanningWorkspace(self.problem, self.tracker).result(
-            status, found.words, certainty=certainty
-        )
-        return replace(failure, blocks=blocks)
+        workspace = PlanningWorkspace(self.problem, self.tracker)
+        return workspace.result(status, found.words, certainty=certainty, blocks=blocks)
 
     def _count(self) -> None:
         """Report the work since this was called last."""

@@ -97,8 +97,7 @@ class DynamicSearch:
             self.search.on_incumbent(result)
         if not best.verified and self._stopped is not None:
             result = replace(result, status=ENDED[self._stopped])
-        counts, seconds = dict(tracker.counts), dict(tracker.seconds)
-        return replace(result, stopped=self._stopped, counts=counts, cpu_seconds=seconds)
+        return replace(result, stopped=self._stopped).counted(tracker)
 
     @property
     def shortest(self) -> float:

@@ -86,7 +86,7 @@ class Rendezvous:
             stop = ended.stop
             found = self._found or replace(self._refused, status=ENDED[stop])
             found = replace(found, stopped=stop)
-        return replace(found, counts=dict(self.tracker.counts), cpu_seconds=dict(self.tracker.seconds))
+        return found.counted(self.tracker)
 
     def _searched(self) -> Result:
         failed, meeting = 0.0, STEP
