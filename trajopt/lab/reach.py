@@ -216,7 +216,6 @@ def reach_map(
 
 
 def _all_met(meet: Callable[[int], "_Met"], count: int, progress: Progress | None) -> "_Met":
-    """Draw configurations in batches."""
     parts: list[_Met] = []
     for drawn in range(0, count, BATCH):
         size = min(BATCH, count - drawn)
@@ -250,7 +249,6 @@ class _Grid:
 
 
 def _grid(met: _Met, cell: float, directions: int) -> _Grid:
-    """Count samples in each cell."""
     index = np.floor(met.point / cell).astype(np.int64)
     lowest = index.min(axis=0)
     shape = tuple((index.max(axis=0) - lowest + 1).tolist())

@@ -138,7 +138,6 @@ def visible_points(
 
 
 def _corners(lower: Floats, upper: Floats) -> Floats:
-    """Return the corners of an axis-aligned box, shape (8, 3)."""
     choice = np.indices((2, 2, 2)).reshape(3, 8).T
     return np.where(choice, upper, lower)
 

@@ -130,7 +130,6 @@ class DepthCamera:
         return measured.astype(np.float32)
 
     def _fixed(self, reduced: ReducedModel) -> Floats:
-        """Return the positions of the joints that the group does not move."""
         others = [
             count
             for count, name in enumerate(self._scene.robot.joint_names)

@@ -458,7 +458,6 @@ class _Run:
         )
 
     def _known(self, phase: Phase, at: Floats) -> ReducedModel:
-        """Return the model of the controller, with the payload of the phase."""
         reduced = whole_robot(phase.reduced.scene, self._whole.joint_names, at)
         model = loaded_model(reduced).copy()
         armature = np.array(model.armature)
@@ -497,7 +496,6 @@ def _aimed(whole: ReducedModel, followed: Reference, moved: tuple[str, ...], at:
 
 
 def _with_followers(reduced: ReducedModel, joints: set[str]) -> tuple[str, ...]:
-    """Return joints of the model and those that mimic them."""
     mimics = reduced.scene.robot.mimics
     return tuple(
         name

@@ -95,7 +95,6 @@ def _farthest(shape: Shape, directions: Floats) -> Floats:
 
 @cache
 def _ball() -> Convex:
-    """Return a unit ball, from an octahedron with divided edges."""
     grid = np.mgrid[-DIVISIONS : DIVISIONS + 1, -DIVISIONS : DIVISIONS + 1, -DIVISIONS : DIVISIONS + 1]
     points = grid.reshape(3, -1).T
     points = points[np.abs(points).sum(axis=1) == DIVISIONS].astype(np.float64)

@@ -225,7 +225,6 @@ def _floor_height(reduced: ReducedModel, lowest: float) -> float:
 
 
 def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
-    """Add sky, floor, paint and light."""
     visual = spec.visual
     visual.quality.offsamples = 4
     visual.quality.numslices, visual.quality.numstacks = 40, 16

@@ -139,7 +139,6 @@ class Plant:
         return self._touching()
 
     def _massless(self, reduced: ReducedModel) -> str:
-        """Return a joint of the group that moves no mass; empty if there is none."""
         self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
         full = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, full)

@@ -183,7 +183,6 @@ def add_geom(
 
 
 def _link_of(model: pin.Model, joint: int) -> str:
-    """Return the name of the body of a joint: its first link."""
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY and frame.parentJoint == joint:
             return str(frame.name)

@@ -223,7 +223,6 @@ class Studio:
         mujoco.mj_camlight(self._model, self._data)
 
     def _compose(self, t: float) -> None:
-        """Put robot, objects and tool paths at a time into the scene."""
         self._pose(t)
         self._screen.update_meshes(self._model, self._posed.grow_halos(t))
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
@@ -234,7 +233,6 @@ class Studio:
             self._add_line(path)
 
     def _add_line(self, points: Floats) -> None:
-        """Put a tool path, shape (k, 3), into the scene."""
         radius = PATH_RADIUS * self._model.stat.extent
         previous = points[0]
         for point in points[1:]:

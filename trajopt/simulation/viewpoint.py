@@ -176,7 +176,6 @@ def _hidden(posed: PosedModel, camera: CameraView, curves: _Curves) -> Bools:
 
 
 def _near(curves: _Curves) -> float:
-    """Return the thickness of links [m]."""
     return THICKNESS * float(curves.lengths[~curves.of_tools].sum())
 
 
@@ -191,7 +190,6 @@ def _first_hits(posed: PosedModel, eye: Floats, rays: Floats, group: int) -> Flo
 
 
 def _between(posed: PosedModel, eye: Floats, point: Floats) -> set[str]:
-    """Return the objects between a camera and a point."""
     found: set[str] = set()
     geom, begin, ray = np.zeros(1, np.int32), 0.0, point - eye
     while True:

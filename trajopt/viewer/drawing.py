@@ -233,7 +233,6 @@ class Drawing:
         }
 
     def _draw_floor(self) -> None:
-        """Draw a grid at the height of the lowest fixed body."""
         fixed = [body for body in self._reduced.bodies if body.joint == 0]
         lowest = min((_lowest(body) for body in fixed if not isinstance(body.shape, Plane)), default=0.0)
         self._server.scene.add_grid(

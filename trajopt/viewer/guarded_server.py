@@ -59,7 +59,6 @@ class PageGuard:
 
 
 def _first(path: str) -> str:
-    """Return the first part of a path."""
     return path.partition("?")[0].removeprefix("/").partition("/")[0]
 
 

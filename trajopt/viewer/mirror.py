@@ -269,7 +269,6 @@ class MirrorView(Served):
         return whole_robot(scene, self._joints, self.state.positions)
 
     def _at(self, positions: Floats) -> JointPlacements:
-        """Return the configurations for positions of all joints, shape (k, number of joints)."""
         columns = self.scene.robot.index(self._joints)
         return self._scene.kinematics(positions[:, columns])
 

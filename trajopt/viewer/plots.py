@@ -134,7 +134,6 @@ def _draw_positions(axes: "Axes", samples: MotionSamples) -> None:
 
 
 def _draw_shares(axes: "Axes", samples: MotionSamples, shares: Floats, label: str) -> None:
-    """Draw speeds or accelerations in per cent of their limits."""
     _draw_joints(axes, samples, 100.0 * shares, labelled=False)
     extent = max(110.0, 105.0 * float(np.abs(shares).max()))
     axes.set_ylim(-extent, extent)
@@ -326,7 +325,6 @@ def plot_reach(reach: ReachMap, path: Path | str) -> Path:
 def _draw_cut(
     axes: "Axes", reach: ReachMap, values: Floats, cut: tuple[int, int, int], *, top: float
 ) -> "AxesImage":
-    """Draw one layer of cells and return its image."""
     across, right, up = cut
     through_origin = reach.cell_of(np.zeros(3))
     fullest = int(np.argmax(reach.reached.sum(axis=(right, up))))

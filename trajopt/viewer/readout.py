@@ -84,7 +84,6 @@ def decimal(value: float) -> str:
 
 
 def _range_bar(limits: JointLimits, joint: int, position: float) -> str:
-    """Return a bar with a mark at the position between its limits; empty without limits."""
     lower, upper = float(limits.lower[joint]), float(limits.upper[joint])
     if not (np.isfinite(lower) and np.isfinite(upper) and upper > lower):
         return ""

@@ -150,7 +150,6 @@ class ServoPage(Served):
                 return Pose(placed(self._gizmo.position, quaternion=(x, y, z, w)))
 
     def _show_controls(self) -> None:
-        """Show only the controls of the selected kind of command."""
         lead = Lead(self._lead.value)
         with self._server.atomic():
             for each in self._twist:

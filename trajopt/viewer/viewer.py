@@ -118,7 +118,6 @@ class Viewer(PlayedPage):
             self._scene.drawing.make_translucent(everything if through.value else self._scene.hiding)
 
     def _draw(self, t: float) -> None:
-        """Show everything but the slider at a time of the motion."""
         positions = self._trajectory(t)
         self._clearance_text.content = clearance_html(self._scene.show(t, positions))
         self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)

@@ -223,7 +223,6 @@ class RayPool:
             return None, f"{type(error).__name__}: {_first_line(error)}"
 
     def _lost(self, actor: Any, why: str) -> Sequence[Lost]:
-        """Return the blocks of a lost actor; it was working on the first one."""
         his = [future for future, (each, _) in self._busy.items() if each is actor]
         blocks = [self._busy.pop(future)[1] for future in his]
         return [Lost(block, why, begun=place == 0) for place, block in enumerate(blocks)]

@@ -177,7 +177,6 @@ def size_of(path: Path) -> tuple[int, frozenset[str]]:
 
 
 def _is_map(item: object) -> bool:
-    """Return whether a value is a mapping as Arrow returns it: a list of pairs."""
     return isinstance(item, list) and (not item or isinstance(item[0], tuple))  # pyright: ignore[reportUnknownArgumentType]
 
 
@@ -225,7 +224,6 @@ def _array(values: Sequence[Any], kind: "pa.DataType") -> "pa.Array":
 
 
 def _items(values: Sequence[Sequence[Any]], kind: "pa.ListType") -> "pa.Array":
-    """Return the concatenated items of sequences."""
     import pyarrow as pa
 
     if kind.value_type == pa.float64() and values:
@@ -235,7 +233,6 @@ def _items(values: Sequence[Sequence[Any]], kind: "pa.ListType") -> "pa.Array":
 
 
 def _pairs(values: Sequence[Mapping[str, Any]], kind: "pa.MapType") -> "pa.Array":
-    """Return the concatenated keys and values of mappings."""
     import pyarrow as pa
 
     keys = _array(list(chain.from_iterable(values)), kind.key_field.type)
@@ -253,7 +250,6 @@ def _built(
 
 
 def _ends(values: Iterable[Sequence[Any]]) -> NDArray[np.int32]:
-    """Return the offsets of concatenated values."""
     return np.cumsum([0, *map(len, values)], dtype=np.int32)
 
 

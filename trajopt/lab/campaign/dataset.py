@@ -247,7 +247,6 @@ def motion_of(row: Row) -> Trajectory | None:
 
 
 def _equal(a: Trajectory | None, b: Trajectory | None) -> bool:
-    """Return whether two motions are equal to the last digit; an unverified one counts as none."""
     if a is None or b is None:
         return a is None
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in MOTIONS[1:])

@@ -205,7 +205,6 @@ def digest(*parts: object) -> str:
 
 
 def _key(document: object, members: Mapping[str, bytes]) -> str:
-    """Return the hash of the parts of a value that planning uses."""
     seen = sha256(_json(_essence(document)))
     for name in sorted(_named(_essence(document)) & members.keys()):
         seen.update(members[name])
@@ -221,7 +220,6 @@ def _essence(document: object) -> object:
 
 
 def _named(item: object) -> set[str]:
-    """Return the names of members that a document has somewhere."""
     if isinstance(item, dict):
         stated = cast("dict[str, object]", item)
         here = {name for key in ("array", "file") if isinstance(name := stated.get(key), str)}

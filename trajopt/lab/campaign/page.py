@@ -122,7 +122,6 @@ def _changes(title: str, changes: Sequence[RowChange]) -> str:
 
 
 def _groups(found: CampaignSummary) -> list[RowGroup]:
-    """Return the groups that differ from the whole."""
     parts = [each for each in (found.by_robot, found.by_family, found.by_options) if len(each) > 1]
     return [found.whole, *(each for part in parts for each in part)]
 

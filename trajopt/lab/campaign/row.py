@@ -94,7 +94,6 @@ def lost_row(task: CampaignTask, fate: Fate, why: str, wall: float) -> dict[str,
 
 
 def _told(result: Result) -> dict[str, Any]:
-    """Return the columns of a result."""
     certificate, motion, path = result.certificate, result.trajectory, result.path
     clearance = None if certificate is None else certificate.clearance
     told: dict[str, Any] = {
@@ -120,7 +119,6 @@ def _told(result: Result) -> dict[str, Any]:
 
 
 def _motion(result: Result) -> Mapping[str, Any]:
-    """Return the motion as columns, point by point."""
     motion = result.trajectory
     if motion is None:
         return {}

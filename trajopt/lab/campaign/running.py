@@ -164,7 +164,6 @@ class _Run:
             self._note(seconds=time.monotonic() - self._begun)
 
     def _next(self) -> Block | None:
-        """Return the next block, or None."""
         if self._again:
             return self._again.popleft()
         size = FIRST

@@ -370,7 +370,6 @@ def compare_campaigns(first: CampaignFolder, second: CampaignFolder) -> Comparis
 
 
 def _rows(folder: CampaignFolder) -> Mapping[Key, Row]:
-    """Return the rows by problem; without the options if each problem has only one."""
     one = len(folder.options) == 1
     return {(str(row["problem_id"]), 0 if one else int(row["options"])): row for row in folder.rows(COLUMNS)}
 

@@ -135,7 +135,6 @@ class WorkerSupervisor:
 
     @property
     def _whole(self) -> bool:
-        """Whether each problem of the first block has its row."""
         if not self._blocks or len(self._rows) < len(self._blocks[0]):
             return False
         return all(task.id in self._rows for task in self._blocks[0])
@@ -187,7 +186,6 @@ class WorkerSupervisor:
             pass  # it has ended, which the next reading tells
 
     def _begin(self) -> None:
-        """Set the deadline of the worker's present problem."""
         self._read_marks()
         if self._marked <= self._told:
             self._begun = time.monotonic()
@@ -200,7 +198,6 @@ class WorkerSupervisor:
             self._marked, self._begun = MARK.unpack(marks[-MARK.size :])
 
     def _at(self) -> CampaignTask:
-        """Return the index of the worker's present problem among the unreported ones."""
         self._read_marks()
         return self._sent[min(max(self._marked - self._told, 1), len(self._sent)) - 1]
 
@@ -218,7 +215,6 @@ class WorkerSupervisor:
         self._hand_over()
 
     def _died(self) -> None:
-        """Note the death of the worker, and go on with another."""
         how = self._ending()
         if not self._ready:
             # A machine that lacks memory kills what has just begun; what ends by itself would do so again.
@@ -249,19 +245,16 @@ class WorkerSupervisor:
         self._again()
 
     def _give_up(self, task: CampaignTask, fate: Fate, why: str) -> None:
-        """Write the row of a lost problem."""
         self._sent.remove(task)
         self._rows[task.id] = lost_row(task, fate, why, time.monotonic() - self._begun)
 
     def _again(self) -> None:
-        """Start another worker, which receives the unreported problems once it is ready."""
         self._marks.close()
         self._unsent.extendleft(reversed(self._sent))
         self._sent.clear()
         self._start()
 
     def _ending(self) -> str:
-        """End the worker if it runs, and describe its end."""
         self._pipe.close()
         try:
             code = self._process.wait(1.0)

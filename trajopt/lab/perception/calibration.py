@@ -71,7 +71,6 @@ def _lens(document: Node, numbers: Node) -> Lens:
 
 
 def _refuse_parts(document: Node) -> None:
-    """Refuse pictures that are only a part of the sensor's."""
     for key in ("binning_x", "binning_y"):
         if document[key].number(0.0) not in (0.0, 1.0):
             raise document[key].error("pixels are binned: give the calibration of the binned pictures")

@@ -139,7 +139,6 @@ def slab_around(points: Floats, radius: float, normal: Floats) -> tuple[Box, Pla
 
 
 def _grown(points: Floats, radius: float, axes: Floats) -> tuple[Box, Placement]:
-    """Return the box along axes, its columns, with room for the balls."""
     along = points @ axes
     lower, upper = along.min(axis=0), along.max(axis=0)
     sizes = upper - lower + 2.0 * (radius + ROUNDING)
@@ -193,7 +192,6 @@ def _with_axis(normal: Floats) -> Floats:
 
 
 def _outermost(points: Floats) -> Floats:
-    """Return the corners of the points' planar hull in order; all points if it is degenerate."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
     try:

@@ -209,7 +209,6 @@ def _several(measured: M | Sequence[M]) -> tuple[M, ...]:
 
 
 def _without(scene: Scene, name: str) -> Scene:
-    """Return the scene without earlier measurements: a camera is not fixed on them."""
     return scene.remove(name) if name in scene.objects else scene
 
 
@@ -234,7 +233,6 @@ def _hidden(scene: Scene, before: Cloud, now: Sequence[Measured], sensing: Sensi
 
 
 def _grid(sensing: Sensing, cell: float) -> Ints:
-    """Return all cells of the workspace, those at its border too."""
     if sensing.workspace is None:
         raise ProblemError("sensing: needs a workspace, which says how far there is anything unseen")
     begin = np.floor(sensing.workspace.lower / cell + 1e-9).astype(np.int64)

@@ -161,7 +161,6 @@ def _world_box(solid: _Solid, where: Placement, padding: float) -> tuple[Floats,
 
 
 def _in_box(points: Floats, lower: Floats, upper: Floats) -> Ints:
-    """Return which points (n, 3) are in a box."""
     some = np.arange(len(points))
     for axis in range(3):
         column = points[some, axis]
@@ -175,7 +174,6 @@ def _solids_of(robot: Robot) -> tuple[tuple[CollisionBody, _Solid], ...]:
 
 
 def _solid(shape: Shape) -> _Solid:
-    """Return a shape with the planes of its faces."""
     lower, upper = bounding_box(shape)
     faces = np.empty((0, 4))
     match shape:

@@ -198,7 +198,6 @@ def _carries(torso: ProposedGroup, arm: ProposedGroup) -> bool:
 
 
 def _on_torso(arm: ProposedGroup, torso: ProposedGroup) -> ProposedGroup:
-    """Return the chain from the base of a torso to the end of an arm on it."""
     return ProposedGroup(
         name=f"{arm.name}_{torso.name}",
         base=torso.base,
@@ -210,7 +209,6 @@ def _on_torso(arm: ProposedGroup, torso: ProposedGroup) -> ProposedGroup:
 
 
 def _on_base(group: ProposedGroup) -> ProposedGroup:
-    """Return a group joined with the base on wheels."""
     return replace(group, name=f"{group.name}_{BASE}", parts=(BASE, group.name))
 
 
@@ -237,7 +235,6 @@ def _chains(tree: LinkTree, base: str) -> list[list[ProposedGroup]]:
 
 
 def _arm_with_gripper(tree: LinkTree, path: Sequence[str], fingers: Sequence[str]) -> list[ProposedGroup]:
-    """Return an arm and the gripper on it, whose palm, if fixed, is at the end of the arm's path."""
     palm = path[-1]
     held = not tree.links[palm].moving and len(path) > 1
     carrier = tree.links[palm].parent if held else palm
@@ -245,7 +242,6 @@ def _arm_with_gripper(tree: LinkTree, path: Sequence[str], fingers: Sequence[str
 
 
 def _branch(tree: LinkTree, base: str, child: str) -> list[list[ProposedGroup]]:
-    """Return the chains of one of several branches, ignoring the others."""
     below = {**tree.below, base: (child,)}
     return _chains(LinkTree(tree.links, below), base)
 
@@ -292,7 +288,6 @@ def _gripper(tree: LinkTree, palm: str, carrier: str, branches: Sequence[str]) -
 
 
 def _named(chains: Sequence[Sequence[ProposedGroup]]) -> list[ProposedGroup]:
-    """Name chains, each with its gripper if it has one."""
     alone = sum(body_part(chain[0].driven) == ARM for chain in chains) == 1
     names = UniqueNames({})
     found: list[ProposedGroup] = []

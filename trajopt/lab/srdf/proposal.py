@@ -129,7 +129,6 @@ class SrdfProposal:
 
 
 def _described(group: ProposedGroup) -> str:
-    """Describe place and joints of a group in a line."""
     if group.is_base:
         return f"{group.tip} in the plane, if to.load gets base=to.bases.planar_base(...)"
     if group.parts:

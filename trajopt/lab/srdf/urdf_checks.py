@@ -78,7 +78,6 @@ def check_urdf(robot: Robot) -> tuple[Finding, ...]:
 
 
 def _model(robot: Robot) -> Iterator[Finding]:
-    """Check the joints and bodies of a Pinocchio model."""
     model, limits = robot.model, robot.limits
     yield Finding(Severity.NOTE, robot.name, "was made of a Pinocchio model: there is no URDF to check")
     for name, inertia in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):

@@ -6,6 +6,7 @@ from html import escape
 
 from trajopt.planning.status import Status
 from trajopt.simulation.rendering import HEIGHT, TYPE, WIDTH
+from trajopt.verify import Check, CheckKind
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8884; --good: #1a7f37; --bad: #cf222e; --soft: #8881; }
@@ -58,6 +59,20 @@ def table(
         f'<div class="wide"><table class="{kind}"><thead><tr>{titles}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     )
+
+
+def bar(share: float, *, good: bool = True) -> str:
+    """Return a bar of a share of a bound, in the colour of a violation unless it is good."""
+    kind = "" if good else ' class="bad"'
+    width = 100.0 * min(share, 1.0)
+    return f'<div class="bar" title="{share:.0%}"><i{kind} style="width:{width:.0f}%"></i></div>'
+
+
+def used_share(check: Check) -> str:
+    """Return a bar of the used share of an upper bound; empty without one."""
+    if check.value is None or not check.bound or check.kind in (CheckKind.CLEARANCE, CheckKind.AT_FAULT):
+        return ""
+    return bar(abs(check.value / check.bound), good=check.holds)
 
 
 def image(picture: bytes | None, words: str = "") -> str:

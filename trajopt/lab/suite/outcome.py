@@ -159,7 +159,6 @@ class RunOutcome:
 
 
 def _finite(value: object) -> object:
-    """Return plain data with None for numbers that are not finite."""
     if isinstance(value, Mapping):
         items = cast("Mapping[str, object]", value).items()
         return {key: _finite(item) for key, item in items}

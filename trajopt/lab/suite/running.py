@@ -99,7 +99,6 @@ def run(
 
 
 def _judged(result: Result) -> tuple[Check, ...]:
-    """Return the measurements of a fresh judge; empty without a verified motion."""
     if result.trajectory is None or not result.verified:
         return ()
     checks = judge(result.problem, result.trajectory).checks
@@ -120,7 +119,6 @@ def _violations(result: Result) -> dict[str, float]:
 
 
 def _tip(result: Result) -> tuple[tuple[float, ...], ...]:
-    """Return the path of the group's last joint."""
     trajectory = result.trajectory
     if trajectory is None:
         return ()
@@ -131,7 +129,6 @@ def _tip(result: Result) -> tuple[tuple[float, ...], ...]:
 
 
 def _points(positions: Floats) -> tuple[tuple[float, ...], ...]:
-    """Return rows as plain numbers, to tenths of a millimetre."""
     return tuple(tuple(round(float(number), 4) for number in row) for row in positions)
 
 

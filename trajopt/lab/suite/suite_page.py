@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from trajopt.lab.suite.html import document, image, table, words
+from trajopt.lab.suite.html import document, image, table, used_share, words
 from trajopt.lab.suite.outcome import RunOutcome
 from trajopt.planning.status import Status
 from trajopt.values.printed import aligned
@@ -69,7 +69,6 @@ def _one(outcome: RunOutcome, picture: bytes | None) -> str:
 
 
 def _motion(outcome: RunOutcome) -> str:
-    """Print duration and clearance of a motion; empty for a refused one."""
     if outcome.duration is None or outcome.status is not Status.SOLVED:
         return ""
     near = [
@@ -94,19 +93,10 @@ def _row(item: Check) -> tuple[str, ...]:
         number(item.value),
         number(item.bound),
         escape(item.unit),
-        _bar(item),
+        used_share(item),
         "" if item.time is None else f"{item.time:.3f}",
         item.evidence.value,
     )
-
-
-def _bar(item: Check) -> str:
-    """Draw the used share of an upper bound; empty without one."""
-    if item.value is None or not item.bound or item.kind is CheckKind.CLEARANCE:
-        return ""
-    share = min(abs(item.value / item.bound), 1.0)
-    kind = "" if item.holds else ' class="bad"'
-    return f'<div class="bar" title="{share:.0%}"><i{kind} style="width:{100 * share:.0f}%"></i></div>'
 
 
 HEAD = ("", "problem", "instance", "constraint", "where", "worst", "bound", "unit", "at [s]", "evidence")

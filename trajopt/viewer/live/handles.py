@@ -140,7 +140,6 @@ class GoalDrawing:
 
 
 def _moved(reduced: ReducedModel) -> list[tuple[str, int, bytes]]:
-    """Return a key of the bodies that the group moves."""
     return [
         (body.name, id(body.shape), body.placement.homogeneous.tobytes())
         for body in reduced.bodies

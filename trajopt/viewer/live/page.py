@@ -356,7 +356,6 @@ class LiveView(Served):
         self._desk.do(name, edit)
 
     def _change_goal(self, change: Callable[[], None]) -> None:
-        """Change the goal, and drop the motion to the previous one."""
         change()
         self._motion.drop()
         self._show_goal()
@@ -369,8 +368,6 @@ class LiveView(Served):
         self._show_goal()
 
     def _ask_shown(self, shown: Shown) -> None:
-        """Show or hide an item."""
-
         def switch() -> None:
             self._picture.switch(shown)
             self._find_reach()
@@ -397,7 +394,6 @@ class LiveView(Served):
         self._desk.do("reach", show)
 
     def _robot_changed(self) -> None:
-        """Show that the robot is being driven, or rests again."""
         if not self._drive.busy:
             self._motion.drop()
             self._picture.stand(self._bench.positions)
@@ -415,5 +411,4 @@ class LiveView(Served):
         self._drive.show(planned=self._motion.motion is not None)
 
     def _say(self, refusal: str) -> None:
-        """Show the reason why a request failed."""
         self._motion.say("That could not be done", [refusal])

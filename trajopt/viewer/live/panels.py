@@ -242,7 +242,6 @@ def short(name: str, names: Sequence[str]) -> str:
 
 
 def _scale(bench: Workbench, joint: str) -> tuple[float, str]:
-    """Return factor and unit of a joint's displayed position."""
     turns = joint_unit(bench.scene.robot.model, joint) == "rad"
     return (180.0 / np.pi, DEGREES) if turns else (1000.0, MILLIMETRES)
 
@@ -407,7 +406,6 @@ class MotionPanel:
         self._found()
 
     def _frame(self) -> None:
-        """Draw the robot at the shown time, unless it is being driven."""
         if self._bench.held:
             return
         motion = self.motion

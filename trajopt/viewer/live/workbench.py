@@ -302,13 +302,11 @@ def _listed(reasons: list[str]) -> str:
 
 
 def _without_limits(reduced: ReducedModel) -> ReducedModel:
-    """Return the robot as if its joints could turn and slide for ever."""
     everywhere = np.full(len(reduced.joint_names), inf)
     return replace(reduced, limits=replace(reduced.limits, lower=-everywhere, upper=everywhere))
 
 
 def _missed(reduced: ReducedModel, hand: str, placement: Placement, positions: Floats) -> str:
-    """Print the error of the hand."""
     difference = placement.inverse() * hand_at(reduced, hand, positions)
     far = float(np.linalg.norm(difference.translation))
     turned = np.degrees(np.arccos(np.clip((np.trace(difference.rotation) - 1.0) / 2.0, -1.0, 1.0)))

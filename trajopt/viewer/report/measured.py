@@ -185,7 +185,6 @@ def _rates(problem: Problem, trajectory: Trajectory, times: Floats) -> tuple[_Ra
 
 
 def _position_charts(problem: Problem, times: Floats, positions: Floats) -> Iterator[Chart]:
-    """Yield a chart of the revolute joints, and one of the prismatic joints."""
     names, model = problem.reduced.joint_names, problem.scene.robot.model
     for unit in ("rad", "m"):
         name, size = shown_in(unit)
@@ -208,7 +207,6 @@ def _rate_chart(times: Floats, rate: _Rate, names: Sequence[str]) -> Chart:
 
 
 def _tools(problem: Problem) -> tuple[ToolSpeed, ...]:
-    """Return the tools with speed limits, then the group's other tools."""
     limited = problem.tool_speeds
     named = {each.frame for each in limited}
     free = [frame for frame in tool_frames(problem.reduced) if frame not in named]
@@ -294,7 +292,6 @@ def _spans(name: str, times: Floats, at: Bools) -> Iterator[Binding]:
 
 
 def _edges(at: Bools) -> tuple[Ints, Ints]:
-    """Return start and end indices of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], at, [False])).astype(np.int8)))
     return edges[::2], edges[1::2]
 

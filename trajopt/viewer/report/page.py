@@ -292,7 +292,6 @@ def _ghosts(subject: Subject) -> Iterator[GhostAt]:
 
 
 def _goal(problem: Problem) -> Floats | None:
-    """Return the goal if it is one configuration, shape (n,)."""
     return None if problem.alternatives else fixed_positions(problem.goals, problem.reduced)
 
 
@@ -303,7 +302,6 @@ def _stood(shown: Scenery) -> str:
 
 
 def _highlighted(subject: Subject) -> Sequence[str]:
-    """Return the two bodies of the worst contact."""
     known = {*subject.problem.scene.objects, *subject.problem.scene.robot.links}
     for block in subject.explanation["blocks"].elements():
         if block["kind"].text() == "CONTACT":
@@ -404,7 +402,6 @@ def _head(subject: Subject) -> str:
 
 
 def _verdict(subject: Subject) -> str:
-    """Summarise the outcome in one sentence."""
     certificate = subject.certificate
     if subject.verified and certificate is not None:
         count = sum(check.required for check in certificate.checks)

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from trajopt.lab.suite.html import table
+from trajopt.lab.suite.html import bar, table, used_share
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
 from trajopt.robot.joints import joint_unit
@@ -77,23 +77,10 @@ def _check(check: Check) -> tuple[str, ...]:
         escape(check.subject),
         "" if check.value is None else sign + _unit(in_unit(check.value, check.unit)),
         "" if check.bound is None else _unit(in_unit(check.bound, check.unit)),
-        _used(check),
+        used_share(check),
         "" if check.time is None else _moment(check.time),
         f'<span title="{escape(check.detail)}">{check.evidence.value}</span>',
     )
-
-
-def _used(check: Check) -> str:
-    """Draw the used share of an upper bound; empty without one."""
-    if check.value is None or not check.bound or check.kind in (CheckKind.CLEARANCE, CheckKind.AT_FAULT):
-        return ""
-    return _bar(abs(check.value / check.bound), good=check.holds)
-
-
-def _bar(share: float, *, good: bool = True) -> str:
-    kind = "" if good else ' class="over"'
-    width = 100.0 * min(share, 1.0)
-    return f'<div class="bar" title="{share:.0%}"><i{kind} style="width:{width:.0f}%"></i></div>'
 
 
 def _moment(time: float) -> str:
@@ -120,13 +107,12 @@ def binding(measured: Measured, end: float) -> str:
 
 def _peak(peak: Peak) -> tuple[str, ...]:
     most = (
-        "" if each is None else f"{_unit(each[0])}{_bar(each[1], good=each[1] <= 1.0)}" for each in peak.most
+        "" if each is None else f"{_unit(each[0])}{bar(each[1], good=each[1] <= 1.0)}" for each in peak.most
     )
     return (escape(peak.joint), escape(peak.begin), escape(peak.end), *most)
 
 
 def _unit(words: str) -> str:
-    """Return a number with its unit as it is printed."""
     return escape(words).replace("^2", "²").replace("^3", "³")
 
 
@@ -177,7 +163,6 @@ def in_the_way(subject: Subject) -> str:
 
 
 def _nearest(subject: Subject) -> str:
-    """Return a table of the nearest free configuration and the blocked one."""
     free = subject.nearest_free
     if free is None:
         return ""
@@ -225,12 +210,11 @@ def _try(each: Node) -> tuple[str, ...]:
 
 
 def _spent(answer: Node) -> Iterator[str]:
-    """Yield the CPU time by stage."""
     seconds = {name: node.number() for name, node in answer["cpu_seconds"].members().items()}
     total = seconds.pop("total", sum(seconds.values()))
     if total > 0.0:
         rows = [
-            (escape(STAGES.get(name, name)), f"{1000.0 * spent:.1f} ms", _bar(spent / total))
+            (escape(STAGES.get(name, name)), f"{1000.0 * spent:.1f} ms", bar(spent / total))
             for name, spent in seconds.items()
         ]
         yield table(
@@ -426,7 +410,6 @@ def _stroke(number: int) -> str:
 
 
 def _axis(end: float, x: Place, height: int = HEIGHT) -> str:
-    """Return the axis of time."""
     marks = "".join(
         f'<text class="tick" x="{x(tick):.1f}" y="{height - 6}" text-anchor="middle">{tick:g}</text>'
         for tick in ticks(0.0, end)
