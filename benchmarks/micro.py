@@ -17,7 +17,7 @@ from benchmarks.problems import past_pillar
 from tests.oracles.query import PlainQuery
 from trajopt.geometry import Query
 from trajopt.geometry.dynamics import DynamicsQuery
-from trajopt.optimise.solvers.subproblem import step_solver
+from trajopt.optimise.solvers.sqp import step_solver
 from trajopt.optimise.transcription import fixed_goal, transcribe
 from trajopt.planning.seeds import straight_line
 from trajopt.problem.motion import Motion
