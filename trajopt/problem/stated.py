@@ -17,7 +17,7 @@ from trajopt.problem.requirements import (
     joint_positions,
 )
 from trajopt.problem.requirements.alternatives import GoalLike
-from trajopt.robot.configuration import FORMS, Motion, joints_of, stated_configuration
+from trajopt.robot.configuration import FORMS, HasFinalState, joints_of, stated_configuration
 from trajopt.robot.joints import JointLimits, LimitKind, joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.group_tools import tool_of
@@ -120,7 +120,7 @@ def _required(
 def _is_one(item: object) -> bool:
     """Whether an item is a goal by itself, rather than a row or number of a placement."""
     matrix = cast("NDArray[np.float64]", item).shape == (4, 4) if isinstance(item, np.ndarray) else False
-    return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3 | Motion)
+    return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3 | HasFinalState)
 
 
 def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees: bool) -> Requirement:
@@ -130,7 +130,7 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
         return joint_positions(_state(scene.robot, group, item))
     if isinstance(item, Mapping):
         return joint_positions(_in_radians(scene.robot, name, item, degrees=degrees))
-    if isinstance(item, Motion):
+    if isinstance(item, HasFinalState):
         return joint_positions(_of_group(scene.robot, group, stated_configuration(scene.robot, name, item)))
     if numbers := _of_numbers(scene.robot, group, name, item, degrees=degrees):
         return joint_positions(numbers)

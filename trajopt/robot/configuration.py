@@ -13,7 +13,7 @@ from trajopt.values.errors import ProblemError, ShapeError, listed, shown
 
 
 @runtime_checkable
-class Motion(Protocol):
+class HasFinalState(Protocol):
     """Anything that ends in a configuration: a plan, a result, a pick and place."""
 
     @property
@@ -22,7 +22,7 @@ class Motion(Protocol):
         ...
 
 
-ConfigurationLike: TypeAlias = str | Mapping[str, float] | ArrayLike | Motion
+ConfigurationLike: TypeAlias = str | Mapping[str, float] | ArrayLike | HasFinalState
 """Name of a state, joint -> position [rad | m], positions of the group's joints or of all joints, or a
 motion, of which the end is taken.
 """
@@ -69,7 +69,7 @@ def stated_configuration(
         if joints != robot.joint_names:
             return robot.positions(dict(zip(joints, map(float, numbers), strict=True)))
         positions = numbers
-    elif isinstance(given, Motion):
+    elif isinstance(given, HasFinalState):
         positions = robot.positions(given.final_state)
     else:
         raise ProblemError(f"{name} must be {FORMS}, is {shown(given)}")

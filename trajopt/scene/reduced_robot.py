@@ -19,7 +19,7 @@ from trajopt.values.trajectory import refined
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class AddedJoints:
     """Joints added to a model, and the frames that they carry.
 
     Attributes:
@@ -31,7 +31,7 @@ class Drive:
     anchors: Mapping[str, Anchor]
 
 
-def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> Drive:
+def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> AddedJoints:
     """Add joints to a model that move frames along tracks.
 
     Args:
@@ -55,7 +55,7 @@ def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> Drive:
             angles.append(angle)
         anchors[name] = Anchor(at, Placement(readonly(turned.rotation.copy())))
         moved.append((track.times, _columns(track.coefficients, angles)))
-    return Drive(_joined(tuple(names), moved), anchors)
+    return AddedJoints(_joined(tuple(names), moved), anchors)
 
 
 def _turns(track: Track) -> list[tuple[int, Floats]]:
