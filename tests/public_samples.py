@@ -64,7 +64,7 @@ INNER = frozenset(
     check_requirement constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of
     DepthNoise.sigma DepthNoise.sigmas DepthImage.taken PointCloud.taken Options.plan Campaign.tasks
     CampaignFolder.write Local.pool Ray.pool ServiceSession.move ServiceSession.replace Cancellation.of
-    Watch.progress Watch.incumbent
+    Watch.progress Watch.incumbent Problem.evaluator
     """.split()
 )
 """What only planning, or perception, itself calls, many times; other packages add to the last two."""

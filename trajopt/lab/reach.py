@@ -265,6 +265,7 @@ def _grid(met: _Met, cell: float, directions: int) -> _Grid:
     )
 
 
+@checked
 def even_directions(count: int) -> Floats:
     """Return directions spread evenly over the sphere, shape (count, 3).
 
@@ -438,6 +439,7 @@ def read_table(path: Path | str) -> ConfigurationTable:
         raise FileFormatError(str(path), f"holds no table of configurations: {error}") from error
 
 
+@checked
 def check_table_path(path: Path | str) -> str:
     """Return the suffix of a table's file, once it is known that it can be written and read.
 
