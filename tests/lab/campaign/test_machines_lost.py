@@ -17,7 +17,7 @@ from trajopt.lab.campaign import Campaign, CampaignFolder, Progress, resume_camp
 from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.cluster import RayPool
 from trajopt.lab.campaign.documents import Library
-from trajopt.lab.campaign.engine import Block, PlannedBlock, Setup, WorkerPool
+from trajopt.lab.campaign.engine import Block, EnginePool, PlannedBlock, Setup
 from trajopt.lab.campaign.recipes import Workshop
 from trajopt.lab.campaign.row import row_of
 from trajopt.lab.campaign.supervisor import Worked, setup_of
@@ -116,7 +116,7 @@ class PlayedEngine:
     loses: Callable[[Sequence[CampaignTask]], bool]
 
     @contextmanager
-    def pool(self, folder: CampaignFolder) -> Iterator[WorkerPool]:
+    def pool(self, folder: CampaignFolder) -> Iterator[EnginePool]:
         yield RayPool(Played(folder, self.loses), setup_of(folder), 0)
 
 

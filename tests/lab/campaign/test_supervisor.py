@@ -16,7 +16,7 @@ import pytest
 import trajopt as to
 from trajopt.lab.campaign import Campaign, CampaignFolder, Local, ProblemSource, installed, random_motions
 from trajopt.lab.campaign.campaign import CampaignTask
-from trajopt.lab.campaign.engine import MARK, Block, PlannedBlock, WorkerReady
+from trajopt.lab.campaign.engine import MARK, Block, PlannedBlock, StartReport
 from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, LocalPool, Worked, WorkerSupervisor, setup_of
 from trajopt.lab.campaign.worker import BUNCH, serve
 from trajopt.values.errors import CampaignError
@@ -132,7 +132,7 @@ def test_a_worker_tells_rows_in_bunches_or_when_time_is_up(
             served = pool.submit(serve, its, written)
             mine.send(setup_of(folder))
             mine.send(list(folder.tasks()))
-            assert mine.recv() == WorkerReady()
+            assert mine.recv() == StartReport()
             told = [mine.recv() for _ in at_once]
         served.result()  # it ends with the pipe
         assert [len(each.rows) for each in told] == at_once

@@ -17,7 +17,7 @@ from typing import Any
 
 from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.documents import sent_from
-from trajopt.lab.campaign.engine import AHEAD, Block, Lost, PlannedBlock, Setup, WorkerPool, check_workers
+from trajopt.lab.campaign.engine import AHEAD, Block, EnginePool, Lost, PlannedBlock, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.supervisor import WorkerSupervisor, cores, planned, setup_of
 from trajopt.values.errors import CampaignError, MissingExtra
@@ -52,7 +52,7 @@ class Ray:
         check_workers(self.workers)
 
     @contextmanager
-    def pool(self, folder: CampaignFolder) -> Generator[WorkerPool]:
+    def pool(self, folder: CampaignFolder) -> Generator[EnginePool]:
         """Return the workers of a campaign, which end with the context.
 
         Raises:

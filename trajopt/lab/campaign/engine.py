@@ -65,7 +65,7 @@ class Lost:
     begun: bool
 
 
-class WorkerPool(Protocol):
+class EnginePool(Protocol):
     """Workers that plan blocks."""
 
     @property
@@ -94,7 +94,7 @@ class WorkerPool(Protocol):
 class Engine(Protocol):
     """Opens pools."""
 
-    def pool(self, folder: CampaignFolder) -> AbstractContextManager[WorkerPool]:
+    def pool(self, folder: CampaignFolder) -> AbstractContextManager[EnginePool]:
         """Return the workers of a campaign, which end with the context."""
         ...
 
@@ -131,7 +131,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class WorkerReady:
+class StartReport:
     """The worker is ready, or the reason why it cannot plan."""
 
     reason: str = ""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from trajopt.lab.campaign.campaign import Campaign, CampaignTask
 from trajopt.lab.campaign.columns import encoded
-from trajopt.lab.campaign.engine import Block, Engine, Lost, PlannedBlock, WorkerPool
+from trajopt.lab.campaign.engine import Block, Engine, EnginePool, Lost, PlannedBlock
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.row import Fate, lost_row
 from trajopt.lab.campaign.supervisor import Local
@@ -131,7 +131,7 @@ class _Run:
     def __init__(
         self,
         folder: CampaignFolder,
-        pool: WorkerPool,
+        pool: EnginePool,
         done: int,
         progress: Callable[[Progress], None] | None,
     ) -> None:

@@ -20,11 +20,11 @@ from trajopt.lab.campaign.engine import (
     MARK,
     Block,
     Bunch,
+    EnginePool,
     Lost,
     PlannedBlock,
     Setup,
-    WorkerPool,
-    WorkerReady,
+    StartReport,
     check_workers,
 )
 from trajopt.lab.campaign.kept import CampaignFolder
@@ -202,7 +202,7 @@ class WorkerSupervisor:
         return self._sent[min(max(self._marked - self._told, 1), len(self._sent)) - 1]
 
     def _take(self, said: object) -> None:
-        if isinstance(said, WorkerReady):
+        if isinstance(said, StartReport):
             if said.reason:
                 raise CampaignError(said.reason)
             self._ready, self._killed = True, 0
@@ -284,7 +284,7 @@ class Local:
         check_workers(self.workers)
 
     @contextmanager
-    def pool(self, folder: CampaignFolder) -> Generator[WorkerPool]:
+    def pool(self, folder: CampaignFolder) -> Generator[EnginePool]:
         """Return the workers of a campaign, which end with the context."""
         workers = LocalPool(setup_of(folder), self.workers or cores())
         try:

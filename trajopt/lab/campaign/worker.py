@@ -18,7 +18,7 @@ from typing import cast
 from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.columns import Row
 from trajopt.lab.campaign.documents import Library
-from trajopt.lab.campaign.engine import MARK, Bunch, Setup, WorkerReady
+from trajopt.lab.campaign.engine import MARK, Bunch, Setup, StartReport
 from trajopt.lab.campaign.kept import check_versions
 from trajopt.lab.campaign.recipes import Workshop
 from trajopt.lab.campaign.row import row_of
@@ -45,9 +45,9 @@ def serve(pipe: "Connection[object, object]", marks: int) -> None:
         try:
             check_versions(setup.versions, "the campaign")
         except TrajoptError as error:
-            pipe.send(WorkerReady(str(error)))
+            pipe.send(StartReport(str(error)))
             return
-        pipe.send(WorkerReady())
+        pipe.send(StartReport())
         _plan(pipe, marks, setup)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         pass  # whoever started this has ended
