@@ -65,6 +65,9 @@ def test_an_arm_with_a_frame_goal_and_a_half_space_is_proven(tmp_path: Path, che
     w, x, y, z = goal["goal"]["rotation"]
     goal["goal"]["rotation"] = [w + 0.003 * x, x - 0.003 * w, y, z]
     assert "tool0" in checker.fault(proof.write(tmp_path / "turned.proof"))
+    # By half a turn a rotation vector is not known, and not needed where all axes are free.
+    goal["goal"]["rotation"], goal["rotation"] = [-x, w, -z, y], [None] * 3
+    assert checker.fault(proof.write(tmp_path / "free.proof")) == ""
 
 
 def test_every_kind_of_requirement_is_proven(tmp_path: Path, checker: Checker, required: Proof) -> None:

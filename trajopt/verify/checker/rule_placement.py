@@ -24,7 +24,7 @@ def read(value: Fields, statement: Statement) -> Requirement:
         turn, origin = (each[-1] for each in seen.placed(arm))
         inward = rotation_of(goal.rotation).transposed
         off = turned(inward, origin - exactly(goal.translation)).size
-        turned_by = rotation_vector(product(inward, turn)) if np.isfinite(most[1]).any() else np.zeros(3)
+        turned_by = rotation_vector(product(inward, turn)) if np.isfinite(rotation).any() else np.zeros(3)
         return np.array([(off <= most[0]).all() and (turned_by <= most[1]).all()])
 
     at = ", ".join(f"{each:.6g}" for each in goal.translation)
