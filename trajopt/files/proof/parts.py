@@ -26,7 +26,7 @@ Document = dict[str, object]
 
 @dataclass(frozen=True, eq=False)
 class ConvexPart:
-    """A convex part: what is within a distance of the hull of some points and two discs, or a half-space.
+    """A convex part: all points within a distance of the hull of some points and two discs, or a half-space.
 
     Attributes:
         body: The body that it stands for.

@@ -57,7 +57,7 @@ class ProofSize:
 
 @checked
 def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> ProofSize:
-    """Write a proof that a motion does what a problem requires, for a checker that needs no trajopt.
+    """Write a proof that a motion meets the requirements of a problem, for a checker that needs no trajopt.
 
     Requirements without a rule in the format are listed in the file as judged, not part of the proof.
 

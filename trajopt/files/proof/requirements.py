@@ -27,7 +27,7 @@ from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import PointMotion, RelativeMotion
 
 Shown = Callable[[Floats, Floats], Bools]
-"""Say of intervals, given by begin and end, (c,) each, whether the checker can show a requirement in them."""
+"""Returns whether the checker can show a requirement in intervals, given by begin and end, (c,) each."""
 MARGIN = 1.1
 """Bounds of paths are taken this much larger: the checker's own differ a little."""
 
@@ -38,7 +38,7 @@ class Stated:
 
     Attributes:
         document: The statement.
-        shown: Where it can be shown, if it is one of all times; None if it is one of the end.
+        shown: Intervals in which it can be shown, if it is one of all times; None if it is one of the end.
     """
 
     document: Document

@@ -83,12 +83,12 @@ def _owners(parts: Sequence[ConvexPart], one: int, other: int) -> frozenset[str]
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What a proof states of requirements.
+    """The requirements of a proof.
 
     Attributes:
         documents: The requirements that are part of the proof.
-        shown: Where in time those of all times can be shown.
-        judged: Sentences on what is not part of the proof.
+        shown: Intervals in which requirements of all times can be shown.
+        judged: Sentences on facts that are not part of the proof.
     """
 
     documents: tuple[Document, ...]
@@ -97,7 +97,7 @@ class Asked:
 
 
 def asked(problem: Problem, motion: Motion) -> Asked:
-    """Return the requirements of a problem, and what is judged but not part of a proof."""
+    """Return the requirements of a problem, and the facts that are judged but not part of a proof."""
     found, judged = list[Document](), list[str]()
     shown: list[Shown] = []
     stages: tuple[tuple[str, bool, Sequence[Requirement]], ...] = (

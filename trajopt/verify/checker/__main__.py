@@ -30,7 +30,7 @@ RULES = {
     "position in region": rule_region.read,
     "tool speed": rule_tool_speed.read,
 }
-"""Kinds of requirements -> what reads them."""
+"""Kinds of requirements -> their readers."""
 
 
 def examined(path: Path) -> tuple[str, str]:
@@ -73,7 +73,7 @@ def in_words(statement: Statement, rules: list[str]) -> str:
         f" all that can move against each other but {len(statement.excused)} excused pairs of owners",
         *(f"    {one} and {other}: {reason}" for one, other, reason in statement.excused),
         f"  {len(statement.joints)} joints keep their limits, to within {statement.excess:g}",
-        f"  the motion starts where it must{' and ends at rest' * statement.ends.rests}",
+        f"  the motion has the stated start{' and ends at rest' * statement.ends.rests}",
         *(f"  {rule}" for rule in rules),
         *(f"  judged, not part of this proof: {each}" for each in statement.judged),
     ]

@@ -72,7 +72,7 @@ def left_out(statement: Statement) -> Iterator[str]:
 def _along_planes(
     statement: Statement, direction: Interval, side: Rows, sign: float, seen: Rows
 ) -> tuple[Interval, bool]:
-    """Set the directions of half-spaces to their normals, and say whether one moves."""
+    """Set the directions of half-spaces to their normals, and report whether one moves."""
     low, high = direction.low.copy(), direction.high.copy()
     for part, rows in _by_part(statement, side):
         if isinstance(part.shape, HalfSpace):

@@ -58,7 +58,7 @@ class Interval:
         return Interval(down(low), up(np.maximum(np.maximum(a, b), np.maximum(c, d))))
 
     def __truediv__(self, other: Interval) -> Interval:
-        """Bound all quotients by positive numbers; not a number where the divisor may not be positive."""
+        """Bound all quotients by positive numbers; not a number if the divisor may not be positive."""
         positive = np.where(other.low > 0.0, 1.0, np.nan)
         a, b, c, d = (one / two for one in (self.low, self.high) for two in (other.low, other.high))
         low = np.minimum(np.minimum(a, b), np.minimum(c, d))
@@ -137,7 +137,7 @@ def normalised(vector: ArrayLike) -> Interval:
 
 
 def sine_and_cosine(angles: Interval) -> tuple[Interval, Interval]:
-    """Bound sines and cosines of intervals (n,): those of their middles, and half their widths more."""
+    """Bound sines and cosines of intervals (n,): at their middles, widened by half their widths."""
     middle = angles.low + (angles.high - angles.low) / 2.0
     radius = up(np.maximum(up(angles.high - middle), up(middle - angles.low)))
     found = [arb(value).sin_cos() if np.isfinite(value) else (arb("nan"),) * 2 for value in middle.tolist()]

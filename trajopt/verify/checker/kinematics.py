@@ -73,7 +73,7 @@ class Kinematics:
         )
 
     def placed(self, place: Place) -> tuple[Interval, Interval]:
-        """Return rotation (g, 3, 3) and origin (g, 3) of what a joint carries."""
+        """Return rotation (g, 3, 3) and origin (g, 3) of a placement that a joint carries."""
         turn, origin = self.rotation[:, place.joint], self.translation[:, place.joint]
         shift = turned(turn, exactly(place.translation))
         return intervals.product(turn, rotation_of(place.rotation)), origin + shift
@@ -156,7 +156,7 @@ def rotation_of(quaternion: Floats) -> Interval:
 
 
 def _moved(joint: Joint, positions: Interval) -> tuple[Interval, Interval]:
-    """Return where a joint's frame is in its parent's at some positions: (g, 3, 3) and (g, 3)."""
+    """Return a joint's frame in its parent's at some positions: (g, 3, 3) and (g, 3)."""
     fixed, axis = rotation_of(joint.place.rotation), intervals.normalised(joint.axis)
     still = exactly(np.broadcast_to(joint.place.translation, (len(positions.low), 3)))
     if not joint.turns:

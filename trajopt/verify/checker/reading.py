@@ -22,7 +22,7 @@ LARGEST = 1e12
 
 Fields: TypeAlias = Mapping[str, object]
 Reader: TypeAlias = Callable[[str, object], Any]
-"""Takes a value of JSON, with words for where it is, and returns it as it is used."""
+"""Takes a value of JSON, with words for its place, and returns it as it is used."""
 
 
 class Malformed(Exception):

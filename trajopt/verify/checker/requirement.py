@@ -1,4 +1,4 @@
-"""A requirement as the kernel sees it, and what its rules share."""
+"""A requirement as the kernel sees it, and the helpers of all rules."""
 
 from __future__ import annotations
 

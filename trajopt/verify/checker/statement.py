@@ -86,7 +86,7 @@ class Ends:
     Attributes:
         positions: Of the coordinates at the start, shape (n,), as the others.
         velocities: Likewise.
-        accelerations: Likewise; not asked for if all are 0, but for the jumps that a limit of jerk forbids.
+        accelerations: Likewise; not checked if all are 0, except for jumps if jerk is limited.
         tolerance: Of the positions.
         speed: Of velocities and accelerations, and of the rest at the end.
         rests: Whether it must end at rest.
@@ -130,7 +130,7 @@ class Statement:
         pairs: Two parts and the clearance that they keep [m].
         excused: Two owners that need not keep apart, and the reason.
         requirements: Requirements, each with its kind.
-        judged: Sentences on what was judged, but is not part of the proof.
+        judged: Sentences on facts that were judged, but are not part of the proof.
     """
 
     title: str

@@ -20,7 +20,7 @@ MOST_PRODUCTS = 20_000_000
 
 @dataclass(frozen=True, eq=False)
 class Witness:
-    """What shows that the statement is true.
+    """Evidence that the statement is true.
 
     Attributes:
         grid: Knots of the motion and times of the witness, increasing, shape (g,) [s].

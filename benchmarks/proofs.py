@@ -1,0 +1,131 @@
+"""Proof files: how many verified motions are proven by the checker alone, their sizes, and its time.
+
+python -m benchmarks.proofs [DATA] [--robots panda,ur5] [--limit K] [--page FILE]
+
+Each problem of the suite, and of MotionBenchMaker if DATA is given, is planned; the proof of each verified
+motion is written and checked by `python -I trajopt/verify/checker`. CPU of the checker is that of its whole
+process, from the start of Python on.
+"""
+
+import argparse
+import resource
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+
+import trajopt as to
+from benchmarks.motion_bench_maker import ROBOTS, problems
+from benchmarks.page import table, write_section
+from benchmarks.sections import TITLES
+from trajopt.files.proof import ProofSize, check_proof, save_proof
+from trajopt.problem.problem import named_problem
+from trajopt.values.errors import ProblemError
+
+HEAD = (
+    "motions of", "verified", "proven", "leaves", "witness kB", "statement kB", "write ms", "check s",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A verified motion and its proof.
+
+    Attributes:
+        family: The set of its problem.
+        name: The problem.
+        fault: The reason if it is not proven; empty if it is.
+        size: The size of the proof, if there is one.
+        write: CPU time of writing, the judge's verdict included [s].
+        check: CPU time of the checker's process [s].
+    """
+
+    family: str
+    name: str
+    fault: str
+    size: ProofSize | None = None
+    write: float = 0.0
+    check: float = 0.0
+
+
+def main() -> None:
+    """Prove all motions, and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("data", type=Path, nargs="?", help="MotionBenchMaker's problems")
+    parser.add_argument("--robots", default=",".join(ROBOTS), help="names, separated by commas")
+    parser.add_argument("--limit", type=int, help="problems of each set at most")
+    parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
+    given = parser.parse_args()
+    found: list[Checked] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for family, name, problem in (*suite(), *of_robots(given.data, given.robots, given.limit)):
+            result = to.plan(problem, seconds=20.0)
+            if result.verified:
+                found.append(proven(family, name, result, Path(folder) / "x.proof"))
+                print(found[-1], flush=True)
+    families = list(dict.fromkeys(each.family for each in found))
+    text = table(
+        HEAD, [row(family, [each for each in found if each.family == family]) for family in families]
+    )
+    print(text)
+    if given.page is not None:
+        write_section(given.page, "proofs", text)
+
+
+def suite() -> Iterator[tuple[str, str, to.Problem]]:
+    """Yield the installed problems."""
+    for name in sorted(each.name for each in entry_points(group="trajopt.problems")):
+        yield "suite", name, named_problem(name)
+
+
+def of_robots(data: Path | None, robots: str, limit: int | None) -> Iterator[tuple[str, str, to.Problem]]:
+    """Yield MotionBenchMaker's problems; none without data."""
+    if data is None:
+        return
+    for robot in robots.split(","):
+        found = problems(data, robot)
+        if isinstance(found, to.TrajoptError):
+            raise found
+        for name, instance in found.items():
+            if limit is None or int(name.split("/")[1]) <= limit:
+                yield TITLES[robot], name, instance.make()
+
+
+def proven(family: str, name: str, result: to.Result, path: Path) -> Checked:
+    """Write and check the proof of a motion."""
+    begin = time.process_time()
+    try:
+        size = save_proof(result.problem, result.require().trajectory, path)
+    except ProblemError as error:
+        return Checked(family, name, str(error))
+    written, before = time.process_time(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    answer = check_proof(path)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    fault = "" if answer.proven else answer.words.splitlines()[-1]
+    return Checked(family, name, fault, size, written - begin, used)
+
+
+def row(family: str, found: list[Checked]) -> tuple[str, ...]:
+    """Return a row of the table: medians and largest."""
+    good = [each for each in found if not each.fault]
+    sizes = [each.size for each in good if each.size is not None]
+    columns = (
+        ([each.leaves for each in sizes], "{:.0f}"),
+        ([each.witness / 1000.0 for each in sizes], "{:.1f}"),
+        ([each.statement / 1000.0 for each in sizes], "{:.0f}"),
+        ([1000.0 * each.write for each in good], "{:.0f}"),
+        ([each.check for each in good], "{:.2f}"),
+    )
+    numbers = (
+        f"{form.format(float(np.median(values)))} / {form.format(max(values))}" for values, form in columns
+    )
+    return (family, str(len(found)), str(len(good)), *numbers)
+
+
+if __name__ == "__main__":
+    main()
