@@ -18,7 +18,7 @@ from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import VerifyOptions
 from trajopt.verify.checks.torques import inverse_dynamics, payload_torques
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion as TimedMotion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 
 def loaded(scene: to.Scene, frame: str, mass: float) -> to.Scene:
@@ -30,7 +30,7 @@ def test_planner_and_judge_agree_on_the_torque_of_a_load(tmp_path: Path) -> None
     scene = loaded(to.Scene(mixed_arm(tmp_path)), "finger", 2.5)
     model = reduced(scene, [0.1, -0.2, 0.05, 0.3])
     there = wavy(model, 4)
-    motion = TimedMotion(model, there, kinematics=Kinematics(model), options=VerifyOptions())
+    motion = JudgedMotion(model, there, kinematics=Kinematics(model), options=VerifyOptions())
     times, torques = inverse_dynamics(motion)
     inner = (times[:, None] != there.times).all(axis=1)
     q, v, a = (there(times[inner], order) for order in range(3))

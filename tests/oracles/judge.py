@@ -10,7 +10,7 @@ from trajopt.values.arrays import Floats
 from trajopt.verify import Judge, VerifyOptions
 from trajopt.verify.kernel.clearance_search import Findings
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 
 class PlainKinematics(Kinematics):
@@ -43,6 +43,6 @@ class PlainJudge(Judge):
         self._kinematics = PlainKinematics(reduced)
         self._distances = self._plain = PlainDistances(reduced, error=options.distance_error)
 
-    def _search(self, motion: Motion, *, measured: bool) -> Findings:
+    def _search(self, motion: JudgedMotion, *, measured: bool) -> Findings:
         del measured
         return PlainSearch(motion, self._plain).run()

@@ -8,7 +8,7 @@ from tests.oracles.judge_distances import PlainDistances
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.kernel.clearance_search import Contact, Findings, Gap, Tally, Windows
 from trajopt.verify.kernel.kinematics import Kinematics, Poses, Travel, relative_chain
-from trajopt.verify.kernel.motion import Motion, counting, cut, pieces_needed
+from trajopt.verify.kernel.motion import JudgedMotion, counting, cut, pieces_needed
 
 _FIRST_INTERVALS = 16
 _NEAR_ENOUGH = 0.75
@@ -104,7 +104,7 @@ class PlainSearch:
         gap: First interval without proof, if the search was given up.
     """
 
-    def __init__(self, motion: Motion, distances: PlainDistances) -> None:
+    def __init__(self, motion: JudgedMotion, distances: PlainDistances) -> None:
         """Set up the search over a motion."""
         self._motion, self._distances = motion, distances
         self._options, self._before = motion.options, distances.calls

@@ -25,7 +25,7 @@ from trajopt.values.shapes.shapes import Box, Plane, Shape, Sphere, convex
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Examination, Judge, Specification, VerifyOptions
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.pair_distances import PairDistances
 
 ERROR = 1e-6
@@ -188,7 +188,7 @@ def ends(model: ReducedModel, trajectory: Trajectory, judge: type[Judge]) -> lis
 def test_kinematics_torques_and_extremes(tmp_path: Path, seed: int) -> None:
     model = reduced(Scene(mixed_arm(tmp_path)), [0.1, -0.2, 0.05, 0.3])
     native, plain = Kinematics(model), PlainKinematics(model)
-    motion = Motion(model, wavy(model, seed), kinematics=plain, options=VerifyOptions())
+    motion = JudgedMotion(model, wavy(model, seed), kinematics=plain, options=VerifyOptions())
     positions = motion.trajectory(np.linspace(0.0, 2.0, 7))
     mine, oracle = native.poses(positions), plain.poses(positions)
     for one, other in zip(

@@ -19,7 +19,7 @@ from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Evidence, VerifyOptions, verify
 from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 
 @pytest.fixture
@@ -205,7 +205,7 @@ def gravity_torques(shoulder: float, elbow: float) -> tuple[float, float]:
 
 def test_torques_of_standing_still_are_those_of_gravity(model: ReducedModel) -> None:
     still = quintic(model, [[0.1, 0.2], [0.1, 0.2]], 1.0)
-    motion = Motion(model, still, kinematics=Kinematics(model), options=VerifyOptions())
+    motion = JudgedMotion(model, still, kinematics=Kinematics(model), options=VerifyOptions())
     times, torques = inverse_dynamics(motion)
     expected = gravity_torques(0.1, 0.2)
     np.testing.assert_allclose(torques, np.tile(expected, (len(times), 1)), atol=1e-9)
@@ -220,7 +220,9 @@ def test_torques_of_standing_still_are_those_of_gravity(model: ReducedModel) -> 
 
 def test_torques_of_a_motion_do_its_work(model: ReducedModel) -> None:
     """Power integrates to the change of potential energy between two states of rest."""
-    motion = Motion(model, leg(model), kinematics=Kinematics(model), options=VerifyOptions(sample_step=1e-3))
+    motion = JudgedMotion(
+        model, leg(model), kinematics=Kinematics(model), options=VerifyOptions(sample_step=1e-3)
+    )
     times, torques = inverse_dynamics(motion)
     work = np.trapezoid((torques * leg(model)(times, 1)).sum(axis=1), times)
     data = model.model.createData()
@@ -231,7 +233,9 @@ def test_torques_of_a_motion_do_its_work(model: ReducedModel) -> None:
 def test_a_mimicking_joint_burdens_the_joint_it_follows(tmp_path: Path) -> None:
     model = reduced(Scene(mixed_arm(tmp_path)), [0.1, -0.2, 0.05, 0.3])
     trajectory = wavy(model, 3)
-    motion = Motion(model, trajectory, kinematics=Kinematics(model), options=VerifyOptions(sample_step=1e-3))
+    motion = JudgedMotion(
+        model, trajectory, kinematics=Kinematics(model), options=VerifyOptions(sample_step=1e-3)
+    )
     times, torques = inverse_dynamics(motion)
     energy = [_energy(model, trajectory(t), trajectory(t, 1)) for t in (0.0, 1.9)]
     power = (torques * trajectory(times, 1)).sum(axis=1)

@@ -9,7 +9,7 @@ import trajopt as to
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion, sampled_times, steps_in_pieces
+from trajopt.verify.kernel.motion import JudgedMotion, sampled_times, steps_in_pieces
 from trajopt.verify.kernel.options import VerifyOptions
 
 pytestmark = pytest.mark.timeout(60)
@@ -38,9 +38,9 @@ def slowed(of: to.Trajectory, factor: float) -> to.Trajectory:
     )
 
 
-def moved(problem: to.Problem, trajectory: to.Trajectory) -> Motion:
+def moved(problem: to.Problem, trajectory: to.Trajectory) -> JudgedMotion:
     kinematics = Kinematics(problem.reduced)
-    return Motion(problem.reduced, trajectory, kinematics=kinematics, options=VerifyOptions())
+    return JudgedMotion(problem.reduced, trajectory, kinematics=kinematics, options=VerifyOptions())
 
 
 @pytest.mark.parametrize("scaling", [1e-3, 1e-5, 1e-6])

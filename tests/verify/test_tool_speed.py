@@ -17,7 +17,7 @@ from trajopt.values.errors import FrameNotFound, ProblemError
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, verify
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import PointMotion
 
 OFFSET = (0.1, -0.05, 0.2)
@@ -34,7 +34,7 @@ def mixed(tmp_path: Path) -> ReducedModel:
 
 
 def moving(model: ReducedModel, trajectory: Trajectory, frame: str) -> PointMotion:
-    motion = Motion(model, trajectory, kinematics=Kinematics(model), options=VerifyOptions())
+    motion = JudgedMotion(model, trajectory, kinematics=Kinematics(model), options=VerifyOptions())
     return PointMotion(motion, frame, offset=np.array(OFFSET))
 
 

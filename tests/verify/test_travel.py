@@ -11,7 +11,7 @@ from tests.verify.arms import mixed_arm, reduced, wavy
 from trajopt.scene.scene import Scene
 from trajopt.values.placement import WORLD
 from trajopt.verify.kernel.kinematics import Kinematics, Travel, relative_chain
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
@@ -21,9 +21,9 @@ SAME_FOLDER = settings(
 )
 
 
-def motion_of(folder: Path, seed: int) -> Motion:
+def motion_of(folder: Path, seed: int) -> JudgedMotion:
     model = reduced(Scene(mixed_arm(folder)), [0.1, -0.2, 0.05, 0.3])
-    return Motion(model, wavy(model, seed), kinematics=Kinematics(model), options=VerifyOptions())
+    return JudgedMotion(model, wavy(model, seed), kinematics=Kinematics(model), options=VerifyOptions())
 
 
 def test_the_mimicking_joint_and_the_kinds_of_joints_are_read(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from trajopt.verify.certificate import Check
 from trajopt.verify.checks.limits import moving_limits
 from trajopt.verify.checks.quantities import When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances, required_clearances
 
@@ -184,7 +184,7 @@ def requirements_with(
     return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
 
 
-def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOptions) -> Motion:
+def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOptions) -> JudgedMotion:
     """Return a motion that rests at a configuration for a second.
 
     Args:
@@ -198,7 +198,7 @@ def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOpt
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
     standing = Trajectory(reduced.joint_names, np.array([0.0, 1.0]), np.stack((place, place)))
-    return Motion(reduced, standing, kinematics=kinematics, options=options)
+    return JudgedMotion(reduced, standing, kinematics=kinematics, options=options)
 
 
 def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:

@@ -31,7 +31,7 @@ from trajopt.verify.checks.tool_speed import ToolSpeedCriterion
 from trajopt.verify.checks.torques import Overload, TorqueCriterion, overloads
 from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import Surroundings, required_clearances
 from trajopt.verify.specification import Criterion, SampledCheck, Specification, Verdict
@@ -45,7 +45,7 @@ NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
 class _Judged:
     """A motion with its limits and criteria."""
 
-    motion: Motion
+    motion: JudgedMotion
     limits: JointLimits
     clearance: ClearanceCriterion
     criteria: tuple[Criterion, ...]
@@ -188,9 +188,9 @@ class Judge:
         """
         return requirements_with(self._kinematics, positions, requirements, options=self.options)
 
-    def _motion(self, trajectory: Trajectory, specification: Specification) -> Motion:
+    def _motion(self, trajectory: Trajectory, specification: Specification) -> JudgedMotion:
         one_of("trajectory", trajectory, Trajectory)
-        return Motion(
+        return JudgedMotion(
             self.reduced,
             trajectory,
             kinematics=self._kinematics,
@@ -312,7 +312,7 @@ def examine(
 _MOST_NAMES = 8
 
 
-def notes(motion: Motion, limits: JointLimits) -> tuple[str, ...]:
+def notes(motion: JudgedMotion, limits: JointLimits) -> tuple[str, ...]:
     """Collect the notes on a motion judged with given limits."""
     reduced = motion.reduced
     return (
@@ -326,7 +326,7 @@ def notes(motion: Motion, limits: JointLimits) -> tuple[str, ...]:
     )
 
 
-def _trajectory_notes(motion: Motion, limits: JointLimits) -> list[str]:
+def _trajectory_notes(motion: JudgedMotion, limits: JointLimits) -> list[str]:
     found: list[str] = []
     if not motion.differentiable:
         found.append(

@@ -130,7 +130,7 @@ def test_motion_and_kinematics_contain_others(
     stated = arm(rng, degree)
     statement = checker.modules["statement"].read_statement(stated)
     grid = np.unique(np.concatenate((stated["motion"]["times"], rng.uniform(0.0, 2.0, 40))))
-    found = checker.modules["kinematics"].Kinematics(statement, grid)
+    found = checker.modules["kinematics"].GridKinematics(statement, grid)
     turns, origins = placed(stated, grid)
     for interval, value in ((found.rotation, turns), (found.translation, origins)):
         assert (interval.low - 1e-14 <= value).all() and (value <= interval.high + 1e-14).all()
@@ -154,7 +154,7 @@ def test_travel_bounds_derivatives(
     stated = arm(rng, degree)
     statement = checker.modules["statement"].read_statement(stated)
     grid = np.unique(np.concatenate((stated["motion"]["times"], np.linspace(0.0, 2.0, 20))))
-    found = checker.modules["kinematics"].Kinematics(statement, grid)
+    found = checker.modules["kinematics"].GridKinematics(statement, grid)
     intervals, point = checker.modules["intervals"], rng.uniform(-0.3, 0.3, 3)
     path = found.translation[:, joint] + intervals.turned(found.rotation[:, joint], intervals.exactly(point))
     begin = np.arange(len(grid) - 1)

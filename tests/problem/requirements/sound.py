@@ -18,7 +18,7 @@ from trajopt.values.placement import Placement, placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion as TimedMotion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 MANY_CONFIGURATIONS = settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -63,7 +63,7 @@ OFFSET = np.array((0.05, -0.02, 0.1))
 
 
 def check(model: ReducedModel, trajectory: Trajectory, wanted: Requirement, when: When) -> tuple[Check, ...]:
-    motion = TimedMotion(model, trajectory, kinematics=Kinematics(model), options=VerifyOptions())
+    motion = JudgedMotion(model, trajectory, kinematics=Kinematics(model), options=VerifyOptions())
     return check_requirement(wanted, motion, when)
 
 

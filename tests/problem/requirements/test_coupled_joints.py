@@ -25,7 +25,7 @@ from trajopt.values.errors import ProblemError
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion as TimedMotion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 number = st.floats(-2.0, 2.0)
 
@@ -68,7 +68,7 @@ def test_joints_outside_the_group_stand_still(tmp_path: Path) -> None:
 
 
 def judged(model: ReducedModel, there: Trajectory, when: When, tolerance: float) -> Check:
-    motion = TimedMotion(model, there, kinematics=Kinematics(model), options=VerifyOptions())
+    motion = JudgedMotion(model, there, kinematics=Kinematics(model), options=VerifyOptions())
     wanted = coupled_joints({"j1": 1.0, "j4": -1.0, "j5": 2.0}, 0.2, tolerance=tolerance)
     (found,) = check_requirement(wanted, motion, when)
     return found

@@ -16,7 +16,7 @@ from trajopt.problem.requirements import GravityTorque
 from trajopt.scene.payload import payloads
 from trajopt.verify import Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion as TimedMotion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 
 def test_a_rod_holds_a_load_by_hand(tmp_path: Path) -> None:
@@ -30,7 +30,7 @@ def test_a_rod_holds_a_load_by_hand(tmp_path: Path) -> None:
     found = GravityShare(model, np.arange(2)).linearise(motion).value * 500.0
     assert found == pytest.approx(expected, abs=1e-9)
     rise = quintic(model, [[0.0, 0.0], [1.2, 0.0]], 1.0)
-    timed = TimedMotion(model, rise, kinematics=Kinematics(model), options=VerifyOptions())
+    timed = JudgedMotion(model, rise, kinematics=Kinematics(model), options=VerifyOptions())
     share = float(expected[0]) / 500.0
     for factor, holds in ((1.001, True), (0.999, False)):
         (check,) = check_requirement(to.gravity_torque(factor * share), timed, When.ALWAYS)

@@ -18,7 +18,7 @@ from trajopt.values.arrays import Rows
 from trajopt.values.errors import FrameNotFound, ProblemError
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion as TimedMotion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def model(tmp_path: Path) -> ReducedModel:
 
 def judged(model: ReducedModel, begin: float, end: float, margin: float, *ignore: str) -> tuple[Check, ...]:
     leg = quintic(model, [[begin], [end]], 1.0)
-    motion = TimedMotion(model, leg, kinematics=Kinematics(model), options=VerifyOptions())
+    motion = JudgedMotion(model, leg, kinematics=Kinematics(model), options=VerifyOptions())
     wanted = to.line_of_sight("eye", (0.0, 0.0, 2.0), margin=margin, ignore=ignore)
     return check_requirement(wanted, motion, When.ALWAYS)
 

@@ -33,7 +33,7 @@ from trajopt.values.errors import ProblemError
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion as TimedMotion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 POINT = np.array((0.05, 0.0, 0.02))
 
@@ -99,7 +99,7 @@ OFFSET = np.array((0.1, 0.05, 0.0))
 def judged(
     model: ReducedModel, there: Trajectory, frame: str, smallest: float, length: float, when: When
 ) -> Check:
-    motion = TimedMotion(model, there, kinematics=Kinematics(model), options=VerifyOptions())
+    motion = JudgedMotion(model, there, kinematics=Kinematics(model), options=VerifyOptions())
     wanted = singularity_distance(frame, smallest, length=length, offset=OFFSET)
     (found,) = check_requirement(wanted, motion, when)
     return found

@@ -11,7 +11,7 @@ from trajopt.files.proof.parts import ConvexPart
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.shapes.shapes import Mesh
 from trajopt.verify.kernel.kinematics import Poses
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.shapes import coal_geometry, hull_of
 
 Directions = NDArray[np.int16]
@@ -54,7 +54,9 @@ class LeafSearch:
     clearance and u h^2 / 8, where u bounds the accelerations of both, as the checker decides it.
     """
 
-    def __init__(self, motion: Motion, parts: Sequence[ConvexPart], pairs: Ints, required: Floats) -> None:
+    def __init__(
+        self, motion: JudgedMotion, parts: Sequence[ConvexPart], pairs: Ints, required: Floats
+    ) -> None:
         """Lay out chains and spheres.
 
         Args:

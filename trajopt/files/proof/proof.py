@@ -22,7 +22,7 @@ from trajopt.values.shapes.shapes import Mesh
 from trajopt.values.trajectory import Interpolation, Trajectory
 from trajopt.verify import VerifyOptions
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 LEAF = np.dtype([("begin", "<u2"), ("direction", "<i2", (3,))])
 SUFFIX = ".proof"
@@ -81,7 +81,7 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
     return ProofSize(len(said), len(witness), len(leaves.pair), len(grid))
 
 
-def _verified(problem: Problem, trajectory: Trajectory) -> Motion:
+def _verified(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
     if trajectory.interpolation is Interpolation.LINEAR:
         raise ProblemError("a proof needs the velocities of the motion: without, it jumps at its points")
     certificate = judge(problem, trajectory)
@@ -91,10 +91,10 @@ def _verified(problem: Problem, trajectory: Trajectory) -> Motion:
     moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
     rests = not any(moving.intersection(goal.frames) for goal in problem.goals)
     kinematics, options = Kinematics(reduced), VerifyOptions()
-    return Motion(reduced, trajectory, kinematics=kinematics, options=options, rests_after=rests)
+    return JudgedMotion(reduced, trajectory, kinematics=kinematics, options=options, rests_after=rests)
 
 
-def _separated(motion: Motion) -> tuple[Pairs, Leaves]:
+def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
     """Return pairs with leaves that cover the motion; exact meshes whose hulls meet are excused."""
     pairs = proven_pairs(motion.reduced)
     leaves, lost = LeafSearch(motion, pairs.parts, pairs.pairs, pairs.required).search()
@@ -111,7 +111,7 @@ def _separated(motion: Motion) -> tuple[Pairs, Leaves]:
     return pairs, LeafSearch(motion, pairs.parts, pairs.pairs, pairs.required).search()[0]
 
 
-def _grid(motion: Motion, leaves: Leaves, limits: JointLimits, requirements: Asked) -> Floats:
+def _grid(motion: JudgedMotion, leaves: Leaves, limits: JointLimits, requirements: Asked) -> Floats:
     """Return times between which the checker sees that limits and requirements hold, leaves' ends among them.
 
     Raises:
@@ -131,7 +131,7 @@ def _grid(motion: Motion, leaves: Leaves, limits: JointLimits, requirements: Ask
     return grid
 
 
-def _limits_hold(motion: Motion, limits: JointLimits) -> Shown:
+def _limits_hold(motion: JudgedMotion, limits: JointLimits) -> Shown:
     excess = 0.9 * motion.options.excess
     rates = (limits.velocity, limits.acceleration, limits.jerk)
     lower = [limits.lower - excess * np.maximum(1.0, np.abs(limits.lower))]
@@ -149,7 +149,7 @@ def _limits_hold(motion: Motion, limits: JointLimits) -> Shown:
     return shown
 
 
-def _witness(motion: Motion, leaves: Leaves, grid: Floats, pairs: int) -> bytes:
+def _witness(motion: JudgedMotion, leaves: Leaves, grid: Floats, pairs: int) -> bytes:
     times = np.setdiff1d(grid, motion.trajectory.times)
     rows = np.empty(len(leaves.pair), dtype=LEAF)
     rows["begin"], rows["direction"] = np.searchsorted(grid, leaves.begin), leaves.direction

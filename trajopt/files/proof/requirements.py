@@ -23,7 +23,7 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
 from trajopt.values.trajectory import Interpolation
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import PointMotion, RelativeMotion
 
 Shown = Callable[[Floats, Floats], Bools]
@@ -33,7 +33,7 @@ MARGIN = 1.1
 
 
 @dataclass(frozen=True, eq=False)
-class Stated:
+class RequirementRecord:
     """A requirement as a proof states it.
 
     Attributes:
@@ -46,7 +46,7 @@ class Stated:
 
 
 @singledispatch
-def stated(requirement: Requirement, motion: Motion, *, always: bool) -> Stated | None:
+def stated(requirement: Requirement, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
     """Return a requirement as a proof states it; None if proofs have no rule for it.
 
     Args:
@@ -59,7 +59,7 @@ def stated(requirement: Requirement, motion: Motion, *, always: bool) -> Stated 
 
 
 @stated.register
-def _(requirement: JointPositions, motion: Motion, *, always: bool) -> Stated | None:
+def _(requirement: JointPositions, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
     moving = motion.reduced.moving_joints
     if not set(requirement.positions) <= set(moving):
         return None
@@ -68,11 +68,11 @@ def _(requirement: JointPositions, motion: Motion, *, always: bool) -> Stated | 
         sides = position - requirement.below[joint], position + requirement.above[joint]
         ranges.append([moving.index(joint) + 1, *(side if np.isfinite(side) else None for side in sides)])
     document: Document = {"kind": "joint positions", "always": always, "ranges": ranges}
-    return Stated(document, _everywhere if always else None)
+    return RequirementRecord(document, _everywhere if always else None)
 
 
 @stated.register
-def _(requirement: FramePlacement, motion: Motion, *, always: bool) -> Stated | None:
+def _(requirement: FramePlacement, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
     seen = _seen(motion.reduced, requirement.frame, requirement.reference)
     rotation = np.where(requirement.rotation_tolerance >= np.pi, np.inf, requirement.rotation_tolerance)
     vector = requirement.coordinates is RotationCoordinates.ROTATION_VECTOR or np.isinf(rotation).all()
@@ -83,7 +83,7 @@ def _(requirement: FramePlacement, motion: Motion, *, always: bool) -> Stated | 
     point = Placement(frame.placement.rotation, frame.placement * requirement.offset)
     stated = np.concatenate((requirement.position_tolerance, rotation)).tolist()
     sizes = [size if np.isfinite(size) else None for size in stated]
-    return Stated(
+    return RequirementRecord(
         {
             "kind": "frame placement",
             "frame": requirement.frame,
@@ -96,7 +96,7 @@ def _(requirement: FramePlacement, motion: Motion, *, always: bool) -> Stated | 
 
 
 @stated.register
-def _(requirement: AxisAlignment, motion: Motion, *, always: bool) -> Stated | None:
+def _(requirement: AxisAlignment, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
     seen = _seen(motion.reduced, requirement.frame, requirement.reference)
     if seen is None or requirement.tolerance > 3.1:
         return None
@@ -122,11 +122,11 @@ def _(requirement: AxisAlignment, motion: Motion, *, always: bool) -> Stated | N
         off = (bounds.turn_acceleration + bounds.turn_rate**2) * (end - begin) ** 2 / 8.0
         return np.minimum(*inner) - MARGIN * off >= np.cos(requirement.tolerance)
 
-    return Stated(document, shown if always else None)
+    return RequirementRecord(document, shown if always else None)
 
 
 @stated.register
-def _(requirement: PositionInRegion, motion: Motion, *, always: bool) -> Stated | None:
+def _(requirement: PositionInRegion, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
     seen = _seen(motion.reduced, requirement.frame, requirement.reference)
     if seen is None:
         return None
@@ -154,10 +154,10 @@ def _(requirement: PositionInRegion, motion: Motion, *, always: bool) -> Stated 
         ]
         return np.any(holds, axis=0)
 
-    return Stated(document, shown if always else None)
+    return RequirementRecord(document, shown if always else None)
 
 
-def stated_speed(limited: ToolSpeed, motion: Motion) -> Stated | None:
+def stated_speed(limited: ToolSpeed, motion: JudgedMotion) -> RequirementRecord | None:
     """Return a limit of a tool's speed as a proof states it; None if it has other limits too."""
     if np.isfinite(limited.angular) or np.isfinite(limited.steady):
         return None
@@ -173,7 +173,7 @@ def stated_speed(limited: ToolSpeed, motion: Motion) -> Stated | None:
         off = changes.second[:, 0] * length**2 / 8.0 if smooth else changes.first[:, 0] * length / 2.0
         return np.maximum(*speeds) + MARGIN * off <= limited.linear * SURE
 
-    return Stated(
+    return RequirementRecord(
         {
             "kind": "tool speed",
             "frame": limited.frame,

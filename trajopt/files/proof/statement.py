@@ -13,7 +13,7 @@ from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.placement import Placement
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.pair_distances import required_clearances
 
 
@@ -96,7 +96,7 @@ class Asked:
     judged: tuple[str, ...]
 
 
-def asked(problem: Problem, motion: Motion) -> Asked:
+def asked(problem: Problem, motion: JudgedMotion) -> Asked:
     """Return the requirements of a problem, and the facts that are judged but not part of a proof."""
     found, judged = list[Document](), list[str]()
     shown: list[Shown] = []
@@ -122,7 +122,7 @@ def asked(problem: Problem, motion: Motion) -> Asked:
     return Asked(tuple(found), tuple(shown), (*judged, *_only_judged(problem, motion)))
 
 
-def _only_judged(problem: Problem, motion: Motion) -> list[str]:
+def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
     reduced, scene = motion.reduced, problem.scene
     found = [f"waypoint {name}" for name in problem.waypoint_names]
     found += [f"between waypoints: {item.required}" for item in problem.partial]
@@ -141,7 +141,7 @@ def _only_judged(problem: Problem, motion: Motion) -> list[str]:
     return found
 
 
-def statement(problem: Problem, motion: Motion, pairs: Pairs, requirements: Asked) -> Document:
+def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements: Asked) -> Document:
     """Return the statement as plain data, in the order and with the names of `proof/1`."""
     trajectory, reduced, options = motion.trajectory, motion.reduced, motion.options
     rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
@@ -175,7 +175,7 @@ def _printable(text: str) -> str:
     return "".join(sign if sign.isprintable() else " " for sign in text)[:1000]
 
 
-def _joints(motion: Motion, limits: JointLimits) -> list[Document]:
+def _joints(motion: JudgedMotion, limits: JointLimits) -> list[Document]:
     reduced, arm = motion.reduced, motion.kinematics
     matrix, offset = reduced.mimic_matrix, reduced.mimic_offset
     found: list[Document] = []

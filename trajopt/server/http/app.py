@@ -24,7 +24,7 @@ from trajopt.server.http.answers import (
     robot_document,
     streamed,
 )
-from trajopt.server.http.guard import BYTES, JSON, Guard, HttpOptions, Intake
+from trajopt.server.http.guard import BYTES, JSON, HttpOptions, Intake, RequestGuard
 from trajopt.server.http.metrics import Metrics
 from trajopt.server.job import Cancellation
 from trajopt.server.limits import RequestRefused, Why
@@ -263,7 +263,9 @@ class Face:
         return await answered(request, ask)
 
 
-def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics | None = None) -> Guard:
+def http_app(
+    service: Service, options: HttpOptions = DEFAULT, metrics: Metrics | None = None
+) -> RequestGuard:
     """Return the application of a service.
 
     Args:
@@ -272,7 +274,7 @@ def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics 
         metrics: Content of `/metrics`.
     """
     attached = frozenset(name for name, each in service.operations.items() if each.attached)
-    return Guard(Intake(Face(service, options, metrics), service.limits.bodies), options, attached)
+    return RequestGuard(Intake(Face(service, options, metrics), service.limits.bodies), options, attached)
 
 
 def worker_request(scope: Scope) -> tuple[str, str]:

@@ -80,7 +80,7 @@ Denial: TypeAlias = tuple[int, str, str]
 """A status, a kind and a reason."""
 
 
-class Guard:
+class RequestGuard:
     """Checks each request for its origin, host and token.
 
     A page of another site could otherwise use the server through a browser on this machine: by mapping its

@@ -17,9 +17,9 @@ import rule_joints
 import rule_placement
 import rule_region
 import rule_tool_speed
-from kinematics import Kinematics
+from kinematics import GridKinematics
 from reading import Malformed, one_of, open_file
-from requirement import Requirement
+from requirement import StatedRequirement
 from statement import Statement, read_statement
 from witness import read_witness
 
@@ -47,7 +47,7 @@ def examined(path: Path) -> tuple[str, str]:
     ]
     witness = read_witness(data, statement)
     with np.errstate(all="ignore"):  # a number that is not finite fails the comparison that it reaches
-        arm = Kinematics(statement, witness.grid)
+        arm = GridKinematics(statement, witness.grid)
         faults = chain(
             limits.check(statement, arm),
             (fault for each in requirements for fault in _missed(each, arm)),
@@ -56,7 +56,7 @@ def examined(path: Path) -> tuple[str, str]:
         return in_words(statement, [each.words for each in requirements]), next(faults, "")
 
 
-def _missed(requirement: Requirement, arm: Kinematics) -> Iterator[str]:
+def _missed(requirement: StatedRequirement, arm: GridKinematics) -> Iterator[str]:
     holds = requirement.holds(arm)
     for cell in np.flatnonzero(~holds)[:1].tolist():
         near = f" from {arm.grid[cell]:.6g} to {arm.grid[cell + 1]:.6g} s" if len(holds) > 1 else ""

@@ -12,14 +12,14 @@ from collections.abc import Iterator
 
 import numpy as np
 from intervals import Floats, Interval, dot, exactly, turned, up
-from kinematics import Kinematics, Rows, rotation_of
+from kinematics import GridKinematics, Rows, rotation_of
 from numpy.typing import NDArray
 from shapes import HalfSpace
-from statement import Part, Statement
+from statement import ConvexPart, Statement
 from witness import Witness
 
 
-def check(statement: Statement, witness: Witness, arm: Kinematics) -> Iterator[str]:
+def check(statement: Statement, witness: Witness, arm: GridKinematics) -> Iterator[str]:
     """Yield faults, of which only the first counts: pairs that are left out, leaves that do not hold."""
     yield from left_out(statement)
     if not len(witness.pair):
@@ -83,12 +83,12 @@ def _along_planes(
     return Interval(low, high), False
 
 
-def _by_part(statement: Statement, side: Rows) -> Iterator[tuple[Part, NDArray[np.bool_]]]:
+def _by_part(statement: Statement, side: Rows) -> Iterator[tuple[ConvexPart, NDArray[np.bool_]]]:
     for number in np.unique(side):
         yield statement.parts[int(number)], side == number
 
 
-def _accelerations(arm: Kinematics, witness: Witness, side: Rows, seen: Rows) -> Floats:
+def _accelerations(arm: GridKinematics, witness: Witness, side: Rows, seen: Rows) -> Floats:
     """Bound the accelerations of one side's parts in each leaf, as seen from joints, (l,) [m/s^2]."""
     found = np.zeros(len(side))
     for part, rows in _by_part(arm.statement, side):
@@ -102,7 +102,7 @@ def _accelerations(arm: Kinematics, witness: Witness, side: Rows, seen: Rows) ->
     return found
 
 
-def _supports(arm: Kinematics, side: Rows, time: Rows, direction: Interval) -> Floats:
+def _supports(arm: GridKinematics, side: Rows, time: Rows, direction: Interval) -> Floats:
     """Bound the support functions of one side's parts at times of the grid, (l,) [m]."""
     found = np.zeros(len(side))
     for part, rows in _by_part(arm.statement, side):

@@ -9,7 +9,7 @@ import numpy as np
 from intervals import Floats, Interval, exactly, turned, up
 from motion import motion_on
 from numpy.typing import NDArray
-from statement import Joint, Place, Statement
+from statement import FixedPlace, StatedJoint, Statement
 
 SAFE = 1.0 + 1e-12
 """Covers the rounding of sums and products of numbers that are not negative: each joint of a chain adds fewer
@@ -20,7 +20,7 @@ Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Travel:
+class PointTravel:
     """Upper bounds for a point within intervals, shape (m,) each.
 
     Attributes:
@@ -34,7 +34,7 @@ class Travel:
     jerk: Floats
 
 
-class Kinematics:
+class GridKinematics:
     """A robot along its motion, at all times of a grid.
 
     Attributes:
@@ -72,7 +72,7 @@ class Kinematics:
             for bound in self.motion.bounds[1:]
         )
 
-    def placed(self, place: Place) -> tuple[Interval, Interval]:
+    def placed(self, place: FixedPlace) -> tuple[Interval, Interval]:
         """Return rotation (g, 3, 3) and origin (g, 3) of a placement that a joint carries."""
         turn, origin = self.rotation[:, place.joint], self.translation[:, place.joint]
         shift = turned(turn, exactly(place.translation))
@@ -85,7 +85,7 @@ class Kinematics:
 
     def travel(
         self, joint: int, centre: Interval, radius: float, begin: Rows, end: Rows, seen: Rows
-    ) -> Travel:
+    ) -> PointTravel:
         """Bound how the points of a sphere move, as seen from joints further out.
 
         With r the largest distance from the axis of a joint that turns, a point with velocity v, acceleration
@@ -115,7 +115,7 @@ class Kinematics:
             else:
                 v, u, k = v + w, u + a, k + j
             joint = self.statement.joints[joint - 1].place.joint
-        return Travel(v * SAFE, u * SAFE, k * SAFE)
+        return PointTravel(v * SAFE, u * SAFE, k * SAFE)
 
     def axis(self, joint: int) -> Interval:
         """Return the axis of a joint at all times, shape (g, 3)."""
@@ -155,7 +155,7 @@ def rotation_of(quaternion: Floats) -> Interval:
     return intervals.joined([intervals.joined(row, 0) for row in rows], 0)
 
 
-def _moved(joint: Joint, positions: Interval) -> tuple[Interval, Interval]:
+def _moved(joint: StatedJoint, positions: Interval) -> tuple[Interval, Interval]:
     """Return a joint's frame in its parent's at some positions: (g, 3, 3) and (g, 3)."""
     fixed, axis = rotation_of(joint.place.rotation), intervals.normalised(joint.axis)
     still = exactly(np.broadcast_to(joint.place.translation, (len(positions.low), 3)))

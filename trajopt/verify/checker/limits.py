@@ -6,20 +6,20 @@ from collections.abc import Iterator
 
 import numpy as np
 from intervals import Floats, Interval, down, exactly, up
-from kinematics import Kinematics
-from statement import Joint, Statement
+from kinematics import GridKinematics
+from statement import StatedJoint, Statement
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 
-def check(statement: Statement, arm: Kinematics) -> Iterator[str]:
+def check(statement: Statement, arm: GridKinematics) -> Iterator[str]:
     """Yield faults: limits that joints may pass, and ends that are not as stated."""
     for joint in statement.joints:
         yield from _of_joint(statement, arm, joint)
     yield from _ends(statement, arm)
 
 
-def _of_joint(statement: Statement, arm: Kinematics, joint: Joint) -> Iterator[str]:
+def _of_joint(statement: Statement, arm: GridKinematics, joint: StatedJoint) -> Iterator[str]:
     within = arm.motion.bounds[0][:, joint.coordinate] * exactly(joint.factor) + exactly(joint.offset)
     least = up(joint.lower - down(statement.excess * max(1.0, abs(joint.lower))))
     most = down(joint.upper + down(statement.excess * max(1.0, abs(joint.upper))))
@@ -34,13 +34,13 @@ def _of_joint(statement: Statement, arm: Kinematics, joint: Joint) -> Iterator[s
         yield from _jumps(statement, arm, joint)
 
 
-def _first(arm: Kinematics, holds: np.ndarray, joint: Joint, order: int) -> Iterator[str]:
+def _first(arm: GridKinematics, holds: np.ndarray, joint: StatedJoint, order: int) -> Iterator[str]:
     for cell in np.flatnonzero(~holds)[:1].tolist():
         span = f"from {arm.grid[cell]:.6g} to {arm.grid[cell + 1]:.6g} s"
         yield f"it is not shown that {joint.name} keeps its limit of {QUANTITIES[order]} {span}"
 
 
-def _jumps(statement: Statement, arm: Kinematics, joint: Joint) -> Iterator[str]:
+def _jumps(statement: Statement, arm: GridKinematics, joint: StatedJoint) -> Iterator[str]:
     """Yield a fault if the acceleration of a joint with a limit of jerk may jump, also at the ends."""
     starts, ends = (each[:, joint.coordinate] for each in arm.motion.accelerations)
     before, after = exactly(statement.ends.accelerations[joint.coordinate]), exactly(0.0)
@@ -54,7 +54,7 @@ def _jumps(statement: Statement, arm: Kinematics, joint: Joint) -> Iterator[str]
         yield f"the acceleration of {joint.name} may jump, but its jerk is limited"
 
 
-def _ends(statement: Statement, arm: Kinematics) -> Iterator[str]:
+def _ends(statement: Statement, arm: GridKinematics) -> Iterator[str]:
     ends, motion = statement.ends, arm.motion
     if not _within(motion.positions[0], ends.positions, ends.tolerance):
         yield "the motion does not start where it must"

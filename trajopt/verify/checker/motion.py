@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 from intervals import Floats, Interval, exactly, joined
-from statement import Curve
+from statement import HermiteCurve
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class GridMotion:
     """The coordinates over the g - 1 cells of a grid.
 
     Attributes:
@@ -27,7 +27,7 @@ class Motion:
     accelerations: tuple[Interval, Interval]
 
 
-def motion_on(curve: Curve, grid: Floats) -> Motion:
+def motion_on(curve: HermiteCurve, grid: Floats) -> GridMotion:
     """Bound a motion in the cells of a grid that has all its knots.
 
     In Bernstein form a polynomial lies between its smallest and its largest coefficient. Source: Farouki, The
@@ -41,7 +41,7 @@ def motion_on(curve: Curve, grid: Floats) -> Motion:
     )
     orders = _bernstein(curve)
     cells = [_restricted([each[piece] for each in order], begin, end) for order in orders]
-    return Motion(
+    return GridMotion(
         _at_grid(cells[0], curve.values[0][-1]),
         _at_grid(cells[1], curve.values[1][-1]),
         tuple(_hull(cell) for cell in cells),
@@ -49,11 +49,11 @@ def motion_on(curve: Curve, grid: Floats) -> Motion:
     )
 
 
-def _lengths(curve: Curve) -> Interval:
+def _lengths(curve: HermiteCurve) -> Interval:
     return exactly(curve.times[1:, None]) - exactly(curve.times[:-1, None])
 
 
-def _bernstein(curve: Curve) -> list[list[Interval]]:
+def _bernstein(curve: HermiteCurve) -> list[list[Interval]]:
     """Return the Bernstein coefficients of position and its derivatives in each piece, (k - 1, n) each."""
     h = _lengths(curve)
     starts, ends = ([exactly(rows[side]) for rows in curve.values] for side in (slice(-1), slice(1, None)))

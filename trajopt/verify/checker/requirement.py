@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from intervals import Floats, Interval, product, turned
-from kinematics import Kinematics, Rows, Travel
+from kinematics import GridKinematics, PointTravel, Rows
 from numpy.typing import NDArray
 from reading import Malformed
-from statement import Place, Statement
+from statement import FixedPlace, Statement
 
 Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Requirement:
+class StatedRequirement:
     """A requirement of a proof.
 
     Attributes:
@@ -25,7 +25,7 @@ class Requirement:
     """
 
     words: str
-    holds: Callable[[Kinematics], Bools]
+    holds: Callable[[GridKinematics], Bools]
 
 
 def span(always: bool) -> str:
@@ -34,7 +34,7 @@ def span(always: bool) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class FrameView:
     """A frame as seen from a joint that carries it, or the world.
 
     Attributes:
@@ -42,27 +42,27 @@ class Seen:
         reference: The joint that it is seen from.
     """
 
-    place: Place
+    place: FixedPlace
     reference: int
 
-    def placed(self, arm: Kinematics) -> tuple[Interval, Interval]:
+    def placed(self, arm: GridKinematics) -> tuple[Interval, Interval]:
         """Return rotation (g, 3, 3) and origin (g, 3) [m] at all times."""
         turn, origin = arm.placed(self.place)
         inward = arm.rotation[:, self.reference].transposed
         return product(inward, turn), turned(inward, origin - arm.translation[:, self.reference])
 
-    def travel(self, arm: Kinematics) -> Travel:
+    def travel(self, arm: GridKinematics) -> PointTravel:
         """Bound how its origin moves in each cell."""
         begin, end, seen = self.cells(arm)
         return arm.travel(self.place.joint, arm.placed(self.place)[1], 0.0, begin, end, seen)
 
-    def cells(self, arm: Kinematics) -> tuple[Rows, Rows, Rows]:
+    def cells(self, arm: GridKinematics) -> tuple[Rows, Rows, Rows]:
         """Return begin and end of each cell of the grid, and the joint that it is seen from."""
         begin = np.arange(len(arm.grid) - 1, dtype=np.int64)
         return begin, begin + 1, np.full(len(begin), self.reference, dtype=np.int64)
 
 
-def seen_from(place: Place, reference: int, statement: Statement) -> Seen:
+def seen_from(place: FixedPlace, reference: int, statement: Statement) -> FrameView:
     """Return a frame as seen from a joint.
 
     Raises:
@@ -73,9 +73,9 @@ def seen_from(place: Place, reference: int, statement: Statement) -> Seen:
         joint = statement.joints[joint - 1].place.joint
     if joint != reference:
         raise Malformed("the reference of a requirement must carry its frame, or be the world")
-    return Seen(place, reference)
+    return FrameView(place, reference)
 
 
-def off_chord(arm: Kinematics, second: Floats) -> Floats:
+def off_chord(arm: GridKinematics, second: Floats) -> Floats:
     """Bound how far a function is from its chord in each cell, given a bound of its second derivative."""
     return second * np.diff(arm.grid) ** 2 / 8.0 * (1.0 + 1e-14)

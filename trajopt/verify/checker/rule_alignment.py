@@ -3,25 +3,25 @@
 import numpy as np
 from flint import arb
 from intervals import Floats, dot, down, enclosed, normalised, turned
-from kinematics import SAFE, Kinematics, largest
+from kinematics import SAFE, GridKinematics, largest
 from reading import Fields, Malformed, below, direction, flag, record, size, text
-from requirement import Bools, Requirement, Seen, off_chord, seen_from, span
-from statement import Place, Statement
+from requirement import Bools, FrameView, StatedRequirement, off_chord, seen_from, span
+from statement import FixedPlace, Statement
 
 
-def read(value: Fields, statement: Statement) -> Requirement:
+def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule: axis and direction are in the frames of the two joints."""
     joint = below(len(statement.joints) + 1)
     readers = {"kind": text, "frame": text, "joint": joint, "axis": direction(3), "reference": joint}
     _, name, carrier, axis, reference, along, tolerance, always = record(
         "axis alignment", value, {**readers, "direction": direction(3), "tolerance": size, "always": flag}
     )
-    seen = seen_from(Place(carrier, np.array((1.0, 0.0, 0.0, 0.0)), np.zeros(3)), reference, statement)
+    seen = seen_from(FixedPlace(carrier, np.array((1.0, 0.0, 0.0, 0.0)), np.zeros(3)), reference, statement)
     angle = max(float(down(tolerance + statement.excess)), 0.0)
     if angle > 3.14:
         raise Malformed("an axis must be aligned to within 3.14 rad")
 
-    def holds(arm: Kinematics) -> Bools:
+    def holds(arm: GridKinematics) -> Bools:
         turn, _ = seen.placed(arm)
         inner = dot(turned(turn, normalised(axis)), normalised(along)).low
         least = enclosed(arb(angle).cos())[1]
@@ -32,10 +32,10 @@ def read(value: Fields, statement: Statement) -> Requirement:
     words = (
         f"{span(always)} axis {axis.tolist()} of {name} along {along.tolist()}, within {tolerance:.6g} rad"
     )
-    return Requirement(words, holds)
+    return StatedRequirement(words, holds)
 
 
-def _acceleration(arm: Kinematics, seen: Seen) -> Floats:
+def _acceleration(arm: GridKinematics, seen: FrameView) -> Floats:
     """Bound the accelerations of unit vectors: points at distance 1 from the joints' axes at most."""
     begin, end, reference = seen.cells(arm)
     rate, increase = (largest(each, begin, end) for each in arm.rates[:2])

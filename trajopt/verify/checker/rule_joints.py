@@ -2,16 +2,16 @@
 
 import numpy as np
 from intervals import exactly
-from kinematics import Kinematics
+from kinematics import GridKinematics
 from reading import Fields, Malformed, Reader, below, every, flag, number, record, row, text, unless_null
-from requirement import Bools, Requirement, span
-from statement import Joint, Statement
+from requirement import Bools, StatedRequirement, span
+from statement import StatedJoint, Statement
 
 
 def joint_of(statement: Statement) -> Reader:
     """Return a reader of joints by their numbers, from 1."""
 
-    def read(where: str, value: object) -> Joint:
+    def read(where: str, value: object) -> StatedJoint:
         number: int = below(len(statement.joints) + 1)(where, value)
         if number == 0:
             raise Malformed(f"{where} must be a joint, and not the world")
@@ -20,14 +20,14 @@ def joint_of(statement: Statement) -> Reader:
     return read
 
 
-def read(value: Fields, statement: Statement) -> Requirement:
+def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule."""
     ranges = row(joint_of(statement), unless_null(number, -np.inf), unless_null(number, np.inf))
     readers = {"kind": text, "always": flag, "ranges": every(ranges)}
     _, always, rows = record("joint positions", value, readers)
-    stated: list[tuple[Joint, float, float]] = rows
+    stated: list[tuple[StatedJoint, float, float]] = rows
 
-    def holds(arm: Kinematics) -> Bools:
+    def holds(arm: GridKinematics) -> Bools:
         taken = arm.motion.bounds[0] if always else arm.motion.positions[-1:]
         within = np.ones(len(taken.low), dtype=np.bool_)
         for joint, low, high in stated:
@@ -37,4 +37,4 @@ def read(value: Fields, statement: Statement) -> Requirement:
         return within
 
     names = [f"{joint.name} in [{low:.6g}, {high:.6g}]" for joint, low, high in stated]
-    return Requirement(f"{span(always)} {', '.join(names)}", holds)
+    return StatedRequirement(f"{span(always)} {', '.join(names)}", holds)

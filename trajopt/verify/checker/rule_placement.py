@@ -3,13 +3,13 @@
 import numpy as np
 from flint import arb
 from intervals import Floats, Interval, down, enclosed, exactly, joined, product, turned
-from kinematics import Kinematics, rotation_of
+from kinematics import GridKinematics, rotation_of
 from reading import Fields, record, row, size, text, unless_null
-from requirement import Bools, Requirement, seen_from
+from requirement import Bools, StatedRequirement, seen_from
 from statement import Statement, place_in
 
 
-def read(value: Fields, statement: Statement) -> Requirement:
+def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule: the goal's joint is the one that the frame is seen from."""
     place = place_in(len(statement.joints))
     readers = {"kind": text, "frame": text, "place": place, "goal": place}
@@ -20,7 +20,7 @@ def read(value: Fields, statement: Statement) -> Requirement:
     seen = seen_from(where, goal.joint, statement)
     most = down(np.array([position, rotation]) + statement.excess)
 
-    def holds(arm: Kinematics) -> Bools:
+    def holds(arm: GridKinematics) -> Bools:
         turn, origin = (each[-1] for each in seen.placed(arm))
         inward = rotation_of(goal.rotation).transposed
         off = turned(inward, origin - exactly(goal.translation)).size
@@ -30,7 +30,7 @@ def read(value: Fields, statement: Statement) -> Requirement:
     at = ", ".join(f"{each:.6g}" for each in goal.translation)
     within = [", ".join(f"{each:g}" for each in part) for part in (position, rotation)]
     words = f"at the end {name} at ({at}) m, within ({within[0]}) m and ({within[1]}) rad"
-    return Requirement(words, holds)
+    return StatedRequirement(words, holds)
 
 
 def rotation_vector(rotation: Interval) -> Floats:

@@ -4,16 +4,16 @@ from collections.abc import Mapping
 
 import numpy as np
 from intervals import Floats, Interval, exactly, turned, up
-from kinematics import Kinematics, rotation_of
+from kinematics import GridKinematics, rotation_of
 from reading import Fields, Malformed, every, flag, one_of, record, row, size, text
-from requirement import Bools, Requirement, off_chord, seen_from, span
-from statement import Place, Statement, place_in
+from requirement import Bools, StatedRequirement, off_chord, seen_from, span
+from statement import FixedPlace, Statement, place_in
 
 SIZES: Mapping[str, int] = {"box": 3, "sphere": 1, "cylinder": 2, "half-space": 0}
 """Shapes, and how many sizes they have: edges; radius; radius and length; half-spaces are below z = 0."""
 
 
-def read(value: Fields, statement: Statement) -> Requirement:
+def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule: the joint of all members is the one that the frame is seen from."""
     place = place_in(len(statement.joints))
     member = row(lambda where, kind: one_of(where, kind, SIZES), every(size, 3), place)
@@ -24,7 +24,7 @@ def read(value: Fields, statement: Statement) -> Requirement:
         raise Malformed("a region needs members of one joint, each with the sizes of its shape")
     seen = seen_from(where, joints.pop(), statement)
 
-    def holds(arm: Kinematics) -> Bools:
+    def holds(arm: GridKinematics) -> Bools:
         _, origin = seen.placed(arm)
         depth = [beyond(kind, np.array(sizes), at, origin) for kind, sizes, at in members]
         if not always:
@@ -36,10 +36,10 @@ def read(value: Fields, statement: Statement) -> Requirement:
         )
 
     named = [f"a {kind} {sizes} at {at.translation.tolist()} m" for kind, sizes, at in members]
-    return Requirement(f"{span(always)} {name} in {' or '.join(named)}", holds)
+    return StatedRequirement(f"{span(always)} {name} in {' or '.join(named)}", holds)
 
 
-def beyond(kind: str, sizes: Floats, place: Place, points: Interval) -> Floats:
+def beyond(kind: str, sizes: Floats, place: FixedPlace, points: Interval) -> Floats:
     """Bound how far points (g, 3) are outside of a shape, negative inside, from above (g,) [m]."""
     local = turned(rotation_of(place.rotation).transposed, points - exactly(place.translation))
     if kind == "half-space":

@@ -2,19 +2,19 @@
 
 import numpy as np
 from intervals import down, up
-from kinematics import Kinematics
+from kinematics import GridKinematics
 from reading import Fields, record, size, text
-from requirement import Bools, Requirement, off_chord, seen_from
+from requirement import Bools, StatedRequirement, off_chord, seen_from
 from statement import Statement, place_in
 
 
-def read(value: Fields, statement: Statement) -> Requirement:
+def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule."""
     readers = {"kind": text, "frame": text, "place": place_in(len(statement.joints)), "limit": size}
     _, name, place, limit = record("tool speed", value, readers)
     seen = seen_from(place, 0, statement)
 
-    def holds(arm: Kinematics) -> Bools:
+    def holds(arm: GridKinematics) -> Bools:
         speed = arm.point_velocity(place.joint, arm.placed(place)[1]).norm().high
         travel = seen.travel(arm)
         if len(statement.curve.values) == 3:
@@ -23,4 +23,4 @@ def read(value: Fields, statement: Statement) -> Requirement:
             off = travel.acceleration * np.diff(arm.grid) / 2.0 * (1.0 + 1e-14)
         return up(np.maximum(speed[:-1], speed[1:]) + off) <= down(limit + statement.excess)
 
-    return Requirement(f"at all times the speed of {name} is at most {limit:g} m/s", holds)
+    return StatedRequirement(f"at all times the speed of {name} is at most {limit:g} m/s", holds)

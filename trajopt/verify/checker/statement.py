@@ -17,7 +17,7 @@ MOST_KNOTS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class FixedPlace:
     """A fixed placement in a joint's frame.
 
     Attributes:
@@ -32,7 +32,7 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class StatedJoint:
     """A joint, which turns about or slides along an axis of its own frame.
 
     Attributes:
@@ -51,7 +51,7 @@ class Joint:
     """
 
     name: str
-    place: Place
+    place: FixedPlace
     turns: bool
     axis: Floats
     coordinate: int
@@ -65,7 +65,7 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class HermiteCurve:
     """The coordinates over time: Hermite interpolants between knots, cubic without accelerations.
 
     Attributes:
@@ -80,7 +80,7 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class EndStates:
     """The state in which the motion must start, and how it must end.
 
     Attributes:
@@ -101,7 +101,7 @@ class Ends:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class ConvexPart:
     """A convex part of a link or object.
 
     Attributes:
@@ -111,7 +111,7 @@ class Part:
     """
 
     owner: str
-    place: Place
+    place: FixedPlace
     shape: Shape
 
 
@@ -134,11 +134,11 @@ class Statement:
     """
 
     title: str
-    curve: Curve
-    joints: list[Joint]
-    ends: Ends
+    curve: HermiteCurve
+    joints: list[StatedJoint]
+    ends: EndStates
     excess: float
-    parts: list[Part]
+    parts: list[ConvexPart]
     pairs: list[tuple[int, int, float]]
     excused: list[tuple[str, str, str]]
     requirements: list[Fields]
@@ -161,7 +161,7 @@ def read_statement(value: Fields) -> Statement:
         joints=take.every(_joint(count, joints)),
         ends=_ends(count),
         excess=take.size,
-        parts=take.every(_record_of(Part, owner=take.text, place=place_in(joints), shape=read_shape)),
+        parts=take.every(_record_of(ConvexPart, owner=take.text, place=place_in(joints), shape=read_shape)),
         pairs=take.every(take.row(part, part, take.size)),
         excused=take.every(take.row(take.text, take.text, take.text)),
         requirements=take.every(take.mapping),
@@ -176,7 +176,7 @@ def read_statement(value: Fields) -> Statement:
 def place_in(joints: int) -> Reader:
     """Return a reader of placements in the frame of one of some joints, or of the world."""
     return _record_of(
-        Place, joint=take.below(joints + 1), rotation=take.direction(4), translation=take.numbers(3)
+        FixedPlace, joint=take.below(joints + 1), rotation=take.direction(4), translation=take.numbers(3)
     )
 
 
@@ -184,7 +184,7 @@ def _record_of(kind: Callable[..., object], **readers: Reader) -> Reader:
     return lambda where, value: kind(*take.record(where, value, readers))
 
 
-def _curve(where: str, value: object) -> Curve:
+def _curve(where: str, value: object) -> HermiteCurve:
     table = take.every(take.numbers(None, None), 3)
     names, times, values = take.record(
         where,
@@ -195,7 +195,7 @@ def _curve(where: str, value: object) -> Curve:
         raise Malformed(f"the times of {where} must increase from 0, and be 2 to {MOST_KNOTS}")
     if len(values) < 2 or any(each.shape != (len(times), len(names)) for each in values):
         raise Malformed(f"{where} needs positions and velocities of each coordinate at each time")
-    return Curve(names, times, values)
+    return HermiteCurve(names, times, values)
 
 
 def _joint(coordinates: int, joints: int) -> Reader:
@@ -203,7 +203,7 @@ def _joint(coordinates: int, joints: int) -> Reader:
     limits = {"lower": least, "upper": most, "velocity": most, "acceleration": most, "jerk": most}
     follows = {"coordinate": take.below(coordinates), "factor": take.number, "offset": take.number}
     return _record_of(
-        Joint,
+        StatedJoint,
         name=take.text,
         place=place_in(joints),
         turns=take.flag,
@@ -215,4 +215,4 @@ def _joint(coordinates: int, joints: int) -> Reader:
 
 def _ends(count: int) -> Reader:
     state = dict.fromkeys(("positions", "velocities", "accelerations"), take.numbers(count))
-    return _record_of(Ends, **state, tolerance=take.size, speed=take.size, rests=take.flag)
+    return _record_of(EndStates, **state, tolerance=take.size, speed=take.size, rests=take.flag)

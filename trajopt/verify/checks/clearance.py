@@ -13,7 +13,7 @@ import numpy as np
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
 from trajopt.verify.kernel.clearance_search import Contact, Findings, Tally, search_clearance
-from trajopt.verify.kernel.motion import Motion, Polynomials
+from trajopt.verify.kernel.motion import JudgedMotion, Polynomials
 from trajopt.verify.kernel.pair_distances import PairDistances, rows
 from trajopt.verify.specification import Criterion
 
@@ -58,7 +58,7 @@ class ClearanceCriterion(Criterion):
         distances: Workspace for distances of its bodies.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     distances: PairDistances
 
     def holds(self) -> bool:
@@ -75,7 +75,7 @@ class ClearanceCriterion(Criterion):
         return judge_clearance(self.motion, self.distances)
 
 
-def judge_clearance(motion: Motion, distances: PairDistances) -> ClearanceFinding:
+def judge_clearance(motion: JudgedMotion, distances: PairDistances) -> ClearanceFinding:
     """Search for a proof of clearance of all pairs, and return the checks.
 
     Args:
@@ -114,7 +114,9 @@ def judge_clearance(motion: Motion, distances: PairDistances) -> ClearanceFindin
     return ClearanceFinding(search, checks, bound, pairs, unproven, worst)
 
 
-def followed(motion: Motion, search: Findings, distances: PairDistances, pairs: Ints) -> tuple[Contact, ...]:
+def followed(
+    motion: JudgedMotion, search: Findings, distances: PairDistances, pairs: Ints
+) -> tuple[Contact, ...]:
     """Follow contacts of m pairs, shape (m,), to their deepest point, the first returned more precisely."""
     mine = [contact for contact in search.deepest() if contact.pair in pairs]
     found = [_deepest(motion, search, distances, contact) for contact in mine[:_FOLLOWED]]
@@ -135,7 +137,7 @@ def followed(motion: Motion, search: Findings, distances: PairDistances, pairs: 
     return tuple(found)
 
 
-def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact: Contact) -> Contact:
+def _deepest(motion: JudgedMotion, search: Findings, distances: PairDistances, contact: Contact) -> Contact:
     """Search around a contact for the deepest one, within its allowance window if it has one."""
     best, excused = contact, search.excused(contact)
     reach = motion.duration / 16
@@ -152,7 +154,7 @@ def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact
     return best
 
 
-def _broken_check(motion: Motion, distances: PairDistances, contact: Contact, required: float) -> Check:
+def _broken_check(motion: JudgedMotion, distances: PairDistances, contact: Contact, required: float) -> Check:
     name, over = distances.pair_name(contact.pair), motion.trajectory.duration
     after = f", {contact.time - over:.3f} s after the end" if contact.time > over else ""
     if contact.distance > 0.0:
@@ -229,7 +231,7 @@ def clearance_check(
     )
 
 
-def _contact_checks(motion: Motion, search: Findings, *, proven: bool) -> tuple[Check, ...]:
+def _contact_checks(motion: JudgedMotion, search: Findings, *, proven: bool) -> tuple[Check, ...]:
     """Return the depth of every allowed contact, unless the search ended for another reason."""
     checks: list[Check] = []
     by_allowance: dict[ContactAllowance, list[int]] = {}
@@ -263,7 +265,7 @@ def _contact_checks(motion: Motion, search: Findings, *, proven: bool) -> tuple[
 
 
 def _pairs(
-    motion: Motion, search: Findings, distances: PairDistances, *, proven: bool
+    motion: JudgedMotion, search: Findings, distances: PairDistances, *, proven: bool
 ) -> tuple[PairClearance, ...]:
     tally: Tally = search.free
     near = np.flatnonzero(tally.measured <= motion.options.far)
@@ -310,7 +312,7 @@ class AtFaultCriterion(Criterion):
         yield _judged(self.clearance.motion, self.clearance.distances, self.clearance.finding)
 
 
-def _judged(motion: Motion, distances: PairDistances, found: ClearanceFinding) -> Check:
+def _judged(motion: JudgedMotion, distances: PairDistances, found: ClearanceFinding) -> Check:
     search, rounds = found.search, moving_spans(motion, distances)
     required, worst = search.windows.required, found.worst
     if worst is not None and any(
@@ -354,7 +356,7 @@ def _without_contact(distances: PairDistances, searches: Sequence[Findings], alw
     return _check(subject, bound, required, time, Evidence.PROVEN, words)
 
 
-def moving_spans(motion: Motion, distances: PairDistances) -> list[Floats]:
+def moving_spans(motion: JudgedMotion, distances: PairDistances) -> list[Floats]:
     """Return time spans in which pairs are examined, each of shape (p, 2) [s].
 
     A pair with a dynamic obstacle is examined while the robot moves its body and both are present. All other
@@ -375,7 +377,7 @@ def moving_spans(motion: Motion, distances: PairDistances) -> list[Floats]:
     return rounds
 
 
-def _moved(motion: Motion, distances: PairDistances) -> Bools:
+def _moved(motion: JudgedMotion, distances: PairDistances) -> Bools:
     """Whether the robot moves a body of each pair in each piece of the trajectory, shape (p, k - 1)."""
     trajectory, reduced, kinematics = motion.trajectory, motion.reduced, motion.kinematics
     velocity = Polynomials(trajectory.times, trajectory.coefficients).derivative()

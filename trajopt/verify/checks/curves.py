@@ -13,7 +13,7 @@ from trajopt.values.curve import Curve, Piece
 from trajopt.values.printed import in_length, in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.quantities import Quantity, When, check_requirement, quantities
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
 KINK = 0.05
@@ -268,7 +268,7 @@ class Errors:
         return np.concatenate((point, turned), axis=1)
 
 
-def nearest_progress(errors: Errors, motion: Motion, until: float) -> tuple[Floats, Floats]:
+def nearest_progress(errors: Errors, motion: JudgedMotion, until: float) -> tuple[Floats, Floats]:
     """Estimate the frame's progress along the curve: times and arc lengths, (c,) each.
 
     This is an estimate, not a proof: any non-decreasing function is a witness, and `follow` bounds its
@@ -369,7 +369,7 @@ class CurveFinding:
 
 
 @check_requirement.register
-def _(requirement: FollowsCurve, motion: Motion, when: When) -> tuple[Check, ...]:
+def _(requirement: FollowsCurve, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     errors = _errors(requirement, motion)
     if when is When.END:
         at = errors.at(np.array((motion.duration,)), np.array((requirement.until,)))[0]
@@ -385,7 +385,7 @@ def _(requirement: FollowsCurve, motion: Motion, when: When) -> tuple[Check, ...
 
 def _check(
     requirement: FollowsCurve,
-    motion: Motion,
+    motion: JudgedMotion,
     when: When,
     found: CurveFinding,
     *,
@@ -416,7 +416,7 @@ def _check(
     )
 
 
-def follow(requirement: FollowsCurve, motion: Motion) -> CurveFinding:
+def follow(requirement: FollowsCurve, motion: JudgedMotion) -> CurveFinding:
     """Find a non-decreasing witness s(t) of the frame's progress along the curve, and bound its errors.
 
     The witness is linear between times. With h the length of a time interval and f the difference of the
@@ -459,7 +459,7 @@ def follow(requirement: FollowsCurve, motion: Motion) -> CurveFinding:
     return CurveFinding(worst, when, (unproven[0], unproven[1]))
 
 
-def _errors(requirement: FollowsCurve, motion: Motion) -> Errors:
+def _errors(requirement: FollowsCurve, motion: JudgedMotion) -> Errors:
     moving = RelativeMotion(
         motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
     )
@@ -493,7 +493,7 @@ def _cut(errors: Errors, span: _Span) -> _Span:
 
 
 @quantities.register
-def _(requirement: FollowsCurve, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: FollowsCurve, motion: JudgedMotion) -> tuple[Quantity, ...]:
     errors = _errors(requirement, motion)
 
     curve = errors.curve(errors.candidate_fractions(requirement.until))

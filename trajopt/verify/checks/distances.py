@@ -14,13 +14,13 @@ from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.quantities import Quantity, When, check_requirement, checks_of, quantities
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 from trajopt.verify.kernel.shapes import coal_geometry
 
 
 @quantities.register
-def _(requirement: DistanceBetween, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: DistanceBetween, motion: JudgedMotion) -> tuple[Quantity, ...]:
     moving = RelativeMotion(
         motion, requirement.first, reference=requirement.second, offset=requirement.first_offset
     )
@@ -87,7 +87,7 @@ _THIN = 1e-3
 
 
 @quantities.register
-def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: LineOfSight, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Return the gap between a line and each convex part, along one direction.
 
     In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c
@@ -111,14 +111,14 @@ def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
 
 
 @check_requirement.register
-def _(requirement: LineOfSight, motion: Motion, when: When) -> tuple[Check, ...]:
+def _(requirement: LineOfSight, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     """Judge every part; report the tightest if all hold, otherwise each that does not."""
     found = checks_of(quantities(requirement, motion), motion.among, when)
     failed = tuple(check for check in found if not check.holds)
     return failed or tuple(sorted(found, key=lambda check: check.slack or 0.0)[:1])
 
 
-def _error(motion: Motion, name: str) -> float:
+def _error(motion: JudgedMotion, name: str) -> float:
     """Return the largest prediction error of an object during a motion [m]."""
     carrier = motion.reduced.scene.carrier(name)
     prediction = None if carrier is None else motion.reduced.scene.object(carrier).timing.motion

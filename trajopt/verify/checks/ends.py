@@ -22,7 +22,7 @@ from trajopt.values.errors import ProblemError
 from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.quantities import When, check_requirement
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.specification import Criterion, Specification
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class EndCriterion(Criterion):
             judged, apart from jumps under a jerk limit.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     specification: Specification
 
     def holds(self) -> bool:
@@ -87,7 +87,7 @@ class EndCriterion(Criterion):
         )
 
 
-def _check(motion: Motion, end: _End) -> Check:
+def _check(motion: JudgedMotion, end: _End) -> Check:
     joint = int(end.sizes.argmax())
     subject = motion.reduced.joint_names[joint]
     value = float(end.sizes[joint])
@@ -118,7 +118,7 @@ class DeadlineCriterion(Criterion):
         follows: Time for which it follows a moving goal at its end [s]; it arrives earlier by this time.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     finish_by: float | None
     follows: float = 0.0
 
@@ -153,7 +153,7 @@ class PredictionCriterion(Criterion):
         timings: Timings of the dynamic obstacles.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     timings: Mapping[str, Timing]
 
     def measure(self) -> Iterator[Check]:
@@ -193,7 +193,7 @@ class MeetingCriterion(Criterion):
         dwell: Time for which it follows them at its end [s].
     """
 
-    motion: Motion
+    motion: JudgedMotion
     followed: Sequence[Requirement]
     dwell: float
 
@@ -216,7 +216,7 @@ class MeetingCriterion(Criterion):
             yield from _at_rest(motion, goal, motion.duration)
 
 
-def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
+def _at_rest(motion: JudgedMotion, goal: Requirement, time: float) -> Iterator[Check]:
     """Return the check of a frame's speed relative to its goal at a time."""
     moment = min(max(time - _MOMENT, 0.0) if time >= motion.duration else time + _MOMENT, motion.duration)
     options = motion.options
@@ -241,7 +241,7 @@ def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
 
 
 @singledispatch
-def relative_speeds(goal: Requirement, motion: Motion, time: float) -> tuple[float, float]:
+def relative_speeds(goal: Requirement, motion: JudgedMotion, time: float) -> tuple[float, float]:
     """Return linear and angular speed of a frame relative to a moving goal [m/s, rad/s].
 
     Args:
@@ -256,7 +256,7 @@ def relative_speeds(goal: Requirement, motion: Motion, time: float) -> tuple[flo
     raise ProblemError(f"{goal}: goals of kind {type(goal).__name__} cannot be relative to a moving object")
 
 
-def _too_short(motion: Motion, goal: Requirement, dwell: float) -> Check:
+def _too_short(motion: JudgedMotion, goal: Requirement, dwell: float) -> Check:
     return Check(
         kind=CheckKind.ENDS,
         name="goal: dwell",

@@ -20,7 +20,7 @@ from trajopt.verify.checks.quantities import (
     tightest,
 )
 from trajopt.verify.kernel.interval_proof import Excess, Proof, prove_over_time
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import RateBounds, RelativeMotion
 
 AXES = ("x", "y", "z")
@@ -29,7 +29,7 @@ Changes = Callable[[Floats, RateBounds], tuple[Floats, Floats]]
 
 
 @quantities.register
-def _(requirement: FramePlacement, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: FramePlacement, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Position and orientation of a frame, within tolerances.
 
     With R the rotation of the frame as seen from its goal and w its angular velocity, the rotation
@@ -66,7 +66,7 @@ def _(requirement: FramePlacement, motion: Motion) -> tuple[Quantity, ...]:
 
 
 @check_requirement.register
-def _(requirement: FramePlacement, motion: Motion, when: When) -> tuple[Check, ...]:
+def _(requirement: FramePlacement, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     moving = RelativeMotion(
         motion,
         requirement.frame,
@@ -166,7 +166,7 @@ def euler_angles(rotation: Floats, tolerance: Floats) -> Floats:
 
 
 def _prove(
-    motion: Motion,
+    motion: JudgedMotion,
     moving: RelativeMotion,
     when: When,
     *,
@@ -264,7 +264,7 @@ def _euler_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:
 
 
 @quantities.register
-def _(requirement: AxisAlignment, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: AxisAlignment, motion: JudgedMotion) -> tuple[Quantity, ...]:
     moving = RelativeMotion(motion, requirement.frame, reference=requirement.reference, offset=np.zeros(3))
     return (
         Quantity(
@@ -281,7 +281,7 @@ def _(requirement: AxisAlignment, motion: Motion) -> tuple[Quantity, ...]:
 
 
 @check_requirement.register
-def _(requirement: AxisAlignment, motion: Motion, when: When) -> tuple[Check, ...]:
+def _(requirement: AxisAlignment, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     moving = RelativeMotion(motion, requirement.frame, reference=requirement.reference, offset=np.zeros(3))
 
     def axes(times: Floats) -> Floats:
@@ -332,7 +332,7 @@ def _chord_bound(angle: Floats, bulge: Floats) -> Floats:
 
 
 @quantities.register
-def _(requirement: Gaze, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: Gaze, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """A target in the view cone of a camera, and in its range.
 
     While the target moves by s as seen from the camera, at distance r, its direction turns by at most
@@ -384,7 +384,7 @@ def _turn(shift: Floats, distance: Floats) -> Floats:
 
 
 @relative_speeds.register
-def _(goal: FramePlacement, motion: Motion, time: float) -> tuple[float, float]:
+def _(goal: FramePlacement, motion: JudgedMotion, time: float) -> tuple[float, float]:
     """Speeds along and about the axes that the placement does not leave free."""
     poses, rates = motion.poses(np.array((time,))), _rates(motion, time)
     rotation, translation = poses.rotation[0], poses.translation[0]
@@ -401,7 +401,7 @@ def _(goal: FramePlacement, motion: Motion, time: float) -> tuple[float, float]:
 
 
 def _carried(
-    motion: Motion, joint: int, point: Floats, rotation: Floats, translation: Floats, rates: Floats
+    motion: JudgedMotion, joint: int, point: Floats, rotation: Floats, translation: Floats, rates: Floats
 ) -> tuple[Floats, Floats]:
     """Return the velocity of a point moved by a joint, and the joint's angular velocity, (3,)."""
     kinematics = motion.kinematics
@@ -416,7 +416,7 @@ def _carried(
     return velocity, turning
 
 
-def _rates(motion: Motion, time: float) -> Floats:
+def _rates(motion: JudgedMotion, time: float) -> Floats:
     """Return the velocities of all joints, including those of dynamic obstacles, in the model's order."""
     rates = motion.moving(1)
     piece = min(int(np.searchsorted(rates.times, time, side="right")) - 1, len(rates.times) - 2)

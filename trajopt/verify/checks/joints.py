@@ -20,11 +20,11 @@ from trajopt.verify.checks.quantities import (
 )
 from trajopt.verify.checks.torques import torques_at_rest
 from trajopt.verify.kernel.interval_proof import Proof
-from trajopt.verify.kernel.motion import Extremes, Motion
+from trajopt.verify.kernel.motion import Extremes, JudgedMotion
 
 
 @quantities.register
-def _(requirement: JointPositions, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: JointPositions, motion: JudgedMotion) -> tuple[Quantity, ...]:
     joints = tuple(requirement.positions)
     matrix, offset = joint_rows(motion, joints)
     wanted = np.array([requirement.positions[joint] for joint in joints])
@@ -49,7 +49,7 @@ def _(requirement: JointPositions, motion: Motion) -> tuple[Quantity, ...]:
 
 
 @check_requirement.register
-def _(requirement: JointPositions, motion: Motion, when: When) -> tuple[Check, ...]:
+def _(requirement: JointPositions, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     reduced, joints = motion.reduced, tuple(requirement.positions)
     matrix, offset = joint_rows(motion, joints)
     wanted = np.array([requirement.positions[joint] for joint in joints])
@@ -85,7 +85,7 @@ def _(requirement: JointPositions, motion: Motion, when: When) -> tuple[Check, .
     )
 
 
-def joint_rows(motion: Motion, joints: tuple[str, ...]) -> tuple[Floats, Floats]:
+def joint_rows(motion: JudgedMotion, joints: tuple[str, ...]) -> tuple[Floats, Floats]:
     """Express positions of named joints by the group's: matrix (m, n) and offset (m,).
 
     Raises:
@@ -104,7 +104,7 @@ def joint_rows(motion: Motion, joints: tuple[str, ...]) -> tuple[Floats, Floats]
 
 
 @quantities.register
-def _(requirement: CoupledJoints, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: CoupledJoints, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """The sum is a polynomial of time, whose extremes are exact."""
     joints = tuple(requirement.weights)
     matrix, offset = joint_rows(motion, joints)
@@ -124,7 +124,7 @@ def _(requirement: CoupledJoints, motion: Motion) -> tuple[Quantity, ...]:
 
 
 @check_requirement.register
-def _(requirement: CoupledJoints, motion: Motion, when: When) -> tuple[Check, ...]:
+def _(requirement: CoupledJoints, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     (quantity,) = quantities(requirement, motion)
     end = float(quantity.number(quantity.states(np.array((motion.duration,))))[0])
     deviation, proof = end, proof_at_end(motion, end - requirement.tolerance)
@@ -152,7 +152,7 @@ def _(requirement: CoupledJoints, motion: Motion, when: When) -> tuple[Check, ..
 
 
 @quantities.register
-def _(requirement: GravityTorque, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: GravityTorque, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Inverse dynamics of the arm at rest, at samples."""
     return (
         Quantity(
@@ -169,7 +169,7 @@ def _(requirement: GravityTorque, motion: Motion) -> tuple[Quantity, ...]:
 
 
 @check_requirement.register
-def _(requirement: GravityTorque, motion: Motion, when: When) -> tuple[Check, ...]:
+def _(requirement: GravityTorque, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     (quantity,) = quantities(requirement, motion)
     found = quantity.check(motion, when)
     shares = quantity.states(np.array((found.time or 0.0,)))[0]
@@ -177,13 +177,13 @@ def _(requirement: GravityTorque, motion: Motion, when: When) -> tuple[Check, ..
     return (replace(found, subject=joint),)
 
 
-def _shares(motion: Motion, times: Floats) -> Floats:
+def _shares(motion: JudgedMotion, times: Floats) -> Floats:
     """Return the gravity torque of each of the group's joints as a share of its limit, shape (c, n)."""
     return np.abs(torques_at_rest(motion.kinematics, motion.trajectory(times))) / motion.reduced.limits.effort
 
 
 @quantities.register
-def _(requirement: SingularityDistance, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: SingularityDistance, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Bound how fast the least singular value changes: by no more than the matrix does (Weyl).
 
     Column j of the Jacobian is (velocity of the point, length times axis) of joint j at unit speed. While
@@ -220,7 +220,7 @@ def _smallest(matrices: Floats) -> Floats:
 class _Columns:
     """The Jacobian of a frame, by columns of the joints that move it."""
 
-    def __init__(self, requirement: SingularityDistance, motion: Motion) -> None:
+    def __init__(self, requirement: SingularityDistance, motion: JudgedMotion) -> None:
         self._motion, self._length = motion, requirement.length
         self._joint, place = motion.reduced.attachment(requirement.frame)
         self._point = place * requirement.offset

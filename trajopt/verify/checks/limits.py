@@ -13,7 +13,7 @@ from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.printed import in_unit, in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.specification import Criterion
 
 
@@ -108,7 +108,7 @@ class LimitCriterion(Criterion):
             [rad/s^2 | m/s^2]; zero by default.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     limits: JointLimits
     start_accelerations: Floats | None
 
@@ -179,7 +179,7 @@ def _jump_scale(limits: JointLimits) -> Floats:
     return np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
 
 
-def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Floats]]:
+def _ranges(motion: JudgedMotion, limits: JointLimits) -> Iterator[tuple[Floats, Floats]]:
     """Yield the bounds of the positions and of each judged derivative."""
     yield limits.lower, limits.upper
     yield -limits.velocity, limits.velocity
@@ -189,12 +189,12 @@ def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Float
             yield -limits.jerk, limits.jerk
 
 
-def _accepted(motion: Motion, order: int, bounds: Floats) -> Floats:
+def _accepted(motion: JudgedMotion, order: int, bounds: Floats) -> Floats:
     sizes = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
     return motion.options.excess * (np.maximum(sizes, 1.0) if order == 0 else sizes)
 
 
-def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | None) -> list[Check]:
+def _jumps(motion: JudgedMotion, limits: JointLimits, start_accelerations: Floats | None) -> list[Check]:
     """Return checks of the largest jump of the acceleration of each joint with a jerk limit."""
     off = np.array(motion.acceleration_jumps)
     if start_accelerations is not None:
@@ -230,7 +230,7 @@ def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | No
     return checks
 
 
-def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[Check]:
+def _of_order(motion: JudgedMotion, order: int, lower: Floats, upper: Floats) -> list[Check]:
     """Judge one derivative: the tightest joint first, then every other joint that violates its limit."""
     found = _tightest(motion, order, lower, upper)
     scale = np.ones(len(lower)) if order == 0 else np.maximum(upper, 1e-12)
@@ -264,7 +264,7 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
     return checks
 
 
-def _tightest(motion: Motion, order: int, lower: Floats, upper: Floats) -> _Tightest:
+def _tightest(motion: JudgedMotion, order: int, lower: Floats, upper: Floats) -> _Tightest:
     high, low = motion.moving(order).extremes()
     above = upper - high.values <= low.values - lower
     bounds = np.where(above, upper, lower)

@@ -17,7 +17,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.kernel.interval_proof import Excess, Proof, prove_over_time
-from trajopt.verify.kernel.motion import Motion, sampled_times
+from trajopt.verify.kernel.motion import JudgedMotion, sampled_times
 
 
 class When(Enum):
@@ -85,7 +85,7 @@ def requirement_check(
     )
 
 
-def proof_at_end(motion: Motion, excess: float) -> Proof:
+def proof_at_end(motion: JudgedMotion, excess: float) -> Proof:
     """Return the proof that follows from the excess at the end."""
     evidence = Evidence.PROVEN if excess <= motion.options.excess else Evidence.SAMPLED
     return Proof(evidence, motion.duration, None)
@@ -131,7 +131,7 @@ class Quantity:
         over = self.number(states) - self.limit
         return -over if self.least else over
 
-    def check(self, motion: Motion, when: When) -> Check:
+    def check(self, motion: JudgedMotion, when: When) -> Check:
         """Judge the number on a motion."""
         proof = self._proof(motion, when)
         value = float(self.number(self.states(np.array((proof.time,))))[0])
@@ -154,7 +154,7 @@ class Quantity:
             detail=words,
         )
 
-    def _proof(self, motion: Motion, when: When) -> Proof:
+    def _proof(self, motion: JudgedMotion, when: When) -> Proof:
         if when is When.END:
             return proof_at_end(motion, float(self.excess(self.states(np.array((motion.duration,))))[0]))
         if self.bound is None:
@@ -176,13 +176,13 @@ class Quantity:
         return prove_over_time(motion, excess)
 
 
-def checks_of(quantities: Sequence[Quantity], motion: Motion, when: When) -> tuple[Check, ...]:
+def checks_of(quantities: Sequence[Quantity], motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     """Judge several numbers."""
     return tuple(quantity.check(motion, when) for quantity in quantities)
 
 
 @singledispatch
-def quantities(requirement: Requirement, motion: Motion) -> tuple[Quantity, ...]:
+def quantities(requirement: Requirement, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Return the numbers that a requirement bounds, along a motion.
 
     A kind that registers only a check is judged by that check at each moment, without a proof between
@@ -235,7 +235,7 @@ def _excess(check: Check) -> float:
 
 
 @singledispatch
-def check_requirement(requirement: Requirement, motion: Motion, when: When) -> tuple[Check, ...]:
+def check_requirement(requirement: Requirement, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     """Check a requirement on a motion by its numbers, or by its kind's own check.
 
     Args:

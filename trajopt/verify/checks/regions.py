@@ -8,12 +8,12 @@ from trajopt.problem.requirements import Member, PointOnArc, PositionInRegion
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
 from trajopt.verify.checks.quantities import Quantity, quantities
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
 
 @quantities.register
-def _(requirement: PositionInRegion, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: PositionInRegion, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """A point inside a union of convex shapes.
 
     The signed distance d from a convex shape is a convex function that changes by no more than the point
@@ -78,7 +78,7 @@ def _corner(*over: Floats) -> Floats:
 
 
 @quantities.register
-def _(requirement: PointOnArc, motion: Motion) -> tuple[Quantity, ...]:
+def _(requirement: PointOnArc, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Return the distance of a point from an arc.
 
     The distance changes by no more than the point moves. While the point is certainly abreast of the arc,

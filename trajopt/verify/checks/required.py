@@ -12,7 +12,7 @@ from trajopt.values.errors import ShapeError, WaypointNotFound, shown
 from trajopt.values.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.quantities import Quantity, When, check_requirement, quantities
-from trajopt.verify.kernel.motion import Motion, sampled_times
+from trajopt.verify.kernel.motion import JudgedMotion, sampled_times
 from trajopt.verify.specification import Criterion, SampledCheck, Specification
 
 _ZOOMS = 8
@@ -38,7 +38,7 @@ class Passage:
 
 
 def passages(
-    motion: Motion,
+    motion: JudgedMotion,
     waypoints: Mapping[str, Sequence[Requirement]],
     partial: Sequence[During[Requirement]] = (),
 ) -> dict[str, Passage]:
@@ -69,7 +69,7 @@ def passages(
     return found
 
 
-def _passed(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: float) -> Passage:
+def _passed(motion: JudgedMotion, name: str, numbers: Sequence[Quantity], earliest: float) -> Passage:
     def excesses(times: Floats) -> Floats:
         return np.array([item.excess(item.states(times)) for item in numbers])
 
@@ -99,7 +99,7 @@ def _passed(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: fl
     return Passage(check, time)
 
 
-def _deepest(motion: Motion, excess: Callable[[Floats], Floats], entered: float) -> float:
+def _deepest(motion: JudgedMotion, excess: Callable[[Floats], Floats], entered: float) -> float:
     """Return the moment of largest margin in an accepted stretch, or its beginning if there is none.
 
     A requirement from a waypoint on is hard to prove from a moment at which it barely holds.
@@ -121,7 +121,7 @@ def _deepest(motion: Motion, excess: Callable[[Floats], Floats], entered: float)
     return middle if float(excess(np.array((middle,)))[0]) <= values[place] else float(times[place])
 
 
-def _passage(motion: Motion, excess: Callable[[Floats], Floats], earliest: float) -> float:
+def _passage(motion: JudgedMotion, excess: Callable[[Floats], Floats], earliest: float) -> float:
     """Return the first accepted moment from `earliest` on, or the moment of smallest excess."""
     times = sampled_times(motion)
     times = np.concatenate(([earliest], times[times > earliest]))
@@ -167,9 +167,9 @@ _SHORTEST = 1e-6
 
 def part_checks(
     part: During[Required],
-    motion: Motion,
+    motion: JudgedMotion,
     passed: Mapping[str, Passage],
-    check: Callable[[Required, Motion], tuple[Check, ...]],
+    check: Callable[[Required, JudgedMotion], tuple[Check, ...]],
 ) -> tuple[Check, ...]:
     """Check a requirement between two stops, from the moments at which they are passed.
 
@@ -213,7 +213,7 @@ def part_checks(
     )
 
 
-def sampled_check(check: SampledCheck, motion: Motion) -> Check:
+def sampled_check(check: SampledCheck, motion: JudgedMotion) -> Check:
     """Judge a constraint in user code at samples.
 
     Raises:
@@ -258,7 +258,7 @@ class RequirementCriterion(Criterion):
         followed: Moving goals, which are judged among dynamic obstacles.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     specification: Specification
     followed: Sequence[Requirement]
 
@@ -275,7 +275,7 @@ class RequirementCriterion(Criterion):
 
 
 def _on_the_way(
-    motion: Motion,
+    motion: JudgedMotion,
     waypoints: Mapping[str, Sequence[Requirement]],
     partial: Sequence[During[Requirement] | During[SampledCheck]],
 ) -> list[Check]:
@@ -299,5 +299,5 @@ def _on_the_way(
     return checks
 
 
-def _always(requirement: Requirement, motion: Motion) -> tuple[Check, ...]:
+def _always(requirement: Requirement, motion: JudgedMotion) -> tuple[Check, ...]:
     return check_requirement(requirement, motion, When.ALWAYS)

@@ -15,7 +15,7 @@ import numpy as np
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_length
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.specification import Criterion
 
 _FIRST_CUTS = 8
@@ -60,7 +60,7 @@ class RollingCriterion(Criterion):
         motion: Motion.
     """
 
-    motion: Motion
+    motion: JudgedMotion
 
     def measure(self) -> Iterator[Check]:
         """Return the drift; intervals are cut until the result is decisive."""
@@ -100,7 +100,7 @@ class RollingCriterion(Criterion):
         )
 
 
-def _straying(motion: Motion, places: tuple[int, int, int], cuts: int) -> _Straying:
+def _straying(motion: JudgedMotion, places: tuple[int, int, int], cuts: int) -> _Straying:
     """Integrate the velocity across the heading, on evenly cut pieces of the trajectory."""
     times = motion.trajectory.times
     share = np.arange(cuts) / cuts
@@ -123,7 +123,7 @@ def _straying(motion: Motion, places: tuple[int, int, int], cuts: int) -> _Stray
 
 
 def _changes(
-    motion: Motion, places: tuple[int, int, int], begin: Floats, end: Floats
+    motion: JudgedMotion, places: tuple[int, int, int], begin: Floats, end: Floats
 ) -> tuple[Floats, Floats]:
     """Bound the first and second derivative of the velocity across the heading over intervals, (c,) each.
 

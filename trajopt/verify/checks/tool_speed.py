@@ -16,7 +16,7 @@ from trajopt.values.trajectory import Interpolation
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.quantities import Component, When, requirement_check
 from trajopt.verify.kernel.interval_proof import Excess, prove_over_time
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import PointMotion
 from trajopt.verify.specification import Criterion
 
@@ -36,7 +36,7 @@ class ToolSpeedCriterion(Criterion):
         limited: Tool and limits.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     limited: ToolSpeed
 
     def measure(self) -> Iterator[Check]:
@@ -54,7 +54,7 @@ class ToolSpeedCriterion(Criterion):
             yield _steadiness(motion, moving, limited)
 
 
-def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Check:
+def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -> Check:
     """Check that the speed does not fall between its ramps, and that the ramps are short enough."""
     floor = (1.0 - limited.steady) * limited.linear
     times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
@@ -82,7 +82,7 @@ def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Chec
     )
 
 
-def _check(motion: Motion, moving: PointMotion, limited: ToolSpeed, *, which: int) -> Check:
+def _check(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed, *, which: int) -> Check:
     limit = (limited.linear, limited.angular)[which]
     smooth = motion.trajectory.interpolation is Interpolation.QUINTIC
 

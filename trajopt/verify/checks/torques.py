@@ -12,7 +12,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
-from trajopt.verify.kernel.motion import Motion, counting, steps_in_pieces
+from trajopt.verify.kernel.motion import JudgedMotion, counting, steps_in_pieces
 from trajopt.verify.specification import Criterion
 
 
@@ -172,7 +172,7 @@ class TorqueCriterion(Criterion):
         limits: Limits of the group's joints.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     limits: JointLimits
 
     def holds(self) -> bool:
@@ -227,11 +227,11 @@ class TorqueCriterion(Criterion):
             )
 
 
-def _judged(motion: Motion, limits: JointLimits) -> bool:
+def _judged(motion: JudgedMotion, limits: JointLimits) -> bool:
     return motion.differentiable and bool(np.isfinite(limits.effort).any())
 
 
-def _shares(motion: Motion, limits: JointLimits) -> tuple[Floats, Floats, Floats]:
+def _shares(motion: JudgedMotion, limits: JointLimits) -> tuple[Floats, Floats, Floats]:
     """Return times, (s,) [s], torques, (s, n) [Nm | N], and torques as shares of the limits, (s, n)."""
     (times, states), (rests, at) = _samples(motion), _ends(motion)
     still = np.zeros_like(at)
@@ -260,7 +260,7 @@ def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accel
     return (torques + payload_torques(kinematics, positions, *moving)) @ matrix
 
 
-def _ends(motion: Motion) -> tuple[Floats, Floats]:
+def _ends(motion: JudgedMotion) -> tuple[Floats, Floats]:
     """Return the times of the ends at rest, shape (e,) [s], and the positions there, (e, n)."""
     velocities = motion.trajectory.velocities
     assert velocities is not None  # The motion is differentiable.
@@ -268,7 +268,7 @@ def _ends(motion: Motion) -> tuple[Floats, Floats]:
     return np.array((0.0, motion.duration))[rests], motion.trajectory.positions[[0, -1]][rests]
 
 
-def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
+def inverse_dynamics(motion: JudgedMotion) -> tuple[Floats, Floats]:
     """Sample the joint torques of a motion.
 
     Returns:
@@ -279,11 +279,11 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
     return times, _needed(motion.kinematics, *states)
 
 
-def _steps(motion: Motion) -> Ints:
+def _steps(motion: JudgedMotion) -> Ints:
     return np.maximum(steps_in_pieces(motion), SAMPLES_PER_SEGMENT - 1)
 
 
-def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:
+def _samples(motion: JudgedMotion) -> tuple[Floats, list[Floats]]:
     """Sample each segment from its own polynomial: times (s,), and orders 0 to 2, each (s, n).
 
     Unless the acceleration jumps, the end of a segment is the start of the next.

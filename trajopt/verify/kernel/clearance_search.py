@@ -6,7 +6,7 @@ import numpy as np
 
 from trajopt.scene.reduced import BodyPairs
 from trajopt.values.arrays import Bools, Floats, Ints
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.pair_distances import PairDistances, required_clearances
 
 
@@ -170,7 +170,7 @@ class Findings:
 
 
 def search_clearance(
-    motion: Motion, distances: PairDistances, *, measured: bool = True, present: Floats | None = None
+    motion: JudgedMotion, distances: PairDistances, *, measured: bool = True, present: Floats | None = None
 ) -> Findings:
     """Search for a proof that all pairs keep apart over a motion, by conservative advancement.
 

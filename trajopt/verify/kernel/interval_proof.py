@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.values.arrays import Floats
 from trajopt.verify.certificate import Evidence
-from trajopt.verify.kernel.motion import Motion, cut, pieces_needed
+from trajopt.verify.kernel.motion import JudgedMotion, cut, pieces_needed
 
 _FIRST_INTERVALS = 32
 _MOST_INTERVALS = 200_000
@@ -44,7 +44,7 @@ class Proof:
     interval: tuple[float, float] | None
 
 
-def prove_over_time(motion: Motion, excess: Callable[[Floats, Floats], Excess]) -> Proof:
+def prove_over_time(motion: JudgedMotion, excess: Callable[[Floats, Floats], Excess]) -> Proof:
     """Prove that an excess is never positive, or find a time at which it is.
 
     Args:

@@ -85,7 +85,7 @@ class Polynomials:
         return proof.sampled(np.ascontiguousarray(self.coefficients), piece, since)
 
 
-class Motion:
+class JudgedMotion:
     """A trajectory of a reduced model, for checks.
 
     Attributes:
@@ -136,7 +136,7 @@ class Motion:
         self.options = options
         self.staying, self.rests_after, self.clock = 0.0, True, 0.0
         self.position = position
-        self._among: Motion | None = None
+        self._among: JudgedMotion | None = None
 
     @cached_property
     def group(self) -> tuple[Polynomials, Polynomials, Polynomials, Polynomials]:
@@ -151,21 +151,21 @@ class Motion:
         spread[1:] = np.abs(self.reduced.mimic_matrix)
         return spread
 
-    def between(self, begin: float, end: float) -> "Motion":
+    def between(self, begin: float, end: float) -> "JudgedMotion":
         """Return the part between two times [s], with its own time starting at 0."""
         part = self.trajectory.between(begin, end)
-        motion = Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
+        motion = JudgedMotion(self.reduced, part, kinematics=self.kinematics, options=self.options)
         if self._among is not None:
             motion.among = self._among.between(begin, end)
         return motion
 
     @property
-    def among(self) -> "Motion":
+    def among(self) -> "JudgedMotion":
         """The same motion among dynamic obstacles; itself if there are none."""
         return self if self._among is None else self._among
 
     @among.setter
-    def among(self, timed: "Motion") -> None:
+    def among(self, timed: "JudgedMotion") -> None:
         """Store it; only weakly refer to the motion itself, so that it is freed with its last user."""
         self._among = None if timed is self else timed
 
@@ -244,7 +244,7 @@ class Motion:
         return np.maximum(high, -low) @ self._spread.T
 
 
-class TimedMotion(Motion):
+class TimedMotion(JudgedMotion):
     """A motion of a timed model.
 
     Attributes:
@@ -377,7 +377,7 @@ MOST_MOMENTS = 1_000_000
 """Most samples of a motion, about 0.5 GB and a few seconds; longer motions are rejected."""
 
 
-def steps_in_pieces(motion: Motion) -> Ints:
+def steps_in_pieces(motion: JudgedMotion) -> Ints:
     """Return the number of steps in each piece of a trajectory, shape (k - 1,).
 
     Raises:
@@ -397,7 +397,7 @@ def steps_in_pieces(motion: Motion) -> Ints:
     return steps.astype(np.int64)
 
 
-def sampled_times(motion: Motion) -> Floats:
+def sampled_times(motion: JudgedMotion) -> Floats:
     """Return sample times for checks without a proof, including the motion's own points [s].
 
     The step is `sample_step`, or `sample_travel` of joint motion if that is longer: a motion at a

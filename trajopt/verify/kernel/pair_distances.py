@@ -19,7 +19,7 @@ from trajopt.values.errors import ModelError
 from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import Mesh, Plane
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
-from trajopt.verify.kernel.motion import Motion, TimedMotion
+from trajopt.verify.kernel.motion import JudgedMotion, TimedMotion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.shapes import form_of
 
@@ -374,7 +374,7 @@ class Surroundings:
                 self._kinematics, error=options.distance_error, timings=self._timed.timings
             )
 
-    def among(self, motion: Motion, staying: float = 0.0, clock: float = 0.0) -> Motion:
+    def among(self, motion: JudgedMotion, staying: float = 0.0, clock: float = 0.0) -> JudgedMotion:
         """Return a motion among the dynamic obstacles.
 
         Args:

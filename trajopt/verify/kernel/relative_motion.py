@@ -7,7 +7,7 @@ import numpy as np
 from trajopt.values.arrays import Floats
 from trajopt.values.placement import Placement
 from trajopt.verify.kernel.kinematics import Travel, relative_chain
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.motion import JudgedMotion
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class RelativeMotion:
     acceleration u relative to the joint's parent are at most v + w r and u + 2 w v + w^2 r + a r.
     """
 
-    def __init__(self, motion: Motion, frame: str, *, reference: str, offset: Floats) -> None:
+    def __init__(self, motion: JudgedMotion, frame: str, *, reference: str, offset: Floats) -> None:
         """Find the joints between the two.
 
         Args:
@@ -127,7 +127,7 @@ class PointMotion:
     its rate.
     """
 
-    def __init__(self, motion: Motion, frame: str, *, offset: Floats) -> None:
+    def __init__(self, motion: JudgedMotion, frame: str, *, offset: Floats) -> None:
         """Find the joints that carry the frame.
 
         Args:

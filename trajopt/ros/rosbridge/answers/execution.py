@@ -90,7 +90,7 @@ def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Toleranc
 
 
 @dataclass(frozen=True)
-class Seen:
+class ExecutionReading:
     """State of a robot during an execution.
 
     Attributes:
@@ -108,7 +108,7 @@ def execute_trajectory(state: SessionState, arguments: Node, watch: Watch) -> An
     """Drive the session's robot along a trajectory in real time; a cancellation stops it."""
     request = read_call(ExecuteTrajectoryGoal, arguments, watch)
 
-    def tell(_: Seen) -> object:
+    def tell(_: ExecutionReading) -> object:
         return encode(ExecuteTrajectoryFeedback(STATES[0]), request.generation)
 
     try:
@@ -126,7 +126,7 @@ def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) 
     try:
         on_the_way, at_the_end = tolerances_of(goal)
 
-        def tell(seen: Seen) -> object:
+        def tell(seen: ExecutionReading) -> object:
             broken = on_the_way.broken(seen.joints, seen.desired, seen.actual)
             if broken and not off:
                 off.append(broken)
@@ -151,7 +151,7 @@ def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) 
     return request.answer(result(result.PATH_TOLERANCE_VIOLATED, code.message), state)
 
 
-def _feedback(seen: Seen) -> FollowJointTrajectoryFeedback:
+def _feedback(seen: ExecutionReading) -> FollowJointTrajectoryFeedback:
     pairs = zip(seen.desired.positions, seen.actual.positions, strict=True)
     off = JointTrajectoryPoint([wanted - is_at for wanted, is_at in pairs])
     return FollowJointTrajectoryFeedback(
@@ -160,7 +160,7 @@ def _feedback(seen: Seen) -> FollowJointTrajectoryFeedback:
 
 
 def driven(
-    message: RobotTrajectory, state: SessionState, watch: Watch, tell: Callable[[Seen], object]
+    message: RobotTrajectory, state: SessionState, watch: Watch, tell: Callable[[ExecutionReading], object]
 ) -> tuple[MoveItErrorCodes, SessionState]:
     """Drive the robot of a session along a trajectory.
 
@@ -198,13 +198,13 @@ def driven(
     return outcome.error_code, replace(state, positions=ended.positions)
 
 
-def _seen(arm: SimulatedExecutor, trajectory: Trajectory, now: float) -> Seen:
+def _seen(arm: SimulatedExecutor, trajectory: Trajectory, now: float) -> ExecutionReading:
     """Return the actual and desired state of a robot during an execution."""
     columns, is_at = [arm.joint_names.index(name) for name in trajectory.joint_names], arm.state()
     moment = min(now, trajectory.duration)
     desired = _point(trajectory(moment), trajectory(moment, 1), now)
     actual = _point(is_at.positions[columns], is_at.velocities[columns], now)
-    return Seen(trajectory.joint_names, desired, actual)
+    return ExecutionReading(trajectory.joint_names, desired, actual)
 
 
 def _point(positions: Floats, velocities: Floats, moment: float) -> JointTrajectoryPoint:
