@@ -119,3 +119,13 @@ def test_joints_that_are_not_driven_are_named() -> None:
     committed = CommittedMotion(NAMES, np.zeros(2))
     with pytest.raises(JointNotFound, match="no joint that is driven named 'c'"):
         committed.ahead(0.0, ("c",))
+
+
+def test_positions_at_many_times_equal_those_at_each() -> None:
+    committed = CommittedMotion((*NAMES, "c"), np.array((0.0, 0.0, 3.0)))
+    times = np.linspace(-1.0, 5.0, 37)
+    assert committed.positions(times).tolist() == [[0.0, 0.0, 3.0]] * 37
+    committed.splice(move([0.0, 0.0], [1.0, -1.0]), 1.0, now=0.0)
+    committed.splice(move([1.0, -1.0], [2.0, 0.0]), 2.5, now=0.0)
+    each = [committed(float(time))[0] for time in times]
+    np.testing.assert_allclose(committed.positions(times), each, atol=1e-12)

@@ -120,9 +120,7 @@ class CommittedMotion:
         number("time", time, infinite=True)
         pieces, last = self._pieces, self._last
         if last is not None and last[0] is pieces and last[1] == time:
-            return last[
-                2
-            ].copy()  # the state at the begin of a motion is read twice: before and in its splice
+            return last[2].copy()  # read twice at the begin of a motion: before and in its splice
         now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
         if now is None:
             first = self._standing if not pieces else pieces[0].state(pieces[0].begin)[0]
@@ -131,6 +129,15 @@ class CommittedMotion:
             rows = now.state(time)
         self._last = pieces, time, rows
         return rows.copy()
+
+    def positions(self, times: Floats) -> Floats:
+        """Return the commanded positions at k times on the clock [s], shape (k, n) [rad | m]."""
+        pieces = self.pieces
+        rows = np.tile(self(-inf)[0], (len(times), 1))
+        for begin, motion in pieces:
+            later = times >= begin
+            rows[later] = motion(np.minimum(times[later] - begin, motion.duration))
+        return rows
 
     @checked
     def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:

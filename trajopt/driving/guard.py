@@ -271,8 +271,7 @@ class Guard(CommitLoop):
         return ApproachQuery(reduced, self._braking, clearance)
 
     def _state(self, time: float) -> Floats:
-        columns = [self.executor.joint_names.index(name) for name in self._commitment.joint_names]
-        return self._commitment.motion(time)[:, columns]
+        return self._commitment.motion(time)[:, self._columns]
 
     def _advance(self, times: Floats) -> Decision:
         """Commit as much of the chunk as is proven from the end of its committed part on."""
@@ -375,8 +374,12 @@ class Guard(CommitLoop):
         return Decision(ActionOutcome.STOPPED, reason, 0, self._positions(times))
 
     def _positions(self, times: Floats) -> Floats:
-        joints = len(self._commitment.joint_names)
-        return np.array([self._state(float(time))[0] for time in times]).reshape(len(times), joints)
+        return self._commitment.motion.positions(times)[:, self._columns]
+
+    @property
+    def _columns(self) -> list[int]:
+        """Indices of the group's joints among the driven ones."""
+        return [self.executor.joint_names.index(name) for name in self._commitment.joint_names]
 
 
 def _after(state: Floats, acceleration: Floats) -> Floats:
