@@ -14,6 +14,7 @@ import trajopt as to
 from tests.robots_for_tests import ODD_ARM
 from trajopt.optimise import kinematics
 from trajopt.robot.robot import FrameAttachment
+from trajopt.scene.reducing import reduce_model
 from trajopt.tasks import cartesian, grasping
 from trajopt.tasks.cartesian import arc_about, arc_through, circle, line, polyline, spline
 from trajopt.tasks.grasping import Grasp, Place
@@ -54,6 +55,16 @@ def there_of_any(scene: to.Scene, at: Any) -> Any:
     return problem.alternatives["there"].goals[0]
 
 
+def beside(scene: to.Scene, at: Any) -> np.ndarray:
+    """The placements of a robot that rests beside, at a time."""
+    reduced = reduce_model(scene, "arm", scene.robot.positions())
+    joints = reduced.joint_names
+    resting = to.Trajectory(joints, np.array((0.0, 1.0)), np.zeros((2, len(joints))))
+    beside_it = scene.with_robot_in_motion("left", reduced, resting, base=at).at(0.5).still_at(0.0)
+    found = beside_it.objects
+    return np.stack([found[name].placement.homogeneous for name in found if name.startswith("left/")])
+
+
 BALL = to.Sphere(0.1)
 TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
     "Scene.add": lambda scene, at: [
@@ -66,6 +77,7 @@ TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
     "any_of": lambda scene, at: there_of_any(scene, at).placement.homogeneous,
     "Scene.move": lambda scene, at: scene.move("box", at).object("box").placement.homogeneous,
     "Scene.attach": attached,
+    "Scene.with_robot_in_motion": beside,
     "frame_placement": lambda scene, at: to.frame_placement("arm", at).placement.homogeneous,
     "point_on_arc": lambda scene, at: (
         to.point_on_arc("arm", at, radius=1.0, tolerance=0.1).centre.homogeneous
