@@ -131,12 +131,16 @@ class CommittedMotion:
         return rows.copy()
 
     def positions(self, times: Floats) -> Floats:
-        """Return the commanded positions at k times on the clock [s], shape (k, n) [rad | m]."""
-        pieces = self.pieces
-        rows = np.tile(self(-inf)[0], (len(times), 1))
-        for begin, motion in pieces:
-            later = times >= begin
-            rows[later] = motion(np.minimum(times[later] - begin, motion.duration))
+        """Return the commanded positions at k times on the clock [s], shape (k, n) [rad | m].
+
+        Raises:
+            ShapeError: If the times are not finite numbers in a row.
+        """
+        at = floats("times", times, (None,))
+        rows = np.tile(self(-inf)[0], (len(at), 1))
+        for begin, motion in self.pieces:
+            later = at >= begin
+            rows[later] = motion(np.minimum(at[later] - begin, motion.duration))
         return rows
 
     @checked
