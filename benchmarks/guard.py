@@ -23,6 +23,7 @@ from benchmarks.page import table, write_section
 from tests.oracles.query import PlainQuery
 from trajopt.driving import IdealExecutor
 from trajopt.driving.guard import Guard
+from trajopt.geometry import Contacts
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Bools, Floats
@@ -32,6 +33,8 @@ ROBOTS = {"panda": ("panda_arm", "ready"), "ur5": ("manipulator", "up"), "xarm7"
 RATE, CHUNK, EPISODE, REPLY = 50.0, 50, 3.0, 0.5
 """Actions per second, actions of a chunk, duration of an episode, and time from chunk to chunk [s]."""
 CYCLE, SAMPLE = 0.02, 2e-3
+GOALS = 5
+"""Random goals that are tried by the planned policy, which rests if there is a plan to none."""
 PASSED = 1e-3
 """Largest deviation of the commanded positions from an action that was passed [rad]."""
 NOISE, FAST = 2e-3, 1.5
@@ -63,13 +66,13 @@ class Cell:
         """Return a random cell whose start is clear by 20 mm."""
         robot, (group, state) = to.load(name), ROBOTS[name]
         cell = Cell.of(to.Scene(robot), group, robot.positions(state))
-        count = int(rng.integers(10, 21))
+        alone, count = cell.pairs_near(cell.start, 0.02), int(rng.integers(10, 21))
         while len(cell.scene.objects) < count:
             larger = cell.scene.add(f"thing {len(cell.scene.objects)}", *_thing(rng))
             if moving and len(cell.scene.objects) < 3:
                 larger = _moving(cell.scene, rng)
             found = Cell.of(larger, group, robot.positions(state))
-            if not found.near(found.start[None], np.zeros(1), 0.02).any():
+            if found.pairs_near(found.start, 0.02) == alone:
                 cell = found
         return cell
 
@@ -81,15 +84,22 @@ class Cell:
         whole = reduced if reduced.timed is None else reduced.timed.reduced
         return Cell(scene, group, start, reduced, PlainQuery(whole))
 
-    def near(self, rows: Floats, times: Floats, distance: float) -> Bools:
-        """Return which configurations, shape (S, n), are nearer to something than a distance [m]."""
+    def touching(self, rows: Floats, times: Floats) -> Bools:
+        """Return which configurations, shape (S, n), touch something."""
+        found = self._closer(rows, times, 0.0)
+        touch = np.zeros(len(rows), dtype=np.bool_)
+        touch[found.sample[found.distance < 0.0]] = True
+        return touch
+
+    def pairs_near(self, positions: Floats, distance: float) -> int:
+        """Return how many pairs are nearer than a distance [m] at time 0."""
+        found = self._closer(positions[None], np.zeros(1), distance)
+        return int((found.distance < distance).sum())
+
+    def _closer(self, rows: Floats, times: Floats, distance: float) -> Contacts:
         timed = self.reduced.timed
         at = rows if timed is None else timed.positions(rows, times)
-        reach = np.full(len(self.plain.reduced.pairs.required), distance + 1e-6)
-        found = self.plain.close_pairs(at, reach)
-        near = np.zeros(len(rows), dtype=np.bool_)
-        near[found.sample[found.distance < distance]] = True
-        return near
+        return self.plain.close_pairs(at, np.full(len(self.plain.reduced.pairs.required), distance + 1e-6))
 
 
 def _thing(rng: np.random.Generator) -> tuple[to.Sphere | to.Box, to.Placement]:
@@ -112,7 +122,7 @@ def planned(cell: Cell, rng: np.random.Generator) -> Policy:
     """Return the policy that follows a plan at half the speed of the joints, and then rests."""
     limits, here = cell.reduced.limits, cell.start
     motion: to.Trajectory | None = None
-    while motion is None:
+    for _ in range(GOALS):
         goal = np.clip(here + rng.uniform(-1.0, 1.0, len(here)), limits.lower, limits.upper)
         still = cell.scene.still_at(0.0) if cell.scene.changing else cell.scene
         problem = to.Problem(
@@ -120,13 +130,19 @@ def planned(cell: Cell, rng: np.random.Generator) -> Policy:
             goal=dict(zip(cell.reduced.joint_names, goal, strict=True)), velocity_scaling=0.5,
             acceleration_scaling=0.25,
         )  # fmt: skip
-        motion = to.plan(problem, seconds=1.0).trajectory
-    followed = motion
+        if (motion := to.plan(problem, seconds=1.0).trajectory) is not None:
+            break
+    followed = motion or _resting(cell)
 
     def act(positions: Floats, time: float) -> tuple[Any, float]:
         return followed(np.minimum(time + _ahead(), followed.duration)), 0.0
 
     return act
+
+
+def _resting(cell: Cell) -> to.Trajectory:
+    rows = np.tile(cell.start, (2, 1))
+    return to.Trajectory(cell.reduced.joint_names, np.array((0.0, 1.0)), rows)
 
 
 def noisy(cell: Cell, rng: np.random.Generator) -> Policy:
@@ -254,7 +270,7 @@ def guarded(cell: Cell, policy: Policy, tally: Tally) -> None:
                 tally.actions += 1
                 tally.passed += bool(np.abs(guard.committed(at)[0] - action).max() <= PASSED)
             arm.advance(SAMPLE)
-    touching = cell.near(np.array(rows), np.array(times), 0.0) & (np.array(speeds) > 1e-6)
+    touching = cell.touching(np.array(rows), np.array(times)) & (np.array(speeds) > 1e-6)
     tally.contacts["guard"] += bool(touching.any())
     tally.seconds += guard.seconds["act"]
 
@@ -268,7 +284,7 @@ def clamped(cell: Cell, here: Floats, action: Floats, time: float) -> Floats:
 def checked_waypoint(cell: Cell, here: Floats, action: Floats, time: float) -> Floats:
     """Return the next position: the action, clamped, if that is clear; else the last one."""
     there = clamped(cell, here, action, time)
-    return here if cell.near(there[None], np.array((time,)), 0.0)[0] else there
+    return here if cell.touching(there[None], np.array((time,)))[0] else there
 
 
 def stepped(cell: Cell, policy: Policy, step: Callable[[Cell, Floats, Floats, float], Floats]) -> bool:
@@ -288,7 +304,7 @@ def stepped(cell: Cell, policy: Policy, step: Callable[[Cell, Floats, Floats, fl
                 rows += list(here + fine[:, None] * (there - here))
                 times += list(time + fine / RATE)
             here = there
-    return bool(rows) and bool(cell.near(np.array(rows), np.array(times), 0.0).any())
+    return bool(rows) and bool(cell.touching(np.array(rows), np.array(times)).any())
 
 
 OTHERS = {"check of waypoints": checked_waypoint, "clamp": clamped}

@@ -11,7 +11,7 @@ from trajopt.geometry import Evaluator
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.joints import JointLimits
 from trajopt.timing.stops import stop_from
-from trajopt.values.arrays import Floats, Value, floats
+from trajopt.values.arrays import Floats, Value
 from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.trajectory import Trajectory
 
@@ -119,9 +119,12 @@ def along_actions(
         velocity + after * acceleration,
         acceleration + np.zeros_like(after),
     ]
-    weight = (deviation / float(np.median(limits.jerk))) ** 2
-    normal: Floats = response[0].T @ response[0] + weight * np.eye(len(after))
-    jerks = floats("jerks", np.linalg.solve(normal, response[0].T @ (chunk.targets - free[0])), (None, None))
+    # By QR: the normal equations would square the condition number, 1e8 for fifty actions.
+    weight = deviation / float(np.median(limits.jerk)) * np.eye(len(after))
+    factor, triangle = np.linalg.qr(np.concatenate((response[0], weight)))
+    jerks: Floats = np.asarray(
+        np.linalg.solve(triangle, factor[: len(after)].T @ (chunk.targets - free[0])), dtype=np.float64
+    )
     later: list[Floats] = [drifted + each @ jerks for drifted, each in zip(free, response, strict=True)]
     states = np.concatenate((begin[:, None], np.stack(later)), axis=1)
     return ActionMotion(chunk, times, states, jerks)
@@ -147,19 +150,20 @@ def joints_of(
     Args:
         poses: Poses of the tool in the world.
         frame: The tool.
-        begin: Positions of the group's joints before, shape (n,).
-        query: Of the robot.
+        begin: Positions of the query's joints before, the group's n first.
+        query: Of the robot and its surroundings.
         limits: Of the group's joints.
 
     Returns:
         The positions, shape (K, n), of the poses before the first that is not reached; and the reason why
         that one is not, empty if all are.
     """
-    found, here, joints = list[Floats](), begin, len(begin)
+    joints = len(limits.joint_names)
+    found, here, surroundings = list[Floats](), begin[:joints], begin[joints:]
     for number, pose in enumerate(poses):
         missed = np.inf
         for _ in range(ITERATIONS):
-            tool = Tool.at(query, here, frame, joints)
+            tool = Tool.at(query, np.concatenate((here, surroundings)), frame, joints)
             at = tool.placement(frame)
             turned = as_rotation_vector(pose.rotation @ at.rotation.T)
             error = np.concatenate((pose.translation - at.translation, LENGTH * turned))
@@ -169,8 +173,9 @@ def joints_of(
             jacobian = tool.jacobian
             step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + DAMPING * np.eye(6), error)
             here = np.clip(here + step, limits.lower, limits.upper)
-        if missed > REACHED:
-            return _rows(found, joints), f"tool pose {number} is not reached: {1e3 * missed:.1f} mm remain"
+        if not missed <= REACHED:  # nor if it is not a number
+            why = f"not reached: {1e3 * missed:.1f} mm remain" if np.isfinite(missed) else "not finite"
+            return _rows(found, joints), f"tool pose {number} is {why}"
         found.append(here)
     return _rows(found, joints), ""
 

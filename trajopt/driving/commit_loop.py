@@ -11,18 +11,22 @@ from trajopt.driving.events import Event, EventKind, Journal
 from trajopt.driving.executor import Executor
 from trajopt.driving.motion_guard import MotionGuard, guard_of, start_at, with_tracking_margin
 from trajopt.driving.options import on_clock
+from trajopt.driving.servo_program import ApproachQuery, Braking
 from trajopt.driving.soonest_stop import StopTaken, soonest_stop, why_unproven
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.timing.stops import PathStop
 from trajopt.values.arrays import Floats, Printed, Value
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_joint_position, in_range, in_unit
+from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds.voxels import Voxels
 from trajopt.values.trajectory import Trajectory
 
 ROUNDING = 1e-9
@@ -101,6 +105,27 @@ class Commitment(Printed):
     def joint_names(self) -> tuple[str, ...]:
         """Joints of the group."""
         return self.guard.problem.reduced.joint_names
+
+    def state(self, time: float) -> Floats:
+        """Return the commanded state of the group's n joints at a time [s], shape (3, n)."""
+        return self.motion(time)[:, self.columns]
+
+    @property
+    def columns(self) -> list[int]:
+        """Indices of the group's joints among the driven ones."""
+        return [self.executor.joint_names.index(name) for name in self.joint_names]
+
+    def approach_query(self, scene: Scene, braking: Braking, clearance: float) -> ApproachQuery:
+        """Return the query of the allowed approach speeds in a scene.
+
+        Args:
+            scene: The scene.
+            braking: Of the group's joints.
+            clearance: Distance to keep in addition to the required clearances and the tracking deviation [m].
+        """
+        problem = self.guard.problem
+        reduced = reduce_model(scene, problem.group, problem.start_positions)
+        return ApproachQuery(reduced, braking, clearance + self.guard.options.distance_error)
 
     def reset(self) -> None:
         """Commit the robot to rest in the commanded positions."""
@@ -248,6 +273,7 @@ class CommitLoop(Printed, ABC):
     executor: Executor
     problem: Problem
     _commitment: Commitment = field(init=False)
+    _cloud_stamps: dict[str, float] = field(default_factory=dict[str, float], init=False)
 
     def __post_init__(self) -> None:
         """Take over the robot at rest.
@@ -296,6 +322,34 @@ class CommitLoop(Printed, ABC):
             ProblemError: If the scene belongs to another robot. In both cases nothing changes.
         """
         self._commitment.report_world(scene, self._on_clock(stamp))
+
+    @checked
+    def see_cloud(self, name: str, cloud: Points | Voxels | None, stamp: float | None = None) -> bool:
+        """Replace the cloud of a camera; the rest of the world stays as reported.
+
+        A cloud older than the newest of its name is dropped, so that images may overtake each other.
+
+        Args:
+            name: Name of the cloud in the scene.
+            cloud: In the world; None if the camera sees nothing.
+            stamp: Time of the measurement, on the executor's clock [s]; now when None.
+
+        Returns:
+            Whether it is newer than the last one.
+
+        Raises:
+            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; later
+                images with valid stamps still count.
+            ModelError: If the name belongs to the robot, or to an object that is not a cloud.
+        """
+        measured = self._on_clock(stamp)
+        # After the clock was set back, stamps do not order the images: the one that comes counts.
+        if measured < self._cloud_stamps.get(name, -np.inf) <= self.executor.now():
+            return False
+        world = self.world
+        self.see(world.scene.with_cloud(name, cloud), world.stamp)
+        self._cloud_stamps[name] = measured
+        return True
 
     @property
     @abstractmethod

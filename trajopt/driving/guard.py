@@ -14,11 +14,11 @@ from trajopt.driving.committed_motion import REST
 from trajopt.driving.events import EventKind
 from trajopt.driving.executor import Executor
 from trajopt.driving.options import CLOCK_TOLERANCE
-from trajopt.driving.servo_program import ApproachQuery, Braking, settle
+from trajopt.driving.servo_program import Braking, settle
 from trajopt.driving.servo_task import joint_task
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.problem.problem import PathConstraint, Problem
-from trajopt.scene.reducing import reduce_model, tool_frame
+from trajopt.scene.reducing import tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, at_least, floats, number, several
 from trajopt.values.errors import ProblemError, ShapeError
@@ -33,6 +33,12 @@ DEVIATIONS = (1e-5, 1e-3, 3e-2, 0.3)
 arm, the noise of a policy, a jump of its actions, and the way in which an arm comes up to speed."""
 SAME = 1e-3
 """Largest deviation at which an action counts as unchanged [rad | m]."""
+SLOWEST, FASTEST = 1.0, 1000.0
+"""Rates of policies [Hz]: the fastest controllers take a command in each millisecond."""
+MOST_ACTIONS = 200
+"""Largest number of actions of a chunk; the time of a decision grows with its third power."""
+LARGEST = 1e6
+"""Largest position of an action, as of everything in a scene [rad | m]."""
 STEP, STEPS = 0.01, 4
 """Time step of the motion nearest to the actions [s], and its number of steps: together two control cycles of
 50 Hz, so that one late call of `tick` does not stop the robot."""
@@ -57,8 +63,8 @@ class Decision(Value):
         outcome: The committed motion; a proven stop always follows it.
         reason: Why it is not the actions as given; empty if it is.
         unchanged: Number of actions that are committed as given.
-        commanded: Committed positions of the group's joints at the times of the actions, shape (K, n) [rad |
-            m]; without rows if the actions were not valid.
+        commanded: Committed positions of the group's joints at the times of the valid actions, shape (K, n)
+            [rad | m].
     """
 
     outcome: ActionOutcome
@@ -156,7 +162,7 @@ class Guard(CommitLoop):
         self.options, self.frame = options, frame or tool_frame(problem.reduced)
         problem.reduced.attachment(self.frame)
         self._braking = Braking(with_jerk(problem.limits), STEP)
-        self._near = self._query_of(scene)
+        self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)
         self._chunk: ActionChunk | None = None
         self._next = -inf
         self._commitment.guard.prepare(self._commitment.world)
@@ -174,8 +180,9 @@ class Guard(CommitLoop):
         can begin are dropped.
 
         Args:
-            actions: Positions of the group's joints, shape (K, n) [rad | m]. Anything else stops the robot.
-            rate: Actions per second [Hz].
+            actions: Positions of the group's joints, shape (K, n), K at most 200 [rad | m]. Anything else
+                stops the robot.
+            rate: Actions per second, 1 to 1000 [Hz].
             stamp: Time of the observation from which they follow, on the executor's clock [s]; now when None.
 
         Returns:
@@ -184,14 +191,17 @@ class Guard(CommitLoop):
         Raises:
             ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; the
                 robot then goes on as committed.
-            ProblemError: If the rate is not positive.
+            ProblemError: If the rate is outside its range.
         """
-        joints = len(self._commitment.joint_names)
+        nothing = np.zeros((0, len(self._commitment.joint_names)))
         try:
-            targets = floats("actions", actions, (None, joints))
+            targets = floats("actions", actions, (None, nothing.shape[1]))
         except ShapeError as error:
-            return self._decide(np.zeros((0, joints)), str(error), rate, stamp)
-        return self._decide(targets, "" if len(targets) else "actions: there are none", rate, stamp)
+            return self._decide(nothing, str(error), rate, stamp)
+        wrong = _wrong_number("actions", len(targets))
+        if not wrong and np.abs(targets).max() > LARGEST:
+            wrong = f"actions: a position is larger than {LARGEST:g}"
+        return self._decide(nothing if wrong else targets, wrong, rate, stamp)
 
     @checked
     def act_poses(self, poses: Sequence[Placement], *, rate: float, stamp: float | None = None) -> Decision:
@@ -201,36 +211,32 @@ class Guard(CommitLoop):
         is not reached on are dropped.
         """
         at = self._soonest
-        begin = self._near.positions(self._state(at)[0], self.world.clock(at))
-        count = len(self._commitment.joint_names)
-        targets, wrong = joints_of(
-            several("poses", poses, Placement),
-            self.frame,
-            begin[:count],
-            self._near.query,
-            self.problem.limits,
-        )
-        return self._decide(targets, wrong if len(poses) else "poses: there are none", rate, stamp)
+        wanted = several("poses", poses, Placement)
+        if wrong := _wrong_number("poses", len(wanted)):
+            return self._decide(np.zeros((0, len(self._commitment.joint_names))), wrong, rate, stamp)
+        begin = self._near.positions(self._commitment.state(at)[0], self.world.clock(at))
+        targets, wrong = joints_of(wanted, self.frame, begin, self._near.query, self.problem.limits)
+        return self._decide(targets, wrong, rate, stamp)
 
     def _decide(self, targets: Floats, wrong: str, rate: float, stamp: float | None) -> Decision:
         """Decide about the valid actions, shape (K, n), of which the next is not valid for a reason."""
-        if not number("rate", rate) > 0.0:
-            raise ProblemError(f"rate must be positive, is {rate:g}")
+        if not SLOWEST <= number("rate", rate) <= FASTEST:
+            raise ProblemError(f"rate must be from {SLOWEST:g} to {FASTEST:g} Hz, is {rate:g} Hz")
         stated = self._on_clock(stamp)
+        times = stated + np.arange(1, len(targets) + 1) / rate
         with self._commitment.journal.stage("act"):
             if not self._watch():
-                return self._stopped("the robot does not follow; its events give the reason")
+                return self._stopped("the robot does not follow; its events give the reason", times)
             self._next = -inf
-            if len(targets) == 0:
+            if not len(targets):
                 self._chunk = None
                 self._commitment.stop(self.problem, wrong, lambda _: None)
-                return self._stopped(wrong)
-            times = stated + np.arange(1, len(targets) + 1) / rate
+                return self._stopped(wrong, times)
             self._chunk = ActionChunk(targets, times)
             decision = self._advance(times)
-            if not wrong or decision.outcome is ActionOutcome.STOPPED:
-                return decision
-            return replace(decision, outcome=ActionOutcome.SHORTENED, reason=wrong)
+        if wrong and decision.outcome in {ActionOutcome.AS_GIVEN, ActionOutcome.SMOOTHED}:
+            decision = replace(decision, outcome=ActionOutcome.SHORTENED)
+        return replace(decision, reason=wrong) if wrong else decision
 
     def tick(self) -> Decision | None:
         """Watch robot and world, and go on with the present chunk; None if there is nothing to decide."""
@@ -243,7 +249,7 @@ class Guard(CommitLoop):
     def see(self, scene: Scene, stamp: float | None = None) -> None:
         """Report the world; the next call judges the committed motion in it. As for `CommitLoop.see`."""
         super().see(scene, stamp)
-        self._near = self._query_of(scene)
+        self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)
 
     @property
     def _clock_tolerance(self) -> float:
@@ -265,14 +271,6 @@ class Guard(CommitLoop):
             self._next = -inf
             self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
 
-    def _query_of(self, scene: Scene) -> ApproachQuery:
-        clearance = self.options.clearance + self._commitment.guard.options.distance_error
-        reduced = reduce_model(scene, self.problem.group, self.problem.start_positions)
-        return ApproachQuery(reduced, self._braking, clearance)
-
-    def _state(self, time: float) -> Floats:
-        return self._commitment.motion(time)[:, self._columns]
-
     def _advance(self, times: Floats) -> Decision:
         """Commit as much of the chunk as is proven from the end of its committed part on."""
         chunk, commitment = self._chunk, self._commitment
@@ -284,24 +282,25 @@ class Guard(CommitLoop):
             self._chunk = None
             return self._stopped(
                 f"no action is left: the last is due at {chunk.times[-1]:.3f} s, and a motion begins at "
-                f"{at:.3f} s at the soonest"
+                f"{at:.3f} s at the soonest",
+                times,
             )
         if commitment.stale(at):
-            return self._stopped(commitment.world.stale(at))
+            return self._stopped(commitment.world.stale(at), times)
         reason = ""
         for candidate in self._candidates(rest, at):
             if not commitment.guard.proven(candidate.motion, commitment.world, at):
                 reason = reason or "the motion is not proven to be clear"
                 continue
             if refused := commitment.offer(candidate.motion, at):
-                return self._stopped(refused)
+                return self._stopped(refused, times)
             commitment.satisfies_all(commitment.guard)
             return self._committed(candidate, reason, at, times)
-        return self._stopped(reason or "no motion within the limits of the joints follows the actions")
+        return self._stopped(reason or "no motion within the limits of the joints follows the actions", times)
 
     def _candidates(self, rest: ActionChunk, at: float) -> Iterator[_Candidate]:
         """Yield motions, the best first: along as many actions as the limits allow, then along fewer."""
-        state, limits = self._state(at), self._braking.limits
+        state, limits = self._commitment.state(at), self._braking.limits
         motion, count, rate = self._within_limits(rest, state, at)
         while count:
             first = motion.first(count, limits)
@@ -348,8 +347,7 @@ class Guard(CommitLoop):
             settled = settle(joint_task(wanted, braking), near, lower, upper, limits)
             if settled is None:
                 return None
-            then = np.clip(braking.acceleration(here, settled), -limits.acceleration, limits.acceleration)
-            states.append(_after(here, then))
+            states.append(braking.after(here, settled))
         if max(np.abs(each[1:]).max() for each in states) <= REST:
             return None
         before = np.stack(states[:-1], axis=1)
@@ -368,27 +366,16 @@ class Guard(CommitLoop):
         unchanged = 0 if outcome is ActionOutcome.SLOWED else int((off <= SAME).sum())
         return Decision(outcome, reason, unchanged, commanded)
 
-    def _stopped(self, reason: str) -> Decision:
+    def _stopped(self, reason: str, times: Floats) -> Decision:
         self._commitment.journal.note_unless_latest(EventKind.STOPPING, reason)
-        times = np.zeros(0) if self._chunk is None else self._chunk.times
         return Decision(ActionOutcome.STOPPED, reason, 0, self._positions(times))
 
     def _positions(self, times: Floats) -> Floats:
-        return self._commitment.motion.positions(times)[:, self._columns]
-
-    @property
-    def _columns(self) -> list[int]:
-        """Indices of the group's joints among the driven ones."""
-        return [self.executor.joint_names.index(name) for name in self._commitment.joint_names]
+        return self._commitment.motion.positions(times)[:, self._commitment.columns]
 
 
-def _after(state: Floats, acceleration: Floats) -> Floats:
-    """Return the state a step later, shape (3, n), with the acceleration changing linearly to a value."""
-    position, velocity, before = state
-    return np.stack(
-        (
-            position + STEP * (velocity + STEP * (2.0 * before + acceleration) / 6.0),
-            velocity + STEP * (before + acceleration) / 2.0,
-            acceleration,
-        )
-    )
+def _wrong_number(name: str, count: int) -> str:
+    """Return why a number of actions is not valid; empty if it is."""
+    if count > MOST_ACTIONS:
+        return f"{name}: there are {count}, more than {MOST_ACTIONS}"
+    return "" if count else f"{name}: there are none"

@@ -11,7 +11,7 @@ from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import ApproachLimits, ApproachQuery, Braking, settle
 from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.optimise.methods.timing import with_jerk
-from trajopt.scene.reducing import reduce_model, tool_frame
+from trajopt.scene.reducing import tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.timing.stops import stop_after
 from trajopt.values.arrays import Floats, number
@@ -65,7 +65,7 @@ class Servo(CommitLoop):
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
         self._braking = Braking(with_jerk(self.problem.limits), self.options.period)
-        self._near = self._query_of(self.scene)
+        self._near = self._commitment.approach_query(self.scene, self._braking, self.options.clearance)
         self._rehearse()
 
     @property
@@ -129,7 +129,7 @@ class Servo(CommitLoop):
     def see(self, scene: Scene, stamp: float | None = None) -> None:
         """Report the world; the next tick judges the committed motion in it. As for `CommitLoop.see`."""
         super().see(scene, stamp)
-        self._near = self._query_of(scene)
+        self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)
 
     def tick(self) -> None:
         """Watch the robot, and prove and commit the motion of the next tick."""
@@ -152,12 +152,6 @@ class Servo(CommitLoop):
         if self._commitment.broken():
             self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
 
-    def _query_of(self, scene: Scene) -> ApproachQuery:
-        problem = self.problem
-        clearance = self.options.clearance + self._commitment.guard.options.distance_error
-        reduced = reduce_model(scene, problem.group, problem.start_positions)
-        return ApproachQuery(reduced, self._braking, clearance)
-
     def _rehearse(self) -> None:
         """Find and prove the motion of a tick without driving it, so that the first tick takes no longer."""
         commitment, at = self._commitment, self._commitment.soonest
@@ -165,7 +159,7 @@ class Servo(CommitLoop):
         if commitment.world.stale(at):
             return
         self._filtered = np.zeros(6)
-        motion = self._motion(REHEARSED, commitment.motion(at)[:, self._columns], at)
+        motion = self._motion(REHEARSED, commitment.state(at), at)
         self._filtered = np.zeros(6)
         if motion is not None:
             commitment.guard.proven(motion, commitment.world, at)
@@ -192,7 +186,7 @@ class Servo(CommitLoop):
         at = max(at, soonest)
         if commitment.stale(at):
             return
-        motion = self._motion(command, commitment.motion(at)[:, self._columns], at)
+        motion = self._motion(command, commitment.state(at), at)
         if motion is None:
             return
         guard = commitment.guard
@@ -232,12 +226,7 @@ class Servo(CommitLoop):
             return None
         if np.abs(state[1:]).max() <= REST and np.abs(settled).max() <= REST:
             return None
-        then = np.clip(braking.acceleration(state, settled), -limits.acceleration, limits.acceleration)
-        q, v, a = state
-        end = np.stack(
-            (q + period * (v + period * (2.0 * a + then) / 6.0), v + period * (a + then) / 2.0, then)
-        )
-        return stop_after(state, end, period, limits)
+        return stop_after(state, braking.after(state, settled), period, limits)
 
     def _twist(self, command: Twist | Pose, tool: Tool) -> Floats:
         if isinstance(command, Pose):
@@ -251,11 +240,6 @@ class Servo(CommitLoop):
         values = values_of(command, self.problem.reduced, self.options)
         self._filtered = self._filtered + self.options.filter_gain * (values - self._filtered)
         return self._filtered
-
-    @property
-    def _columns(self) -> list[int]:
-        """Indices of the group's joints among the driven ones."""
-        return [self.executor.joint_names.index(name) for name in self.problem.reduced.joint_names]
 
 
 def _same_axes(one: Command, other: Command) -> bool:

@@ -164,6 +164,19 @@ class Braking:
         longer = jerk * (np.sqrt(half**2 + 2.0 * size / jerk) - half)
         return np.sign(change) * np.minimum(size / self.period, longer)
 
+    def after(self, state: Floats, settled: Floats) -> Floats:
+        """Return the state at the tick's end, shape (3, n), from which joints settle at velocities."""
+        most, period = self.limits.acceleration, self.period
+        then = np.clip(self.acceleration(state, settled), -most, most)
+        position, velocity, before = state
+        return np.stack(
+            (
+                position + period * (velocity + period * (2.0 * before + then) / 6.0),
+                velocity + period * (before + then) / 2.0,
+                then,
+            )
+        )
+
     def _brakeable(self, distance: Floats) -> Floats:
         """Return the largest velocities w at a distance w t + w^2 / 2a from a limit, where t is the delay."""
         most = self.limits.acceleration

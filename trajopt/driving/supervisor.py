@@ -21,7 +21,6 @@ from trajopt.values.arrays import function, number
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import IDENTITY, PlacementLike, as_placement
-from trajopt.values.shapes.shapes import Points, Voxels
 
 DEFAULT = SupervisorOptions()
 SLOW = 1e-2
@@ -47,7 +46,6 @@ class Supervisor(CommitLoop):
     options: SupervisorOptions = DEFAULT
     _active: ActiveMotion = field(init=False)
     _goals: GoalQueue = field(init=False)
-    _cloud_stamps: dict[str, float] = field(default_factory=dict[str, float], init=False)
 
     def __post_init__(self) -> None:
         """Take over the robot at rest.
@@ -157,34 +155,6 @@ class Supervisor(CommitLoop):
             function("goal", goal)
         followed = self._goal(self.problem, 0.0)
         self._goals.follow(FollowedGoal(followed, goal, placed, tool, tolerance, hold))
-
-    @checked
-    def see_cloud(self, name: str, cloud: Points | Voxels | None, stamp: float | None = None) -> bool:
-        """Replace the cloud of a camera; the rest of the world stays as reported.
-
-        A cloud older than the newest of its name is dropped, so that images may overtake each other.
-
-        Args:
-            name: Name of the cloud in the scene.
-            cloud: In the world; None if the camera sees nothing.
-            stamp: Time of the measurement, on the executor's clock [s]; now when None.
-
-        Returns:
-            Whether it is newer than the last one.
-
-        Raises:
-            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; later
-                images with valid stamps still count.
-            ModelError: If the name belongs to the robot, or to an object that is not a cloud.
-        """
-        measured = self._on_clock(stamp)
-        # A clock that was set back says nothing about which image is newer: the one that comes counts.
-        if measured < self._cloud_stamps.get(name, -np.inf) <= self.executor.now():
-            return False
-        world = self.world
-        self.see(world.scene.with_cloud(name, cloud), world.stamp)
-        self._cloud_stamps[name] = measured
-        return True
 
     def cycle(self) -> None:
         """Watch the robot, prove the next piece of the motion, and replan if necessary."""
