@@ -91,6 +91,20 @@ def test_check_accepts_the_plan_and_refuses_it_changed(folder: Path, plan_file: 
     assert "velocity" in failed
 
 
+def test_prove_takes_the_points_of_any_planner(folder: Path, plan_file: Path) -> None:
+    document = json.loads(plan_file.read_text())
+    foreign = folder / "foreign.json"
+    foreign.write_text(json.dumps({name: document[name] for name in ("joint_names", "points")}))
+    proof = folder / "foreign.proof"
+    proven = trajopt("prove", *common(folder), foreign, "--out", proof, "--json")
+    assert proven.returncode == 0, proven.stderr
+    assert json.loads(proven.stdout)["proven"] is True
+    assert trajopt("check", proof).returncode == 0
+    unlike = trajopt("prove", *common(folder, "blocked.yaml"), foreign, "--out", folder / "none.proof")
+    assert unlike.returncode == 2 and "judge refuses" in unlike.stderr
+    assert not (folder / "none.proof").exists()
+
+
 def test_export_writes_the_plan_for_a_controller(folder: Path, plan_file: Path) -> None:
     points = json.loads(plan_file.read_text())["points"]
     done = trajopt("export", plan_file, "--to", "ros2", "--out", folder / "goal.json")
