@@ -39,13 +39,15 @@ MOST_ACTIONS = 200
 """Largest number of actions of a chunk; the time of a decision grows with its third power."""
 LARGEST = 1e6
 """Largest position of an action, as of everything in a scene [rad | m]."""
+REHEARSED = 1e-3
+"""Motion of each joint in the rehearsal before the first decision [rad | m]."""
 STEP, STEPS = 0.01, 4
 """Time step of the motion nearest to the actions [s], and its number of steps: together two control cycles of
 50 Hz, so that one late call of `tick` does not stop the robot."""
 
 
 class ActionOutcome(Enum):
-    """What became of a chunk of actions."""
+    """Kinds of decisions about a chunk of actions; each value describes the committed motion."""
 
     AS_GIVEN = "the actions as given"
     SMOOTHED = "a motion near the actions within the limits"
@@ -57,11 +59,11 @@ class ActionOutcome(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Decision(Value):
-    """What a guard made of a chunk of actions.
+    """The decision of a guard about a chunk of actions.
 
     Attributes:
-        outcome: The committed motion; a proven stop always follows it.
-        reason: Why it is not the actions as given; empty if it is.
+        outcome: Kind of the committed motion; a proven stop always follows it.
+        reason: Reason for another motion than the actions as given; empty without one.
         unchanged: Number of actions that are committed as given.
         commanded: Committed positions of the group's joints at the times of the valid actions, shape (K, n)
             [rad | m].
@@ -79,8 +81,7 @@ class GuardOptions:
     """Options of a guard.
 
     Attributes:
-        lead: Time that a decision may take: its motion begins so much later than now and the executor's
-            latency [s].
+        lead: Time for a decision: the motion begins after this time and the executor's latency [s].
         clearance: Distance kept in addition to the required clearances by the motion nearest to the actions,
             for the stop after it, which is not straight [m].
         clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s]; others
@@ -166,6 +167,7 @@ class Guard(CommitLoop):
         self._chunk: ActionChunk | None = None
         self._next = -inf
         self._commitment.guard.prepare(self._commitment.world)
+        self._rehearse()
 
     @property
     def seconds(self) -> dict[str, list[float]]:
@@ -219,7 +221,7 @@ class Guard(CommitLoop):
         return self._decide(targets, wrong, rate, stamp)
 
     def _decide(self, targets: Floats, wrong: str, rate: float, stamp: float | None) -> Decision:
-        """Decide about the valid actions, shape (K, n), of which the next is not valid for a reason."""
+        """Decide about valid actions, shape (K, n); if another follows them, `wrong` describes its fault."""
         if not SLOWEST <= number("rate", rate) <= FASTEST:
             raise ProblemError(f"rate must be from {SLOWEST:g} to {FASTEST:g} Hz, is {rate:g} Hz")
         stated = self._on_clock(stamp)
@@ -270,6 +272,16 @@ class Guard(CommitLoop):
         if self._commitment.broken():
             self._next = -inf
             self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
+
+    def _rehearse(self) -> None:
+        """Make and prove the motions of a chunk without driving them: the first decision takes no longer."""
+        commitment, at = self._commitment, self._soonest
+        if commitment.world.stale(at):
+            return
+        shares = np.linspace(0.1, 1.0, 10)
+        chunk = ActionChunk(commitment.state(at)[0] + REHEARSED * shares[:, None], at + shares)
+        for candidate in self._candidates(chunk, at):
+            commitment.guard.proven(candidate.motion, commitment.world, at)
 
     def _advance(self, times: Floats) -> Decision:
         """Commit as much of the chunk as is proven from the end of its committed part on."""
@@ -375,7 +387,7 @@ class Guard(CommitLoop):
 
 
 def _wrong_number(name: str, count: int) -> str:
-    """Return why a number of actions is not valid; empty if it is."""
+    """Return the reason for refusing a number of actions; empty if it is valid."""
     if count > MOST_ACTIONS:
         return f"{name}: there are {count}, more than {MOST_ACTIONS}"
     return "" if count else f"{name}: there are none"
