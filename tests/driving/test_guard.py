@@ -261,35 +261,6 @@ def test_the_cloud_of_a_camera_stops_the_robot(free: to.Scene) -> None:
     assert not guard.see_cloud("camera", None, stamp=0.1), "an older image counts"
 
 
-@pytest.mark.parametrize("valid", [0, 10])
-def test_poses_that_are_not_numbers_are_dropped(free: to.Scene, valid: int) -> None:
-    arm, guard = guarded(free)
-    here = free.placement_of(guard.frame, guard.problem.reduced.all_positions(arm.state().positions))
-    bad = to.Placement(here.rotation, np.full(3, np.nan))
-    decision = guard.act_poses([here] * valid + [bad] * 5, rate=RATE)
-    assert f"pose {valid} is not finite" in decision.reason and len(decision.commanded) == valid
-    assert decision.outcome is (ActionOutcome.SHORTENED if valid else ActionOutcome.STOPPED)
-
-
-def test_poses_are_followed_beside_dynamic_obstacles(free: to.Scene) -> None:
-    away = to.Track.through([0.0, 5.0], [to.placement((1.0, y, 1.0)) for y in (1.0, -1.0)])
-    arm, guard = guarded(free.add("ball", to.Sphere(0.05), motion=away))
-    here = free.placement_of(guard.frame, guard.problem.reduced.all_positions(arm.state().positions))
-    lower = to.Placement(here.rotation, here.translation - np.array((0.0, 0.0, 0.005)))
-    assert guard.act_poses([here] * 10 + [lower] * 20, rate=RATE).outcome is not ActionOutcome.STOPPED
-
-
-def test_the_cloud_of_a_camera_stops_the_robot(free: to.Scene) -> None:
-    arm, guard = guarded(free)
-    assert guard.act(swing(arm.state().positions, 0, -1.0), rate=RATE).outcome is ActionOutcome.AS_GIVEN
-    drive(arm, guard, 0.2)
-    points = WALL[1].translation + np.random.default_rng(0).uniform(-0.05, 0.05, (200, 3))
-    assert guard.see_cloud("camera", to.Points(points, radius=0.02))
-    drive(arm, guard, 0.5)
-    assert EventKind.STOPPING in {event.kind for event in guard.events}
-    assert not guard.see_cloud("camera", None, stamp=0.1), "an older image counts"
-
-
 def test_misuse_is_refused(free: to.Scene) -> None:
     arm, guard = guarded(free)
     actions = swing(arm.state().positions, 0, 0.1)
