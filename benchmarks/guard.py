@@ -119,7 +119,7 @@ def _moving(scene: to.Scene, rng: np.random.Generator) -> to.Scene:
 
 
 def planned(cell: Cell, rng: np.random.Generator) -> Policy:
-    """Return the policy that follows a plan at half the speed of the joints, and then rests."""
+    """Return the policy that follows a time-optimal plan at half its speed, and then rests."""
     limits, here = cell.reduced.limits, cell.start
     motion: to.Trajectory | None = None
     for _ in range(GOALS):
@@ -127,15 +127,14 @@ def planned(cell: Cell, rng: np.random.Generator) -> Policy:
         still = cell.scene.still_at(0.0) if cell.scene.changing else cell.scene
         problem = to.Problem(
             scene=still, group=cell.group, start=dict(zip(cell.reduced.joint_names, here, strict=True)),
-            goal=dict(zip(cell.reduced.joint_names, goal, strict=True)), velocity_scaling=0.5,
-            acceleration_scaling=0.25,
+            goal=dict(zip(cell.reduced.joint_names, goal, strict=True)),
         )  # fmt: skip
         if (motion := to.plan(problem, seconds=1.0).trajectory) is not None:
             break
     followed = motion or _resting(cell)
 
     def act(positions: Floats, time: float) -> tuple[Any, float]:
-        return followed(np.minimum(time + _ahead(), followed.duration)), 0.0
+        return followed(np.minimum((time + _ahead()) / 2.0, followed.duration)), 0.0
 
     return act
 

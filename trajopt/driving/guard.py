@@ -302,7 +302,7 @@ class Guard(CommitLoop):
         reason = ""
         for candidate in self._candidates(rest, at):
             if not commitment.guard.proven(candidate.motion, commitment.world, at):
-                reason = reason or "the motion is not proven to be clear"
+                reason = reason or "the motion is not proven to be clear and within the limits"
                 continue
             if refused := commitment.offer(candidate.motion, at):
                 return self._stopped(refused, times)
