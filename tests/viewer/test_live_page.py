@@ -145,6 +145,17 @@ def drag_upwards(page: "Page", live: LiveView, size: tuple[int, int], pixels: fl
             page.wait_for_timeout(100)
         page.mouse.up()
         page.wait_for_timeout(300)
+    await_rest(live)
+
+
+def await_rest(live: LiveView) -> None:
+    """Wait for the last move of a drag: a busy browser sends it long after the button is up."""
+    deadline = time.monotonic() + PATIENCE
+    before = None
+    while before is None or not np.array_equal(before, live.goal.placement.translation):
+        assert time.monotonic() < deadline, "the goal never came to rest"
+        before = np.array(live.goal.placement.translation)
+        time.sleep(2.0)
     assert live.settle(PATIENCE)
 
 
