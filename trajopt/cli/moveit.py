@@ -66,7 +66,6 @@ def moveit(
 
 @contextmanager
 def _log_shown() -> Generator[None]:
-    """Show logs and publications of the script on standard error."""
     log, handler = logging.getLogger("trajopt.ros.commander"), logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
     level = log.level

@@ -176,7 +176,6 @@ def _ends(
 def _problem(
     source: RobotSource, scene: Path | None, request: Path | None, motions: Path | None, ends: Ends | None
 ) -> tuple[Problem, list[str]]:
-    """Return the problem that the options state, and notes on how files were read."""
     if ends is not None:
         around, notes = scene_around(source, scene, motions)
         return ends.problem(around), notes

@@ -170,7 +170,6 @@ def scene_around(source: RobotSource, scene: Path | None, motions: Path | None) 
 
 
 def _configuration(option: str, text: str) -> str | list[float] | dict[str, float]:
-    """Return the name of a state, positions of joints, or joint -> position."""
     words = text.split()
     if any("=" in word for word in words):
         return dict(_assigned(option, word) for word in words)

@@ -116,7 +116,6 @@ def _share(line: ProgressLine, path: Path) -> Callable[[float], None]:
 
 
 def _tell(rollout: Rollout, out: Path | None, pictures: Sequence[Path], *, as_json: bool) -> None:
-    """Print and write the outcome."""
     document = {**rollout.as_dict(), "summary": rollout.summary(), "files": [str(path) for path in pictures]}
     if out is not None:
         write_json(out, document)

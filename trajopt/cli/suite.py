@@ -310,7 +310,6 @@ def bench(
 
 
 def _with_ending(instance: Instance, ending: Ending) -> Instance:
-    """Return an instance whose motion has to end so."""
     return replace(instance, make=lambda: ending.of(instance.make()))
 
 

@@ -238,7 +238,6 @@ def _say(entries: Sequence[Entry], done: str, *, as_json: bool) -> None:
 
 
 def _words(value: object) -> str:
-    """Describe an entry."""
     match value:
         case Bundle():
             return str(value)

@@ -52,7 +52,6 @@ class _Piece:
 
     @cached_property
     def whole(self) -> Trajectory:
-        """The motion of all joints."""
         motion, count = self.trajectory, len(self.joint_names)
         if motion.joint_names == self.joint_names:
             return motion
@@ -64,7 +63,6 @@ class _Piece:
         return Trajectory(self.joint_names, motion.times, positions, *rates)
 
     def of(self, joint_names: tuple[str, ...]) -> Trajectory:
-        """Return the motion of some joints, in their order."""
         own = self.trajectory
         return own if own.joint_names == joint_names else of_joints(self.whole, joint_names)
 
@@ -222,7 +220,6 @@ class CommittedMotion:
 
 
 def _rates(motion: Trajectory) -> list[Floats]:
-    """Return the given velocities and accelerations of a motion."""
     return [rows for rows in (motion.velocities, motion.accelerations) if rows is not None]
 
 

@@ -43,7 +43,6 @@ class Rule(Value):
         return not self.broken
 
     def __str__(self) -> str:
-        """Return one line."""
         return f"ok    {self.name}" if self.holds else f"FAIL  {self.name}: {self.broken}"
 
 
@@ -231,11 +230,9 @@ class _Trial:
         return f"{name} moves at {speeds[fastest]:.4f}" if speeds[fastest] > SETTLED else ""
 
     def _here(self) -> Floats:
-        """Commanded positions at rest."""
         return self.executor.state().commanded
 
     def _error(self) -> Floats:
-        """Return the tracking errors at rest, one period later."""
         self.wait(self.executor.period)
         state = self.executor.state()
         return state.positions - state.commanded
@@ -267,7 +264,6 @@ def _behind(errors: Floats, rates: Floats, still: Floats) -> float:
 
 
 def _to_rest(motion: Trajectory, time: float) -> Trajectory:
-    """Return a motion from a time of another to rest nearby, with the same end."""
     left = motion.duration - time
     here, speed, gain = (motion(time, order) for order in range(3))
     ends = (here + speed * left / 3.0, 0.0 * here, 0.0 * here)

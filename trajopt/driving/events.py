@@ -51,7 +51,6 @@ class Event(Value):
     words: str = ""
 
     def __str__(self) -> str:
-        """Return one line."""
         return f"{self.time:9.3f} s  {self.kind.value}" + (f": {self.words}" if self.words else "")
 
 

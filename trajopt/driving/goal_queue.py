@@ -129,7 +129,6 @@ class _PlanRequest(Printed):
     lead: float = 0.0
 
     def replace_goal(self, goal: GuardedGoal | None) -> None:
-        """Plan to another goal in the next cycle."""
         self.goal, self.not_before = goal, 0.0
 
     def require(self, goal: GuardedGoal) -> None:
@@ -137,7 +136,6 @@ class _PlanRequest(Printed):
         self.goal = self.goal or goal
 
     def fulfilled(self) -> None:
-        """Plan nothing."""
         self.goal, self.only_sooner = None, False
 
 
@@ -400,7 +398,6 @@ class GoalQueue(Printed):
             following.not_before = now + self.options.retry if changing else inf
 
     def _proceed(self, now: float) -> None:
-        """Note reached goals, and commit the next piece."""
         while self._due and self._due[0][0].time <= now:
             event, _ = self._due.popleft()
             self.commitment.journal.note(event.kind, event.words)
@@ -469,7 +466,6 @@ class GoalQueue(Printed):
         return True
 
     def _arrived(self, intended: IntendedMotion) -> None:
-        """Finish the active motion, at whose end the robot rests."""
         self.active.leave()
         self._next.transition = None
         reached = self._request.goal is None or self._request.goal is intended.goal

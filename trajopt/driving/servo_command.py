@@ -57,7 +57,6 @@ class Twist(Value):
     frame: str = WORLD
 
     def __post_init__(self) -> None:
-        """Check the shapes."""
         for name in ("linear", "angular"):
             object.__setattr__(self, name, floats(name, getattr(self, name), (3,)))
         one_of("frame", self.frame, str)
@@ -76,7 +75,6 @@ class Pose(Value):
     target: Placement = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Check the placement."""
         object.__setattr__(self, "target", as_placement("placement", self.placement))
 
 
@@ -92,7 +90,6 @@ class JointVelocities(Value):
     velocities: Mapping[str, float]
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for name, value in mapping("velocities", self.velocities).items():
             number(f"velocity of {name}", value)
 

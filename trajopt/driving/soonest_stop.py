@@ -166,7 +166,6 @@ def clear_at(guard: MotionGuard, world: WorldSnapshot, begin: float, ahead: Traj
 
 
 def _gentle_stops(here: Problem, ahead: Trajectory) -> list[Trajectory]:
-    """Return stops that brake less hard than the limits allow, the sooner first."""
     begin, limits = np.stack([ahead(0.0, order) for order in range(3)]), here.limits
     present = np.abs(begin[2])  # letting go of an acceleration needs as much
     scaled = (

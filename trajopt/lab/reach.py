@@ -133,7 +133,6 @@ class ReachMap(Value):
             raise FileFormatError(str(path), f"holds no reach map: {error}") from error
 
     def __str__(self) -> str:
-        """Return the extent of the reach."""
         met, index = self.hits > 0, 100.0 * self.reachability_index
         return (
             f"{self.frame} of {self.robot} reaches {self.volume:.3f} m^3 ({int(met.sum())} cells of "
@@ -314,7 +313,6 @@ class ConfigurationTable(Value):
     clear: Bools
 
     def __len__(self) -> int:
-        """Return the number of rows."""
         return len(self.positions)
 
     @checked

@@ -56,7 +56,6 @@ class Budget:
     clock: Callable[[], float] = time.monotonic
 
     def __repr__(self) -> str:
-        """Return the fields that differ from the default."""
         changed = (item for item in fields(self) if getattr(self, item.name) != item.default)
         return f"Budget({', '.join(f'{item.name}={shown(getattr(self, item.name))}' for item in changed)})"
 

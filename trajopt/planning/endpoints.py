@@ -139,7 +139,6 @@ class EndpointChecks:
 
     @cached_property
     def _proofs(self) -> tuple[tuple[Status, str], ...]:
-        """Proofs that no configuration holds the requirements at the end."""
         reduced = self.workspace.problem.reduced
         far = (out_of_reach(item, reduced) for item in self._wanted)
         clash = (
@@ -220,7 +219,6 @@ class EndpointChecks:
 
     @property
     def _has_tolerance(self) -> bool:
-        """Whether goals of all joints leave a joint any room."""
         lower, upper = joint_box(self.workspace.problem.goals, self.workspace.problem.reduced)
         return bool((lower < upper).any())
 
@@ -230,12 +228,10 @@ class EndpointChecks:
 
     @property
     def _always(self) -> tuple[Requirement, ...]:
-        """Requirements on the way up to the end."""
         return self.workspace.problem.requirements_at(self._last_stop)
 
     @property
     def _wanted(self) -> tuple[Requirement, ...]:
-        """Requirements at the end."""
         return (*self.workspace.problem.goals, *self._always)
 
     def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:

@@ -253,7 +253,6 @@ class GoalSearch:
         return [replace(item, brief=row.brief) for item in islice(self._running[row.source], row.count)]
 
     def _promising(self, row: Row) -> list[Candidate]:
-        """Continue the seeds that came nearest, from their last points."""
         nearest_first = sorted(self._seen, key=lambda seen: seen[0])
         self._seen.clear()
         return [candidate for _, candidate in nearest_first[: row.count]]
@@ -268,13 +267,11 @@ class GoalSearch:
         return [self._candidate((branch,), SeedKind.BUMP, make) for make in islice(seeds, row.count)]
 
     def _in_turn(self, source: SeedSource, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
-        """Yield candidates of one source to several branches in turn, until none has more."""
         running = [self._from(source, branch) for branch in to]
         for one_of_each in zip_longest(*running):
             yield from (item for item in one_of_each if item is not None)
 
     def _to_any(self, source: SeedSource, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
-        """Yield candidates of one source that lead to any of several branches."""
         first, *others = to
         ends = tuple(each.line.knots[-1] for each in others if each.kind is not SeedKind.FREE_END)
         context = replace(first.context, other_ends=ends)
@@ -290,7 +287,6 @@ class GoalSearch:
 
 
 def _rank(result: Result) -> float:
-    """Order failures by the stage that they reached, then by violation."""
     if result.status is Status.TOO_LATE and result.trajectory is not None:
         return -1.0 / result.trajectory.duration
     return np.inf if result.solve is None else result.solve.at.violation

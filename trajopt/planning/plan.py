@@ -122,7 +122,6 @@ def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTra
 
 
 def _every_goal(search: PlanSearch, given: np.random.Generator | None) -> Result:
-    """Plan to every goal of a set, each with a generator of its own."""
     each = EveryGoal(search.problem, search.choice, given, search.tracker, search.on_incumbent)
     return each.planned(lambda one: _planner(one.problem)(replace(one, given=search.given)))
 

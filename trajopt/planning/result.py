@@ -67,12 +67,10 @@ class Attempt:
         }
 
     def __repr__(self) -> str:
-        """Return its number, the kind of its seed and its status."""
         steps = f"{self.iterations} step{'s' * (self.iterations != 1)}"
         return f"Attempt({self.number}, {self.kind.name}: {self.status.name} after {steps})"
 
     def __str__(self) -> str:
-        """Return one line."""
         goal = f" of {shown(self.goal_name)}" if self.goal_name else ""
         message = f": {self.message}" if self.message else ""
         return f"attempt {self.number}, {self.kind.value}{goal}: {self.status.name}{message}"
@@ -193,13 +191,11 @@ class Plan:
         return self.judged.certificate
 
     def __repr__(self) -> str:
-        """Return problem, duration and clearance."""
         return (
             f"Plan({shown(self.problem.name)}, {self.trajectory.duration:.3f} s, {self.certificate.closest})"
         )
 
     def __str__(self) -> str:
-        """Return the problem, the motion and the judge's verdict."""
         lines = [f"{self.problem}", f"  motion       {self.trajectory}"]
         if self.along_path is not None:
             lines.append(f"  improved     {improvement(self.along_path, self.trajectory.duration)}")
@@ -317,11 +313,9 @@ class Result:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
-            """Name the attribute for a name of another library."""
             raise unknown_attribute(self, name, OTHER_NAMES)
 
     def __repr__(self) -> str:
-        """Return status, number of attempts, and of a motion its duration and clearance."""
         parts = [shown(self.problem.name), self.status.name]
         if self.trajectory is not None and self.certificate is not None:
             parts += [f"{self.trajectory.duration:.3f} s", self.certificate.closest]

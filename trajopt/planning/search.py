@@ -153,7 +153,6 @@ class PlanSearch:
 
     @property
     def _most(self) -> int | None:
-        """Largest number of attempts."""
         bounds = [bound for bound in (self.most, self.tracker.budget.attempts) if bound is not None]
         return min(bounds, default=None)
 
@@ -184,7 +183,6 @@ class PlanSearch:
         return self._complete(replace(found, stopped=stopped or found.stopped))
 
     def _best(self, goal: GoalSearch) -> Result | None:
-        """Return the incumbent, if it is to this goal."""
         best = self.incumbent
         return best if best is not None and best.goal_name == goal.goal_name else None
 

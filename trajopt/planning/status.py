@@ -126,10 +126,8 @@ class OutcomeSummary(Value):
         }
 
     def __repr__(self) -> str:
-        """Return the verdict and its certainty."""
         return in_short(f"{type(self).__name__}({self.status.name}, {self.certainty.value}: {self.grounds})")
 
     def __str__(self) -> str:
-        """Return a line for each part."""
         lines = [self.reason, f"This is {self.certainty.value}: {self.grounds}."]
         return "\n".join([*lines, *(f"  {line}" for line in self.details)])

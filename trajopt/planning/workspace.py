@@ -49,7 +49,6 @@ class MotionCandidate(Printed):
 
 
 def _verdict(found: Judged) -> tuple[Status, str]:
-    """Return how an attempt ended whose motion was judged, and the particulars."""
     if found.known is None or found.verified:
         return Status.SOLVED, ""
     failed = found.known.failed

@@ -106,7 +106,6 @@ class Problem(Value):
     _tool_speeds: tuple[ToolSpeed, ...] = field(init=False, repr=False)
 
     def __post_init__(self, degrees: bool) -> None:
-        """Convert each field to one form, stored under an underscore, and check names and numbers."""
         robot = one_of("scene", self.scene, Scene).robot
         name_of("name", self.name)
         object.__setattr__(self, "group", one_of("group", self.group, str) or only_group(robot))

@@ -181,7 +181,6 @@ def _hint(item: object) -> str:
 def _in_radians(
     robot: Robot, name: str, positions: Mapping[str, float], *, degrees: bool
 ) -> dict[str, float]:
-    """Return joint positions by name in the units of the joints."""
     _ = robot.index(mapping(name, positions))
     return {
         joint: stated_angle(

@@ -90,7 +90,6 @@ def joints_of(robot: Robot, group: str, count: int) -> tuple[str, ...]:
 
 
 def _of_joints(robot: Robot, name: str, given: ArrayLike, group: str) -> tuple[tuple[str, ...], Floats]:
-    """Return the joints of an array of positions, and the positions."""
     numbers = floats(name, given, (None,))
     joints = joints_of(robot, group, len(numbers))
     if not joints:

@@ -161,7 +161,6 @@ class ConvexCover:
     reach: float
 
     def __post_init__(self) -> None:
-        """Make the pieces read-only."""
         for piece in self.pieces:
             readonly(piece)
 

@@ -77,7 +77,6 @@ class FrameAttachment:
     placement: Placement
 
     def __post_init__(self) -> None:
-        """Convert the placement."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
 
 
@@ -446,15 +445,12 @@ class Robot(Value):
         return replace(self, limits=limits, notes=(*self.notes, said)) if said else self
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the fields by name, the model as plain data."""
         return {**super().__getstate__(), "model": model_data(self.model)}
 
     def __setstate__(self, state: dict[str, object]) -> None:
-        """Take the fields."""
         self.__dict__.update(state, model=model_of(cast(ModelData, state["model"])))
 
     def __repr__(self) -> str:
-        """Return name, joints and groups."""
         names = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
         return in_short(f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {names})")
 

@@ -226,11 +226,9 @@ class FollowJointTrajectoryExecutor:
         self._client.close()
 
     def __enter__(self) -> "FollowJointTrajectoryExecutor":
-        """Return itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close the connection."""
         self.close()
 
     @property
@@ -300,7 +298,6 @@ def _chosen(name: str, stated: object, columns: list[int]) -> Floats | None:
 
 
 def _rates(before: _Measured | None, moment: float, positions: Floats) -> Floats:
-    """Return velocities by finite differences from the previous message."""
     span = inf if before is None else moment - before.stamp
     return (positions - (positions if before is None else before.positions)) / span
 

@@ -49,7 +49,6 @@ class Lens(Value):
     k6: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for name in ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"):
             object.__setattr__(self, name, number(f"Lens.{name}", getattr(self, name)))
 
@@ -169,7 +168,6 @@ class Intrinsics(Value):
     lens: Lens = STRAIGHT
 
     def __post_init__(self) -> None:
-        """Check the sizes."""
         at_least(self, 1, "width", "height")
         above_zero(self, "fx", "fy")
         for name in ("fx", "fy", "cx", "cy"):
@@ -236,7 +234,6 @@ class DepthNoise(Value):
     quadratic: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         at_least(self, 0.0, "constant", "linear", "quadratic")
 
     def sigma(self, depth: float) -> float:
@@ -274,7 +271,6 @@ class Camera(Value):
     noise: DepthNoise = NOISELESS
 
     def __post_init__(self) -> None:
-        """Check the range."""
         above_zero(self, "nearest", "farthest")
         if not self.nearest < self.farthest < np.inf:
             raise ShapeError("Camera.farthest", f"must be beyond {self.nearest:g} m, is {self.farthest:g} m")

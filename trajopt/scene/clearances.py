@@ -89,7 +89,6 @@ class Clearances:
     kinds: Mapping[PairKind, float] = field(default_factory=dict[PairKind, float])
 
     def __post_init__(self) -> None:
-        """Refuse negative clearances."""
         stated = (self.pairs.values(), self.links.values(), self.kinds.values())
         for value in (self.everywhere, *chain(*stated)):
             if number("required clearance", value) < 0.0:
@@ -110,7 +109,6 @@ class Clearances:
         return replace(self, pairs={pair: value for pair, value in self.pairs.items() if name not in pair})
 
     def __str__(self) -> str:
-        """Return the default, the kinds, and a remark if single pairs differ."""
         differ = PAIRS_DIFFER * bool(self.pairs or self.links)
         return f"clearance {in_kinds(self.everywhere, self.kinds)} required{differ}"
 
@@ -187,7 +185,6 @@ class ContactAllowance:
     last: float
 
     def __post_init__(self) -> None:
-        """Check that the numbers are not negative and one duration is positive."""
         one_of("name", self.name, str)
         for label in ("depth", "first", "last"):
             value = number(label, getattr(self, label))

@@ -122,7 +122,6 @@ class ReducedModel:
     build_timed: Callable[[ReducedModel], TimedModel | None]
 
     def __repr__(self) -> str:
-        """Return the group, the number of free joints, and the scene."""
         return f"ReducedModel(group {self.group}, {in_number(self.joint_names, 'joint')}, {self.scene})"
 
     @property

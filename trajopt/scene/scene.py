@@ -119,7 +119,6 @@ class Scene(Value):
     kind_margins: Mapping[PairKind, float] = field(default_factory=dict[PairKind, float])
 
     def __post_init__(self) -> None:
-        """Check the margin; use the robot's disabled pairs if no matrix is given."""
         robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
         for value in (margin, *(number("margin", each) for each in self.kind_margins.values())):
             if value < 0.0:
@@ -131,7 +130,6 @@ class Scene(Value):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
-            """Suggest the name to use for a name of another library."""
             raise unknown_attribute(self, name, OTHER_NAMES)
 
     def object(self, name: str) -> SceneObject:
@@ -815,7 +813,6 @@ class Scene(Value):
         return replace(self, tools={**self.tools, item.name: item})
 
     def __repr__(self) -> str:
-        """Return the robot, its tools, the objects and the clearances."""
         objects = in_short(", ".join(self.objects) or "no objects", 100)
         mounted = f" with {in_short(', '.join(self.tools), 100)}" if self.tools else ""
         return f"Scene({shown(self.robot.name)}{mounted}, {objects}; {self.distances})"
@@ -845,7 +842,6 @@ def _links_beside(robot: Robot) -> frozenset[str]:
 
 @cached_per_value
 def _standing_links(robot: Robot) -> frozenset[str]:
-    """Return the links that no joint moves, and the world."""
     model = robot.model
     fixed = (link for link in robot.links if model.frames[link_frame(model, link)].parentJoint == 0)
     return frozenset((WORLD, *fixed))

@@ -64,13 +64,11 @@ class SceneObject(Value):
     given: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Return its shapes and its place."""
         parts = shown(self.parts[0][0]) if len(self.parts) == 1 else in_number(self.parts, "shape")
         when = "" if self.timing.always else f"; {self.timing}"
         return f"SceneObject({shown(self.name)}: {parts} at {self.placement}{seen_from(self.frame)}{when})"
 
     def __post_init__(self) -> None:
-        """Check the placements."""
         placements = (self.placement, *(where for _, where in self.parts))
         for where in {id(where): where for where in placements}.values():  # pieces of a mesh share one
             as_placement(f"placement of {shown(self.name)}", where)

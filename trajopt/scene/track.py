@@ -238,7 +238,6 @@ class Track(Value):
         return replace(self, times=readonly(self.times - number("time", time)))
 
     def _within(self, piece: int, since: float) -> Placement:
-        """Return the placement some time after the start of a piece."""
         point = self.coefficients[0, piece]
         for coefficient in self.coefficients[1:, piece]:
             point = point * since + coefficient
@@ -248,7 +247,6 @@ class Track(Value):
         return Placement(readonly(turned), readonly(np.array(point)))
 
     def __repr__(self) -> str:
-        """Return the times of the motion."""
         return f"Track({self.times[0]:g} to {self.end:g} s, {in_number(self.rates, 'piece')})"
 
 
@@ -302,7 +300,6 @@ class Prediction(Value):
         return Prediction(self.track.shifted(time), error, self.until - time)
 
     def __repr__(self) -> str:
-        """Return the track and its error."""
         radius, velocity, acceleration = self.error
         known = f", until {self.until:g} s" if isfinite(self.until) else ""
         within = f", within {1e3 * radius:g} mm" if any(self.error) else ""
@@ -581,7 +578,6 @@ class Timing(Value):
         return Timing(motion, self.appears - time, self.expires - time)
 
     def __repr__(self) -> str:
-        """Return the fields that are not the default."""
         parts = [] if self.motion is None else [str(self.motion)]
         parts += [f"appears at {self.appears:g} s"] if isfinite(self.appears) else []
         parts += [f"expires at {self.expires:g} s"] if isfinite(self.expires) else []

@@ -210,7 +210,6 @@ class FairQueue(Generic[Item]):
         self._there = asyncio.Semaphore(0)
 
     def __len__(self) -> int:
-        """Return the number of items."""
         return sum(map(len, self._waiting.values()))
 
     def of(self, owner: object) -> int:

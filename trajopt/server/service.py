@@ -83,7 +83,6 @@ class Service:
         self._empty: dict[str, tuple[PackedScene, list[float]]] = {}
 
     async def __aenter__(self) -> "Service":
-        """Start the workers; returns when they are ready."""
         try:
             await asyncio.gather(*(pool.start() for pool in self.pools.values()))
             if self._keeper is not None:
@@ -100,7 +99,6 @@ class Service:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """End the workers, those at work after a moment."""
         await self.close(drain=self.limits.grace)
 
     @checked
@@ -183,7 +181,6 @@ class Service:
         await self._forgotten()
 
     async def _forgotten(self) -> None:
-        """Delete stored sessions that no longer exist."""
         for session in self.sessions.taken_gone():
             if self._keeper is not None:
                 await self._keeper.forget(session)

@@ -93,11 +93,9 @@ class Sessions:
         self._gone: list[ServiceSession] = []
 
     def __len__(self) -> int:
-        """Return the number of sessions."""
         return len(self._all)
 
     def __contains__(self, session: ServiceSession) -> bool:
-        """Return whether a session exists."""
         return self._all.get(session.id) is session
 
     def put(self, session: ServiceSession) -> None:

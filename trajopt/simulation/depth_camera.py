@@ -36,7 +36,6 @@ class Flaws(Value):
     grazing: float = float(np.pi / 2)
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         at_least(self, 0.0, "beyond", "lost", "edge", "grazing")
         if self.lost > 1.0:
             raise ProblemError(f"Flaws: lost must be from 0 to 1, is {self.lost:g}")
@@ -74,11 +73,9 @@ class DepthCamera:
         self._drawn: DrawnDepth | None = None
 
     def __enter__(self) -> "DepthCamera":
-        """Return itself."""
         return self
 
     def __exit__(self, *stop: object) -> None:
-        """Free the graphics memory."""
         if self._drawn is not None:
             self._drawn.screen.__exit__(None, None, None)
             self._drawn = None

@@ -40,7 +40,6 @@ class ContactInterval:
     allowance: str | None = None
 
     def __str__(self) -> str:
-        """Return one sentence."""
         first, second = self.pair
         allowed = "" if self.allowance is None else f" (allowed: {self.allowance})"
         return (
@@ -352,7 +351,6 @@ class SimulationOptions:
     sample_period: float = 0.01
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for name in ("dt", "natural_frequency", "damping_ratio", "sample_period"):
             if number(name, getattr(self, name)) <= 0.0:
                 raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")
@@ -382,7 +380,6 @@ class Friction:
     torsional: float = 0.005
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for name in ("pads", "others", "torsional"):
             if number(name, getattr(self, name)) < 0.0:
                 raise ShapeError(name, f"must not be negative, is {getattr(self, name):g}")

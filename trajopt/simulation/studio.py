@@ -180,11 +180,9 @@ class Studio:
         self._screen = Offscreen(self._model, canvas.width, canvas.height)
 
     def __enter__(self) -> "Studio":
-        """Return itself."""
         return self
 
     def __exit__(self, *stop: object) -> None:
-        """Free the graphics memory."""
         self._screen.__exit__(None, None, None)
 
     def pictures(self, times: Floats, report: Callable[[float], None]) -> Iterator[Image]:
@@ -346,7 +344,6 @@ class Offscreen:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._resources)
 
     def __enter__(self) -> "Offscreen":
-        """Return itself."""
         return self
 
     def __exit__(
@@ -355,7 +352,6 @@ class Offscreen:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Free the graphics memory."""
         self._resources.free()
         self._context.free()
 

@@ -149,7 +149,6 @@ def seen_from(posed: PosedModel, camera: CameraView) -> Viewpoint:
 
 
 def _moments(posed: PosedModel) -> Iterator[_Curves]:
-    """Set the model to one time after the other, and yield its rated curves."""
     step = posed.motion.duration / MOMENTS
     longest = posed.model.stat.extent / PIECES
     along = np.linspace(0.0, MOMENTS, PATH_POINTS)

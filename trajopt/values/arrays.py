@@ -180,7 +180,6 @@ class Printed:
             cls.__repr__ = cls.__repr__
 
     def __repr__(self) -> str:
-        """Return the shortened fields."""
         shown_fields = (item for item in fields(cast("Any", self)) if item.repr)
         parts = (f"{item.name}={shown(getattr(self, item.name))}" for item in shown_fields)
         return f"{type(self).__name__}({', '.join(parts)})"
@@ -193,11 +192,9 @@ class Value(Printed):
     """
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the fields by name."""
         return {item.name: _kept(getattr(self, item.name)) for item in fields(cast("Any", self))}
 
     def __copy__(self) -> Self:
-        """Return another value with the same fields."""
         other = object.__new__(type(self))
         for item in fields(cast("Any", self)):
             object.__setattr__(other, item.name, getattr(self, item.name))

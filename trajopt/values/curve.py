@@ -90,7 +90,6 @@ class Curve(Value):
     poses: Floats
 
     def __post_init__(self) -> None:
-        """Refuse a curve without length or with gaps."""
         if not self.pieces or not all(piece.length > 0.0 for piece in self.pieces):
             raise ProblemError("a curve needs pieces with a length")
         at = np.array((0.0, 1.0))
@@ -157,7 +156,6 @@ class Curve(Value):
         return Curve((*self.pieces, *other.pieces), readonly(poses))
 
     def __repr__(self) -> str:
-        """Return length, number of pieces and ends."""
         first, last = self.placement(0.0), self.placement(self.length)
         return f"Curve({self.length:.4g} m, {in_number(self.pieces, 'piece')}, from {first} to {last})"
 

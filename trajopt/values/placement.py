@@ -44,7 +44,6 @@ class Placement(Value):
     @overload
     def __mul__(self, other: Floats) -> Floats: ...
     def __mul__(self, other: Placement | Floats) -> Placement | Floats:
-        """Compose with another placement, or place points of shape (..., 3)."""
         if other is IDENTITY:
             return self
         if isinstance(other, Placement):
@@ -79,7 +78,6 @@ class Placement(Value):
         return matrix
 
     def __eq__(self, other: object) -> bool:
-        """Compare entry by entry, exactly."""
         return (
             isinstance(other, Placement)
             and np.array_equal(self.rotation, other.rotation)
@@ -87,18 +85,15 @@ class Placement(Value):
         )
 
     def __hash__(self) -> int:
-        """Hash the entries."""
         return hash((self.rotation.tobytes(), self.translation.tobytes()))
 
     def __str__(self) -> str:
-        """Return the position in metres, and the rotation in degrees unless it is the identity."""
         xyz = ", ".join(f"{value + 0.0:.4g}" for value in self.translation.round(4).tolist())
         rpy = [f"{value + 0.0:.4g}" for value in np.rad2deg(self.rpy).round(2).tolist()]
         turned = "" if rpy == ["0", "0", "0"] else f" turned by rpy ({', '.join(rpy)}) deg"
         return f"({xyz}) m{turned}"
 
     def __repr__(self) -> str:
-        """Return position and roll-pitch-yaw."""
         x, y, z = (round(float(value), 6) + 0.0 for value in self.translation)
         roll, pitch, yaw = (round(value, 6) + 0.0 for value in self.rpy)
         return f"placement(xyz=({x}, {y}, {z}), rpy=({roll}, {pitch}, {yaw}))"

@@ -44,14 +44,12 @@ class Path(Value):
     knots: Floats
 
     def __post_init__(self) -> None:
-        """Check the shape."""
         joints = sequence("joint_names", self.joint_names)
         object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(joints))))
         if len(self.knots) < 2:
             raise ShapeError("knots", "a path needs at least two")
 
     def __repr__(self) -> str:
-        """Return the numbers of knots and joints."""
         return f"Path({in_number(self.knots, 'knot')}, {in_number(self.joint_names, 'joint')})"
 
     @property
@@ -292,7 +290,6 @@ class Trajectory(Value):
 
     @cached_property
     def _derivatives(self) -> tuple[Floats, ...]:
-        """Coefficients of the positions and their first three derivatives."""
         found = [self.coefficients]
         for _ in range(3):
             last = found[-1]
@@ -325,7 +322,6 @@ class Trajectory(Value):
         return value
 
     def __repr__(self) -> str:
-        """Return the numbers of points and joints, and the duration."""
         return (
             f"Trajectory({in_number(self.times, 'point')}, {in_number(self.joint_names, 'joint')}, "
             f"{self.duration:.3f} s, {self.interpolation.name.lower()})"

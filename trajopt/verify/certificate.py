@@ -226,7 +226,6 @@ class Certificate:
         return in_short(f"Certificate({verdict}, {self.closest})")
 
     def __str__(self) -> str:
-        """Return the verdict, a table of the checks, and the notes."""
         return "\n".join((self.verdict, "", *_table(self.checks), *_remarks(self)))
 
 

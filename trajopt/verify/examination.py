@@ -202,7 +202,6 @@ def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOpt
 
 
 def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:
-    """Whether contact of each pair is accepted at that moment."""
     excused = np.zeros(len(measured), dtype=np.bool_)
     for pair, allowance in reduced.pairs.allowances:
         window = {Moment.START: allowance.first, Moment.END: allowance.last}.get(moment, 0.0)

@@ -286,7 +286,6 @@ def _windows(reduced: ReducedModel, duration: float) -> tuple[tuple[float, float
 def _tightest(
     query: ClearanceQuery, times: Floats, clearances: Mapping[ClearanceKind, Floats], along: Floats
 ) -> tuple[float, float, tuple[str, str]] | None:
-    """Return time, clearance and names of the tightest pair of all samples."""
     overall = np.min([*clearances.values(), np.full(len(times), np.inf)], axis=0)
     sample = int(overall.argmin())
     nearest = query.nearest(float(times[sample]), along[sample])

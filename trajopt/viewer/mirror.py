@@ -350,11 +350,9 @@ class RunPublisher:
         self._thread.start()
 
     def __enter__(self) -> "RunPublisher":
-        """Return itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Stop answering."""
         self.close()
 
     @checked

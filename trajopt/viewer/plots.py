@@ -190,7 +190,6 @@ def _draw_clearance(axes: "Axes", samples: MotionSamples) -> None:
 
 
 def _draw_tilts(axes: "Axes", samples: MotionSamples) -> None:
-    """Draw the angle between axis and direction of each alignment, with its bound."""
     top = 0.0
     for number, tilt in enumerate(samples.tilts):
         colour = hexadecimal(LINES[number % len(LINES)])

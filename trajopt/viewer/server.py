@@ -110,5 +110,4 @@ class Served(ABC):
         close_server(self._server)
 
     def __repr__(self) -> str:
-        """Return the address."""
         return f"{type(self).__name__}({shown(self.url)})"

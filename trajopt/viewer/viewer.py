@@ -98,7 +98,6 @@ class Viewer(PlayedPage):
         return self._scene.drawing.joint_placement(joint)
 
     def __repr__(self) -> str:
-        """Return the address."""
         return f"Viewer({shown(self.url)}, {self._trajectory})"
 
     def _add_controls(self) -> None:

@@ -255,7 +255,6 @@ def lighter_load(problem: Problem, name: str) -> ProblemChange:
 
 
 def _axis(direction: Floats) -> str:
-    """Name a direction, as an axis if it is one."""
     main = int(np.argmax(np.abs(direction)))
     if abs(direction[main]) > 0.999:
         return f"{'+' if direction[main] > 0.0 else '-'}{'xyz'[main]}"
@@ -317,7 +316,6 @@ class Remedy:
         }
 
     def __str__(self) -> str:
-        """Return the change."""
         return self.words
 
 

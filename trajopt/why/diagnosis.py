@@ -199,7 +199,6 @@ def _way_blocks(result: Result) -> tuple[Obstruction, ...]:
 
 
 def _worst(result: Result) -> Floats | None:
-    """Return the configuration of the path with the worst violation."""
     blocks = _way_blocks(result)
     if result.path is None or not blocks or blocks[0].place is None:
         return None
@@ -263,7 +262,6 @@ def _occupied(result: Result) -> Explanation:
 
 
 def _in_time(result: Result) -> Explanation:
-    """Explain that dynamic obstacles blocked all attempts."""
     grounds = (
         "the motion planned without what changes was looked at every 20 ms, and other ways were tried in vain"
     )

@@ -199,7 +199,6 @@ def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: f
 
 
 def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[ProblemChange]:
-    """Yield path constraints widened to their values at a configuration."""
     motion = Motion.single(positions, problem.evaluator(problem.reduced))
     for required in always:
         items = constrain(required, problem.reduced, WHOLE)

@@ -62,7 +62,6 @@ class Explanation(OutcomeSummary):
         }
 
     def __str__(self) -> str:
-        """Return the explanation in words, a line for each part."""
         lines = [super().__str__()]
         if self.conflict:
             found = "can be held" if self.certainty is Certainty.PROVEN else "was found to hold"

@@ -100,7 +100,6 @@ class _OneKnotNlp:
         self.scale = np.ones(len(limits.lower))
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return the samples of zero segments."""
         del fine
         return np.zeros(len(x) - 1, dtype=np.int64)
 

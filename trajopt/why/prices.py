@@ -159,7 +159,6 @@ class Price:
         return {"what": self.what, "unit": self.unit, "objective": self.objective, "seconds": self.seconds}
 
     def __str__(self) -> str:
-        """Return both prices."""
         parts = [] if self.seconds is None else [f"{1000 * self.seconds:.3g} ms of the motion"]
         parts += [] if self.objective is None else [f"{self.objective:.3g} of the optimiser's objective"]
         return f"{self.what}: {' and '.join(parts)} per {self.unit}"
@@ -234,7 +233,6 @@ class _Solved:
 
 
 def _waypoint_knots(problem: Problem, knots: Floats) -> list[int]:
-    """Return the knots that meet the waypoints best, in order."""
     places: list[int] = []
     count = len(problem.waypoint_requirements)
     for number, wanted in enumerate(problem.waypoint_requirements):

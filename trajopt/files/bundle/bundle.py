@@ -121,11 +121,9 @@ class Bundle(Value):
         return judge(self.problem, self.require())
 
     def __repr__(self) -> str:
-        """Return a one-line description."""
         return f"Bundle({shown(self.problem.name)}: {self.holds.value})"
 
     def __str__(self) -> str:
-        """Return the request, the answer and the versions."""
         lines = [
             f"{self.path.name}: {self.holds.value}, written {self.made} by trajopt "
             f"{self.versions.get('trajopt', '(unknown)')}",
@@ -379,7 +377,6 @@ def _texts(node: Node) -> dict[str, str]:
 
 
 def _problem(archive: Members, reader: BundleReader) -> Problem:
-    """Return the problem, after checking that its robot is valid."""
     node = document_in(archive, PROBLEM)
     problem = _of_kind(reader, node, Problem)
     try:
@@ -398,7 +395,6 @@ def _of_kind(reader: BundleReader, node: Node, kind: type[Kind]) -> Kind:
 
 
 def _motion(archive: Members, reader: BundleReader, problem: Problem) -> dict[str, Any]:
-    """Return path and trajectory of the problem's joints, if present."""
     if MOTION not in archive.names:
         return {}
     node = document_in(archive, MOTION).only(("path", "trajectory"))

@@ -44,7 +44,6 @@ class Replay(Value):
         }
 
     def __str__(self) -> str:
-        """Report agreement or the differences."""
         if self.same:
             return f"{self.bundle.path.name}: the same answer, to the last digit: {self.result.reason}"
         return "\n".join((f"{self.bundle.path.name}: another answer", *(f"  {e}" for e in self.differences)))

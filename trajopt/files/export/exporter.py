@@ -24,7 +24,6 @@ class Exported:
     notes: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return the file and its size, and one line per note."""
         lines = [f"{self.path}: {self.points} points, {self.duration:.3f} s"]
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 

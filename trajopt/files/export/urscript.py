@@ -68,7 +68,6 @@ class Servoj:
     gain: float = 300.0
 
     def __post_init__(self) -> None:
-        """Check the ranges that the controller accepts."""
         _within("lookahead_time", self.lookahead_time, 0.03, 0.2)
         _within("gain", self.gain, 100.0, 2000.0)
 
@@ -110,7 +109,6 @@ class Movej:
     blend: float = 0.005
 
     def __post_init__(self) -> None:
-        """Check that they can be."""
         _within("tolerance", self.tolerance, 1e-6, 1.0)
         _within("blend", self.blend, 0.0, 1.0)
 

@@ -288,7 +288,6 @@ def definitions() -> Mapping[str, MessageDefinition]:
 
 
 def _entries() -> Iterator[tuple[str, str]]:
-    """Yield the full name and the declarations of each message."""
     for package, text in TABLE.items():
         for entry in re.findall(r"^\w.*(?:\n    .*)*", text, re.MULTILINE):
             name, _, declared = entry.partition(":")

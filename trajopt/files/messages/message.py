@@ -40,7 +40,6 @@ class Stamp(Message):
     nsecs: int = 0
 
     def __post_init__(self) -> None:
-        """Carry fractions of seconds and whole seconds of nanoseconds over."""
         total = round(self.secs * NANOSECONDS) + self.nsecs
         self.secs, self.nsecs = divmod(total, NANOSECONDS)
 
@@ -65,11 +64,9 @@ class Duration(Stamp):
     definition = definitions()["builtin_interfaces/Duration"]
 
     def __add__(self, other: "Duration") -> "Duration":
-        """Return the sum."""
         return Duration(0, self.to_nsec() + other.to_nsec())
 
     def __sub__(self, other: "Duration") -> "Duration":
-        """Return the difference."""
         return Duration(0, self.to_nsec() - other.to_nsec())
 
 
@@ -85,11 +82,9 @@ class Time(Stamp):
         return cls(*divmod(time.time_ns(), NANOSECONDS))
 
     def __add__(self, span: Duration) -> "Time":
-        """Return the time a duration later."""
         return Time(0, self.to_nsec() + span.to_nsec())
 
     def __sub__(self, other: "Time | Duration") -> "Duration | Time":
-        """Return the duration since another time, or the time a duration earlier."""
         kind = Duration if isinstance(other, Time) else Time
         return kind(0, self.to_nsec() - other.to_nsec())
 

@@ -258,7 +258,6 @@ def _carries(link: str, name: str, scene: Scene) -> bool:
 
 
 def _append(message: ObjectMessage, touch: frozenset[str], scene: Scene, reading: Reading) -> Scene:
-    """Return the scene with more shapes and touch links on an attached object."""
     frame = read_frame(message.node["header"], scene, reading)
     here = placement_in_world(message.name, scene, reading).inverse()
     there = here * placement_in_world(frame, scene, reading) * message.placement

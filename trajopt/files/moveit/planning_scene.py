@@ -303,7 +303,6 @@ def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
 
 
 def _of_link(node: Node, scene: Scene, key: str, default: float) -> tuple[str, float]:
-    """Return the link that an entry names, and its number."""
     value = node.only(("link_name", key))[key].number(default)
     link = node["link_name"].text()
     require(node["link_name"], FrameNotFound, "link", link, scene.robot.links)

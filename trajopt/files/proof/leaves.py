@@ -247,7 +247,6 @@ def _coal_shape(part: ConvexPart) -> coal.CollisionGeometry:
 
 
 def _ordered(found: Sequence[Leaves]) -> Leaves:
-    """Join leaves, ordered by pair and time."""
     every = Leaves(
         np.concatenate([np.zeros(0, dtype=np.int64), *(each.pair for each in found)]),
         np.concatenate([np.zeros(0), *(each.begin for each in found)]),

@@ -48,7 +48,6 @@ class ProofSize:
     times: int
 
     def __str__(self) -> str:
-        """Return the sizes in words."""
         return (
             f"{self.leaves} leaves at {self.times} times, {self.witness / 1000:.1f} kB of witness and "
             f"{self.statement / 1000:.1f} kB of statement"

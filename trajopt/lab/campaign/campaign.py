@@ -148,11 +148,9 @@ class Campaign:
             raise ProblemError(f"most_seconds must be positive, is {self.most_seconds:g}")
 
     def __len__(self) -> int:
-        """Return the number of rows, some of which may be equal."""
         return sum(source.count for source in self.sources) * len(self.options) * len(self.seeds)
 
     def __repr__(self) -> str:
-        """Return name and number of rows."""
         return f"Campaign({self.name!r}, {len(self)} rows)"
 
     def tasks(self, packer: Packer) -> Iterator[CampaignTask]:

@@ -49,7 +49,6 @@ class Dataset(Value):
     clearances: Floats
 
     def __len__(self) -> int:
-        """Return the number of motions."""
         return len(self.ids)
 
     @checked

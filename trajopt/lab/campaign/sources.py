@@ -63,7 +63,6 @@ class ProblemSource:
     pose: Callable[[Packer], Iterator[Posed]]
 
     def __repr__(self) -> str:
-        """Return name and number."""
         return f"ProblemProblemSource({shown(self.name)}, {self.count})"
 
 

@@ -192,7 +192,6 @@ class WorkerSupervisor:
         self._until = self._begun + self._setup.most_seconds if self._sent else float("inf")
 
     def _read_marks(self) -> None:
-        """Read the number of started problems, and the last start time."""
         marks = self._marks.read(2 * PIPED * MARK.size)
         if marks:
             self._marked, self._begun = MARK.unpack(marks[-MARK.size :])

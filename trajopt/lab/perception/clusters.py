@@ -48,7 +48,6 @@ class Clustering(Value):
     upright: bool = True
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         above_zero(self, "gap")
         at_least(self, 1, "least")
 
@@ -248,7 +247,6 @@ class Flatness(Value):
     most: int = 8
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         at_least(self, 0.0, "tolerance")
         at_least(self, 3, "least")
         above_zero(self, "gap", "most")

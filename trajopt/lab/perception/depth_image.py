@@ -69,7 +69,6 @@ class DepthImage(Value):
         object.__setattr__(self, "positions", floats("positions", self.positions, (None,)))
 
     def __repr__(self) -> str:
-        """Return its size and the camera's frame."""
         height, width = self.depth.shape
         return f"DepthImage({width} x {height} pixels, camera on {shown(self.camera.frame)})"
 
@@ -133,7 +132,6 @@ class DepthImage(Value):
 def _scaled(
     camera: Camera, grid: Grid, where: Placement, depth: Singles, rows: slice
 ) -> tuple[Singles, Singles, Singles]:
-    """Return the coordinates of some rows of pixels, in units of cells."""
     across, down = camera.intrinsics.slopes
     across = across if len(across) == 1 else across[rows]
     turn, shift = grid.placed(where)
@@ -207,7 +205,6 @@ class PointCloud(Value):
         object.__setattr__(self, "positions", floats("positions", self.positions, (None,)))
 
     def __repr__(self) -> str:
-        """Return the number of points, and the sensor's frame."""
         return f"PointCloud({len(self.singles)} points, sensor on {shown(self.frame)})"
 
     @property

@@ -58,11 +58,9 @@ class Cloud(Value):
         return Points(self.points, self.radius.whole) if len(self.keys) else None
 
     def __len__(self) -> int:
-        """Count the points."""
         return len(self.keys)
 
     def __repr__(self) -> str:
-        """Return the number of points, and the radius with its parts."""
         told = ", ".join(f"{count} {name}" for name, count in self.counts.items())
         return f"Cloud({len(self)} points with balls of {self.radius}; {told})"
 

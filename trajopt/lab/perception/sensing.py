@@ -30,7 +30,6 @@ class Workspace(Value):
     upper: Floats
 
     def __post_init__(self) -> None:
-        """Check the corners."""
         for name in ("lower", "upper"):
             object.__setattr__(self, name, floats(f"Workspace.{name}", getattr(self, name), (3,)))
         if not (self.lower < self.upper).all():
@@ -70,7 +69,6 @@ class Sensing(Value):
     known: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         above_zero(self, "cell")
         at_least(self, 0.0, "padding", "sigmas", "tilt", "bridged")
         for name in ("cell", "padding", "sigmas"):
@@ -121,7 +119,6 @@ class Radius(Value):
         return self.cell + self.noise + self.gap
 
     def __str__(self) -> str:
-        """Return its parts, in millimetres."""
         parts = (
             f"{1e3 * getattr(self, name):.1f} mm for {words}" for name, words in PARTS if getattr(self, name)
         )

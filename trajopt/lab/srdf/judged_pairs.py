@@ -50,7 +50,6 @@ class Confidence:
     level: float = 0.99
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for name in ("share", "level"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise ProblemError(f"Confidence.{name} must lie in (0, 1), is {getattr(self, name)}")
@@ -144,7 +143,6 @@ class PairEvidence(Value):
         }
 
     def __str__(self) -> str:
-        """Summarise the evidence in a line."""
         name = f"{self.first} and {self.second}"
         if self.samples == 0:
             return f"{name}: fixed to each other"

@@ -94,7 +94,6 @@ class SrdfProposal:
         }
 
     def __str__(self) -> str:
-        """Summarise the findings and the checked and unchecked pairs."""
         lines = [f"groups of {self.name}"]
         for group in self.groups:
             lines.append(f"  {group.name}: {_described(group)}")

@@ -57,7 +57,6 @@ class Finding:
         return {"severity": self.severity.value, "subject": self.subject, "problem": self.problem}
 
     def __str__(self) -> str:
-        """Return it as a line."""
         return f"{self.severity.value}: {self.subject}: {self.problem}"
 
 

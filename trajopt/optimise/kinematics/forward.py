@@ -31,15 +31,12 @@ class Placements(Value):
     translation: Floats
 
     def __len__(self) -> int:
-        """Return the number of placements."""
         return len(self.translation)
 
     def __getitem__(self, index: int) -> Placement:
-        """Return one of them."""
         return Placement(readonly(self.rotation[index].copy()), readonly(self.translation[index].copy()))
 
     def __iter__(self) -> Iterator[Placement]:
-        """Iterate over them in order."""
         return (self[index] for index in range(len(self)))
 
 

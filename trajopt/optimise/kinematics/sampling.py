@@ -41,7 +41,6 @@ class RandomConfigurations(Value):
     colliding: int
 
     def __str__(self) -> str:
-        """Summarise the numbers."""
         return (
             f"{len(self.positions)} valid configurations of {self.drawn} drawn; {self.colliding} collided, "
             f"{self.missed} did not hold what is required"

@@ -43,7 +43,6 @@ class SelfMotion(Value):
     closed: bool
 
     def __str__(self) -> str:
-        """Summarise the number of configurations, the number of free ones, and whether they close."""
         ring = "a closed loop" if self.closed else "ended by limits"
         return f"{len(self.positions)} configurations, {int(self.free.sum())} of them free, {ring}"
 

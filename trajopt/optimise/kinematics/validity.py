@@ -81,7 +81,6 @@ class Validity(Value):
         }
 
     def __str__(self) -> str:
-        """State that it is valid, or the reasons, and name the unchecked objects."""
         beside = (
             f" (not looked at, since it changes with time: {', '.join(self.left_out)})"
             if self.left_out

@@ -63,7 +63,6 @@ class Chomp:
     step_limit: float = 0.1
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         at_least(self, 1, "max_iterations", "weight_growth")
         at_least(self, 0, "after_feasible", "smoothness_weight", "obstacle_weight")
         above_zero(self, "learning_rate", "step_limit")

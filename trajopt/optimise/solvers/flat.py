@@ -143,7 +143,6 @@ class FlatSteps:
     _taken: Qp | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        """Look the backend up."""
         self._backend = qp_backend(self.name)
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> "FlatStep":

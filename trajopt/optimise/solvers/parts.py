@@ -260,7 +260,6 @@ class TorquePart(Value):
 
 
 def _with_rows(empty: Block, made: descent.MadeRows) -> Block:
-    """Return a block with rows that are recomputed at every point."""
     rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
     if isinstance(empty, CostRows):
         return replace(empty, rows=rows, weight=made.weight)

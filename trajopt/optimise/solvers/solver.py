@@ -75,12 +75,10 @@ class SolveResult(Value):
     log: tuple[Iteration, ...]
 
     def __repr__(self) -> str:
-        """Return status, number of steps, cost and violation."""
         at = f"cost {self.at.cost:.4g}, violation {self.at.violation:.2g}"
         return f"{type(self).__name__}({self.status.name}, {len(self.log)} steps, {at})"
 
     def __str__(self) -> str:
-        """Summarise them in a sentence, with the worst violation of each constraint in a line."""
         steps = f"{len(self.log)} steps"
         lines = [f"{self.status.name} after {steps}, cost {self.at.cost:.4g}: {self.status.value}"]
         lines += [f"  {name}: violated by {worst:.2g}" for name, worst in self.violations().items() if worst]
@@ -207,7 +205,6 @@ class Incumbent:
     best: Linearisation = field(init=False)
 
     def __post_init__(self) -> None:
-        """Begin with the seed, on coarse samples."""
         self.best = self.nlp.linearise(self.seed, self.nlp.sampling(self.seed, fine=False))
 
     def offer(self, at: Linearisation) -> None:

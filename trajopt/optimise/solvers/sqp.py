@@ -75,7 +75,6 @@ class ByStructure:
 
 
 def _span(at: Linearisation) -> int:
-    """Return the largest number of knots that a row spans."""
     blocks = [block.rows.knots for block in (*at.costs, *at.constraints)]
     return max((int(np.ptp(knots, axis=1).max()) for knots in blocks if knots.size), default=0)
 
@@ -125,7 +124,6 @@ class Sqp:
     trust_region: TrustRegion = field(default_factory=TrustRegion)
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         above_zero(self, "penalty")
         at_least(self, 1, "penalty_growth", "max_iterations")
         at_least(self, 0, "penalty_rounds", "relative_gain", "absolute_gain")
@@ -351,7 +349,6 @@ class NativeDescent(Descent):
             count(core.work)
 
     def _in_python(self, x: Floats) -> "descent.InPython":
-        """Evaluate the parts that the core requests."""
         counts = self.compilable.counts
         before = counts.forward_kinematics
         blocks = self.compilable.python_rows(x, self.program.sampling)
@@ -359,7 +356,6 @@ class NativeDescent(Descent):
 
 
 def _arrays(block: Block) -> tuple[Floats | Ints, ...]:
-    """Return a block's rows in the core's format."""
     rows = block.rows
     if isinstance(block, CostRows):
         limits = (block.weight,)

@@ -46,7 +46,6 @@ class Stomp:
     cost_weight: float = 0.1
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         at_least(self, 1, "max_iterations", "rollouts")
         at_least(self, 0, "seed", "after_feasible", "kept", "cost_weight")
         above_zero(self, "noise", "sensitivity")
@@ -106,7 +105,6 @@ class _Run:
         return moved if accepted else at, accepted
 
     def _linearised(self, at: Linearisation, rows: LinearRows, change: Floats) -> Linearisation:
-        """Evaluate a changed path, projected onto constraint rows and between bounds."""
         x = at.x + rows.project(change)
         return self.nlp.linearise(into_bounds(x, self.nlp.lower, self.nlp.upper, self.metric), at.sampling)
 

@@ -102,7 +102,6 @@ class SplineBasis:
 
     @cached_property
     def _even(self) -> dict[int, tuple[Floats, "Stencils"]]:
-        """Samples of equally many to each piece."""
         return {}
 
     def at(self, parameters: Floats) -> Stencils:

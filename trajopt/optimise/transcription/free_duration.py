@@ -56,7 +56,6 @@ class FreeDurationNlp:
     start_accelerations: Floats
 
     def __post_init__(self) -> None:
-        """Compute the constant parts."""
         basis = self.spline.basis
         self._derivatives = [basis.derivative(order) for order in (1, 2, 3)]
         # From a start in motion a longer duration does not make up for what the tolerance lets pass.
@@ -313,7 +312,6 @@ def _capped(name: str, rows: Rows) -> ConstraintRows:
 
 
 def _widened(rows: Rows) -> Rows:
-    """Add a coordinate that the rows do not depend on."""
     jacobian = np.zeros((*rows.jacobian.shape[:2], rows.jacobian.shape[2] + 1))
     jacobian[..., :-1] = rows.jacobian
     return Rows(rows.value, jacobian, rows.knots, rows.component, rows.place)

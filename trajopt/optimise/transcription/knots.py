@@ -288,7 +288,6 @@ def _written(
     waypoint_knots: Sequence[int],
     ends: Floats,
 ) -> Sequence[Constraint]:
-    """Return a path constraint as terms, in its window."""
     if isinstance(given, Constraint):
         return (given,)
     last = problem.knots - 1

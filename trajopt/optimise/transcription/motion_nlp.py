@@ -79,7 +79,6 @@ class MotionNlp(ABC):
         return (place >= window.first * last - ROUNDING) & (place <= window.last * last + ROUNDING)
 
     def _bounded(self, item: Constraint, rows: Rows) -> ConstraintRows:
-        """Return a constraint's rows, without those that have no bound or that no variable changes."""
         lower, upper = item.bounds(rows)
         touched = rows.jacobian.any(axis=2) & self._moves[rows.knots]
         keep = touched.any(axis=1) & (np.isfinite(lower) | np.isfinite(upper))

@@ -283,7 +283,6 @@ class Experience:
             raise ProblemError(f"most must be at least 1, is {self.most}")
 
     def __len__(self) -> int:
-        """Return the number of remembered motions."""
         with self._lock:
             self._look()
             return len(self._known)
@@ -382,7 +381,6 @@ class Experience:
         self._stack(altered)
 
     def _new(self, result: Result, *, won: bool) -> Memory | None:
-        """Return the motion of a result as a memory, if it is worth one."""
         if not result.verified or result.path is None or not comparable(result.problem):
             return None
         if won:
@@ -392,7 +390,6 @@ class Experience:
         return _memory(result.problem, result.path.knots)
 
     def _look(self) -> None:
-        """Read the memories if another thread or process has changed them."""
         version = self.storage.version
         if version == self._version:
             return
@@ -415,13 +412,11 @@ class Experience:
 
 
 def _memory(problem: Problem, knots: Floats) -> Memory:
-    """Return a path as a memory that has no number yet."""
     like = likeness(problem)
     return Memory(number=0, key=like.key, start=like.start, goal=like.goal, scene=like.scene, knots=knots)
 
 
 def _after(memory: Memory, *, won: bool, version: int) -> Memory:
-    """Return a memory after it was tried once more."""
     if won:
         return replace(memory, wins=memory.wins + 1, failures=0, used=version)
     return replace(memory, failures=memory.failures + 1)

@@ -189,7 +189,6 @@ def least_time(distance: float, velocity: float, acceleration: float, jerk: floa
 
 
 def _joints(problem: Problem) -> Iterator[tuple[float, str]]:
-    """Yield the least time of each joint that a goal of joints moves."""
     reduced, limits = problem.reduced, problem.limits
     lower, upper = joint_box(problem.goals, reduced)
     start = reduced.start_positions

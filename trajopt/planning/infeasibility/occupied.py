@@ -86,7 +86,6 @@ class Occupancy:
     _obstacles: DynamicObstacles = field(init=False)
 
     def __post_init__(self) -> None:
-        """Make the workspace for distances."""
         self._obstacles = DynamicObstacles(self.timed, evaluator(self.timed.reduced, self.counts))
 
     def free(self, positions: Floats, times: Floats, which: Bools | None = None) -> Bools:

@@ -184,7 +184,6 @@ class _BlockingObstacles:
         return workspace.result(status, found.words, certainty=certainty, blocks=blocks)
 
     def _count(self) -> None:
-        """Report the work since this was called last."""
         self.tracker.count_work(self._counts.since(self._counted))
         self._counted = replace(self._counts)
 

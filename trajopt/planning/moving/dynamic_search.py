@@ -73,7 +73,6 @@ class DynamicSearch:
     _stopped: Stop | None = field(init=False)
 
     def __post_init__(self) -> None:
-        """Begin without a motion."""
         self._stopped = self.static.stopped
 
     def run(self) -> Result:

@@ -85,14 +85,12 @@ class Waiting:
         return self._standing(start, 0.0, np.array((until,))) == 1
 
     def _later(self, latest: float) -> Iterator[float]:
-        """Yield start times, until nothing changes."""
         last = min(self.checks.settled, LONGEST, self.checks.obstacles.timed.until, latest)
         yield from (STEP * number for number in range(1, ceil(last / STEP)))
         if 0.0 < last < LONGEST:
             yield last
 
     def _sooner(self, trajectory: Trajectory, blocked: float, clear: float) -> float:
-        """Return a start time between one that is blocked and one that is clear."""
         for _ in range(HALVINGS):
             middle = (blocked + clear) / 2.0
             if self._clear(trajectory, middle):

@@ -166,7 +166,6 @@ def _middle_and_around(values: Floats, slots: Ints) -> tuple[Floats, Floats]:
 
 
 def _most(middle: Floats, around: Floats, at: Ints, factors: tuple[Floats, Floats, Floats]) -> Floats:
-    """Bound the size of a sum of factors times values."""
     total, apart = np.zeros(1), np.zeros(1)
     for value, off, factor in zip(middle, around, factors, strict=True):
         total, apart = total + value[at] * factor, apart + off[at] * np.abs(factor)
@@ -297,7 +296,6 @@ class OrderSearch:
         return self._whole & ~beside
 
     def _onward(self, begin: int) -> Iterator[tuple[TimingStep, int, int, int]]:
-        """Yield the steps from the start of a cell, with their end, rate and duration."""
         for rate in range(1, len(RATES)):
             yield TimingStep(begin, 0, rate, None), begin + 1, rate, HELD[rate]
         for change in self.changes[begin]:

@@ -85,7 +85,6 @@ def _objects(
     passed: tuple[Floats, Floats],
     grid: tuple[Floats, Floats],
 ) -> Ints:
-    """Return the objects that block cells, by the pairs that do."""
     clock, way = passed
     checks = SampledChecks(around)
     checks.start_at(motion(np.zeros(1)))

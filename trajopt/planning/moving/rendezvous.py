@@ -64,7 +64,6 @@ class Rendezvous:
     search: PlanSearch
 
     def __post_init__(self) -> None:
-        """Make the model among dynamic obstacles."""
         self.problem, self.tracker = self.search.problem, self.search.tracker
         timed = self.problem.reduced.timed
         assert timed is not None  # the goal moves
@@ -186,7 +185,6 @@ class Rendezvous:
         return replace(self.problem, scene=scene, dwell=0.0, finish_by=None)
 
     def _as_said(self, judged: Result, still: Result, meeting: float) -> Result:
-        """Return a result with the method of its static motion, and its remarks."""
         names = " and ".join(shown(name) for name in sorted(self._carriers))
         stays = f", and stays with it for {self.problem.dwell:g} s" if self.problem.dwell else ""
         return replace(judged.planned_as(still), remarks=(f"meets {names} at {meeting:.3f} s{stays}",))
@@ -233,7 +231,6 @@ class FollowingFrame:
     goals: tuple[FramePlacement, ...]
 
     def __post_init__(self) -> None:
-        """Make the query."""
         self._query = evaluator(self.timed.reduced)
 
     def positions(self, at_meeting: Floats, meeting: float, times: Floats) -> Floats | None:

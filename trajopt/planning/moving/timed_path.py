@@ -201,7 +201,6 @@ def _points(
 
 
 def _inner(clock: Trajectory, begin: float, end: float) -> Floats:
-    """Return the times of a motion's points from one time to before another."""
     return clock.times[(clock.times >= begin) & (clock.times < end)]
 
 

@@ -271,7 +271,6 @@ def _at(knots: Floats, place: float) -> Floats:
 
 
 def _way(blocked: Blocked) -> Floats:
-    """Return the direction of the configuration at the place of the contact."""
     last = len(blocked.knots) - 1.0
     return _at(blocked.knots, min(blocked.place + NEARBY, last)) - _at(
         blocked.knots, max(blocked.place - NEARBY, 0.0)

@@ -177,7 +177,6 @@ def _grown(shape: Region, where: Placement, amount: float) -> Member:
 
 
 def _upright(axis: Floats) -> Floats:
-    """Return a rotation whose z axis is a unit vector."""
     aside = np.zeros(3)
     aside[np.argmin(np.abs(axis))] = 1.0
     x = direction_of("x", np.cross(aside, axis))

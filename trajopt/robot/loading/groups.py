@@ -38,7 +38,6 @@ class Group:
     tip: str | None
 
     def __repr__(self) -> str:
-        """Return name, joints and tip."""
         tip = f", tip {self.tip}" if self.tip else ""
         named = f": {', '.join(self.joints)}" if self.joints else ""
         joints = f"{in_number(self.joints, 'joint')}{tip}{named}"
@@ -58,7 +57,6 @@ class _Members:
 
 
 def _chain(model: pin.Model, base: str, tip: str, group: str) -> _Members:
-    """Return the joints and links between base and tip."""
     found = _Members()
     link = tip
     while link != base:

@@ -73,7 +73,6 @@ class MeshNames:
         raise MeshFileError(filename, self._nowhere(self._tried(relative, inner, named, scheme), scheme))
 
     def _tried(self, relative: str, inner: str, named: str, scheme: str) -> Iterator[tuple[Path, Path]]:
-        """Yield the searched folders, each with the candidate file."""
         yield from ((root, root / relative) for root in self._roots)
         if scheme:
             # A package directory may be the package itself: its name is dropped then.
@@ -113,7 +112,6 @@ class MeshNames:
         return {}
 
     def _packages(self, name: str) -> tuple[Path, ...]:
-        """Return the folders of the packages of a name, nearest first."""
         if name not in self._by_name:
             self._by_name[name] = tuple(dict.fromkeys(self._named(name) if name else ()))
         return self._by_name[name]

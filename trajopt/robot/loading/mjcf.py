@@ -63,7 +63,6 @@ def read_mjcf(path: Path) -> tuple[Urdf, Srdf]:
 
 
 def _compiled(path: Path) -> tuple[Any, list[str]]:
-    """Return MuJoCo's model of a file, and its warnings."""
     from trajopt.robot.loading.mujoco_library import mujoco  # slow to import
 
     # Before MuJoCo reads it: for ten thousand bodies it takes minutes.

@@ -144,7 +144,6 @@ def _states(
 def _end_effectors(
     srdf: Srdf, groups: Mapping[str, Group], links: frozenset[str]
 ) -> tuple[Mapping[str, EndEffector], list[str]]:
-    """Return the end effectors with an existing link and group, and notes on the others."""
     found: dict[str, EndEffector] = {}
     notes: list[str] = []
     for name, item in srdf.end_effectors.items():
@@ -176,7 +175,6 @@ def _contradictions(
 
 
 def _strangers(tag: str, kind: str, named: Iterable[str], known: Iterable[str]) -> list[str]:
-    """Note names of the SRDF that the robot does not have."""
     strangers = sorted(set(named) - set(known))
     if not strangers:
         return []

@@ -214,7 +214,6 @@ class GroupTargets(GroupBase):
         return dict(zip(self._group.joints, checked.tolist(), strict=True))
 
     def _of_group(self, state: Any) -> dict[str, float]:
-        """Return the group's joint positions in a state message."""
         named = checked_joint_positions(document_of(state, "joint state"), self._world.robot)
         return {joint: value for joint, value in named.items() if joint in self._group.joints}
 
@@ -324,7 +323,6 @@ class GroupConstraints(GroupBase):
         self._known_constraints = stored
 
     def _check(self, name: str, message: object) -> None:
-        """Check that constraints can be read, before planning."""
         self._read(document_of(message, name))
 
     def _read(self, document: Node) -> None:

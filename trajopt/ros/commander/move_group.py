@@ -256,6 +256,5 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
 
 
 def _carried(scene: Scene) -> dict[str, str]:
-    """Return the link that carries each attached object, by the object's id."""
     holders = {name: scene.holder(name).link for name in scene.objects}
     return {name: link for name, link in holders.items() if link in scene.robot.links}

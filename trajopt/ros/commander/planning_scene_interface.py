@@ -274,7 +274,6 @@ def _chosen(objects: Mapping[str, T], names: Sequence[str]) -> dict[str, T]:
 
 
 def _emptied(scene: Scene) -> Scene:
-    """Remove all objects from the scene, with their settings."""
     scene = replace(scene, tools=scene.tools_on_links)
     while scene.objects:
         frames = {item.frame for item in scene.objects.values()}

@@ -251,7 +251,6 @@ class RobotCommander:
         return min(owners, key=lambda group: len(self.get_link_names(group)), default=None)
 
     def __getattr__(self, name: str) -> MoveGroupCommander | Joint | Link:
-        """Return the group, joint or link of that name."""
         if name.startswith("_") or name == "world":  # Not there before the constructor has run.
             raise AttributeError(name)
         if name in self.world.robot.groups:

@@ -89,7 +89,6 @@ class Answering(io.TextIOBase):
         return "" if self._source is None else self._source.read(-1 if size is None else size)
 
     def __next__(self) -> str:  # type: ignore[override]
-        """Return the next line of the source."""
         line = self._line()
         if not line:
             raise StopIteration
@@ -233,7 +232,6 @@ def _stood_in(folder: Path) -> Generator[None]:
 
 @contextmanager
 def _called(words: Sequence[str], stdin: TextIO | None) -> Generator[None]:
-    """Set the script's arguments and standard input."""
     before = sys.argv, sys.stdin
     sys.argv, sys.stdin = list(words), stdin or sys.stdin
     try:
@@ -271,7 +269,6 @@ def run_script(
 
 
 def _line(error: BaseException, path: Path) -> str:
-    """Return the line of the script that raised an error."""
     frames = traceback.extract_tb(error.__traceback__)
     numbers = [frame.lineno for frame in frames if frame.filename == str(path)]
     return f"{path.name}, line {numbers[-1]}" if numbers else path.name

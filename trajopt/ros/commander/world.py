@@ -330,7 +330,6 @@ class World:
         return self._outcome
 
     def __enter__(self) -> "World":
-        """Make this the world of all commanders in the block."""
         self._entered.append(_CURRENT.set(self))
         return self
 
@@ -340,7 +339,6 @@ class World:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Call the shutdown hooks, stop any motion, and restore the outer world."""
         try:
             self.node.end()
         finally:

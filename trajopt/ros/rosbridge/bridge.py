@@ -195,7 +195,6 @@ class Bridge:
         self.topics.tell(SCENE, msgspec.json.decode(answer)["scene"])
 
     def _show(self, answer: bytes) -> None:
-        """Publish a planned motion for display."""
         if not self.topics.heard(PLANNED):
             return
         plan: dict[str, Any] = msgspec.json.decode(answer)["motion_plan_response"]

@@ -125,7 +125,6 @@ class ClientConnection:
             await self.call(status(level, reason, name))
 
     def _begin(self, task: Awaitable[None]) -> None:
-        """Run a task concurrently with the client's next requests."""
         begun = asyncio.ensure_future(task)
         self._tasks.add(begun)
         begun.add_done_callback(self._done)
@@ -223,7 +222,6 @@ class ClientConnection:
             self._begin(self._relayed(relayed, name, incoming.args))
 
     async def _relayed(self, goal: RelayedGoal, name: str, arguments: msgspec.Raw) -> None:
-        """Relay a goal to another client, and pass on its result."""
         try:
             ended = await self.bridge.offered_actions.pursue(goal, arguments)
         except Unusable as error:
@@ -310,6 +308,5 @@ async def converse(bridge: Bridge, socket: ServerConnection) -> None:
 
 
 async def _heard(client: ClientConnection, socket: ServerConnection) -> None:
-    """Process a client's messages until it disconnects."""
     async for message in socket:
         await client.take(message)

@@ -103,7 +103,6 @@ class RosApi:
         return {"value": base64.b64encode(await asyncio.to_thread(found.read_bytes)).decode()}
 
     def _long(self, kind: str, between: str = "msg") -> str:
-        """Return a type as the server's ROS writes it."""
         if self._options.distro.generation is Generation.ROS1 or "/" not in kind:
             return kind
         package, _, name = kind.partition("/")

@@ -236,11 +236,9 @@ class SessionCalls(Generic[Reply]):
         self.id, self.robot = name, robot
 
     def __repr__(self) -> str:
-        """Return robot and id."""
         return f"{type(self).__name__}({shown(self.robot)}, id {shown(self.id)})"
 
     def _send(self, call: Call) -> Reply:
-        """Send a request."""
         raise NotImplementedError
 
     @checked

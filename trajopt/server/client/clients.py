@@ -39,13 +39,11 @@ class Client:
         self._patience = patience
 
     def __enter__(self) -> "Client":
-        """Return the client."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Close its connections."""
         self.close()
 
     def close(self) -> None:
@@ -122,13 +120,11 @@ class Session(SessionCalls[Document]):
         self._client = client
 
     def __enter__(self) -> "Session":
-        """Return the session."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """End it."""
         self.close()
 
     def fork(self) -> "Session":
@@ -168,13 +164,11 @@ class AsyncClient:
         self._patience = patience
 
     async def __aenter__(self) -> "AsyncClient":
-        """Return the client."""
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Close its connections."""
         await self.close()
 
     async def close(self) -> None:

@@ -127,7 +127,6 @@ def streamed(ask: Asking) -> Response:
 
 
 async def _gone(request: Request) -> None:
-    """Wait until the client has gone."""
     while (await request.receive())["type"] != "http.disconnect":
         pass
 

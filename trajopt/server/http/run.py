@@ -114,7 +114,6 @@ class Connections:
         self._open: dict[object, Connection] = {}
 
     def __len__(self) -> int:
-        """Return the number of open connections."""
         return len(self._open)
 
     def connected(self, protocol: asyncio.Protocol) -> asyncio.Protocol:

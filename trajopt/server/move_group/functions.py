@@ -334,7 +334,6 @@ def as_far_as_kept(
 
 
 def _judged(followed: Followed, constraints: Sequence[Requirement]) -> Followed:
-    """Return a motion with the verdict on whether it keeps constraints too."""
     trajectory = followed.trajectory
     assert trajectory is not None
     problem = replace(followed.problem, constraints=(*followed.problem.constraints, *constraints))

@@ -204,7 +204,6 @@ class Execution:
 
 
 def _how(stop: StopTaken) -> str:
-    """Describe a stop, and whether it was proven."""
     path = "on its path" if stop.along else "off its path"
     return path if stop.proven else f"{path} and not proven"
 

@@ -60,7 +60,6 @@ class SupervisedRun:
         )
 
     def _stop(self) -> None:
-        """Bring the robot to rest by a proven stop."""
         self._supervisor.stop()
         until = self._arm.now() + STOPPING
         while self._supervisor.moving and self._arm.now() < until:

@@ -268,7 +268,6 @@ _SENSING = ("cell", "padding", "sigmas", "known")
 
 
 def _sensor(arguments: Node, points: Floats, state: SessionState) -> tuple[PointCloud, Sensing]:
-    """Return the measurement, and the parameters of its conversion to an obstacle."""
     arguments.only(("name", "stamp", "radius", "positions", *_SENSOR, *_SENSING))
     parts = [
         Node({key: each.value for key, each in arguments.members().items() if key in names}, arguments.path)

@@ -102,7 +102,6 @@ def called(function: Callable[..., Any], node: Node, **given: object) -> Any:
 
 
 def _member(kind: type[Enum], node: Node) -> Enum:
-    """Return the member of an enumeration that a text names, as Python writes it."""
     name = node.text()
     if name not in kind.__members__:
         raise node.error(f"unknown {shown(name)}; known: {', '.join(kind.__members__)}")

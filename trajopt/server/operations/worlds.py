@@ -109,7 +109,6 @@ def drive(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def _known(state: SessionState) -> dict[str, object]:
-    """Return the values that the caller already has, by their common name."""
     return {"robot": state.scene.robot, "scene": state.scene}
 
 
@@ -119,7 +118,6 @@ def _read(node: Node, known: Mapping[str, object], kind: type[Kind], watch: Watc
 
 
 def _scene(node: Node, state: SessionState, watch: Watch) -> Scene:
-    """Return a scene of the session's robot."""
     return _fitting(node, _read(node, _known(state), Scene, watch), state)
 
 

@@ -133,7 +133,6 @@ class Entry(Value):
         }
 
     def __str__(self) -> str:
-        """Return a line that describes it."""
         parts = [self.kind.name.lower(), shown(self.name), f"version {self.version}", f"robot {self.robot}"]
         if self.status:
             took = "" if self.duration is None else f", {self.duration:.3f} s"

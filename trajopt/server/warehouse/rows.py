@@ -304,7 +304,6 @@ def _fingerprint(members: Mapping[str, bytes]) -> str:
 
 
 def _check_word(what: str, word: str) -> None:
-    """Refuse words that cannot be typed, or read in a list."""
     if not word.strip() or len(word) > LONGEST_NAME or not word.isprintable():
         raise ModelError(
             f"{what} must be 1 to {LONGEST_NAME} characters that can be printed, is {shown(word)}"

@@ -70,11 +70,9 @@ class Warehouse:
         self._database = Database(self.path, create=create)
 
     def __enter__(self) -> "Warehouse":
-        """Return the warehouse."""
         return self
 
     def __exit__(self, *raised: object) -> None:
-        """Close the file."""
         self.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -82,7 +80,6 @@ class Warehouse:
         return Warehouse, (self.path,)
 
     def __repr__(self) -> str:
-        """Name the file."""
         return f"Warehouse({shown(str(self.path))})"
 
     def close(self) -> None:

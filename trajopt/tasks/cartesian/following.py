@@ -184,7 +184,6 @@ class _Following:
         return OnCurve(reduced, self.required, evaluator(reduced, WorkCounts()), self.tracker)
 
     def run(self) -> Followed:
-        """Follow the curve until the budget ends."""
         try:
             return self._run()
         except Stopped as ended:
@@ -367,7 +366,6 @@ def _corners(knots: Floats, velocity: Floats) -> tuple[int, ...]:
 
 
 def _together(legs: Sequence[Retimed]) -> Retimed:
-    """Join motions that begin and end at rest, one after the other."""
     duration = sum(leg.trajectory.duration for leg in legs)
     kinds = {kind for leg in legs for kind in leg.binding}
     return Retimed(

@@ -368,7 +368,6 @@ def densified(on_curve: OnCurve, found: CurveTrack, *, tolerance: float) -> Curv
 
 
 def _interpolated(s: Floats, q: Floats, places: Floats) -> Floats:
-    """Interpolate configurations smoothly, without overshooting."""
     from scipy.interpolate import PchipInterpolator
 
     return np.asarray(PchipInterpolator(s, q)(places), dtype=np.float64)

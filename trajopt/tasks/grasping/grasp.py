@@ -40,7 +40,6 @@ class Straight(Value):
     frame: str = WORLD
 
     def __post_init__(self) -> None:
-        """Check the length and make the direction a unit vector."""
         positive("distance", self.distance)
         one_of("frame", self.frame, str)
         if self.direction is not None:
@@ -75,7 +74,6 @@ class Grasp:
     name: str = "grasp"
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
         for way in ("approach", "lift"):
             one_of(way, getattr(self, way), Straight)
@@ -116,7 +114,6 @@ class Place(Value):
     degrees: InitVar[bool] = False
 
     def __post_init__(self, degrees: bool) -> None:
-        """Check the tolerances, and the types of all fields."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
         for field_name in ("frame", "name"):
             one_of(field_name, getattr(self, field_name), str)
@@ -189,7 +186,6 @@ class GraspingOptions:
     method: Method = field(default_factory=Knots)
 
     def __post_init__(self) -> None:
-        """Check that each number can be used."""
         for name in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(name, getattr(self, name)) <= 1.0:
                 raise ShapeError(name, f"must lie in (0, 1], is {getattr(self, name)}")

@@ -47,7 +47,6 @@ class Gripper(Value):
     closing: Floats
 
     def __post_init__(self) -> None:
-        """Check shapes, that openings increase, and that the directions are at right angles."""
         openings = floats("openings", self.openings, (None,))
         if len(openings) < 2 or (np.diff(openings) <= 0.0).any() or openings[0] < 0.0:
             raise ShapeError("openings", "need two or more, not negative and increasing")
@@ -280,7 +279,6 @@ def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
 
 
 def _fingers(reduced: ReducedModel) -> tuple[str, str]:
-    """Return the two links with a shape that the group moves."""
     moved = tuple(dict.fromkeys(body.owner for body in reduced.bodies if body.joint > 0))
     if len(moved) != 2:
         named = ", ".join(moved) or "none"

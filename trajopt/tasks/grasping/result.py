@@ -114,7 +114,6 @@ class Timeline:
         return max((float(np.abs(a.end - b.positions(0.0)).max()) for a, b in pairs), default=0.0)
 
     def __repr__(self) -> str:
-        """List the stages with their start times."""
         lines = (f"{t:7.2f} s  {s.stage.name}" for t, s in zip(self.begins, self.segments, strict=True))
         return "\n".join((f"Timeline of {self.duration:.2f} s", *lines))
 
@@ -140,7 +139,6 @@ class Refusal:
     result: Result | None = None
 
     def __str__(self) -> str:
-        """Return one line."""
         which = [f"grasp {shown(self.grasp)}"] * bool(self.grasp) + [f"place {shown(self.place)}"] * bool(
             self.place
         )

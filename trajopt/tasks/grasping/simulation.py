@@ -36,7 +36,6 @@ class HoldLimits:
     rotation: float = 0.05
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
         for name in ("position", "rotation"):
             if number(name, getattr(self, name)) <= 0.0:
                 raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")

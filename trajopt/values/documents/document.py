@@ -37,7 +37,6 @@ class Node:
         return self.value is None
 
     def __getitem__(self, key: str) -> "Node":
-        """Return a member of a mapping; a missing node if the name is unknown."""
         return Node(self._mapping().get(key), self.path, f"{self.place}.{key}" if self.place else key)
 
     def only(self, fields: Iterable[str]) -> "Node":

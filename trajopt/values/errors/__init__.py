@@ -136,7 +136,6 @@ class NameNotFound(ModelError, KeyError):
         super().__init__(self.message)
 
     def __str__(self) -> str:
-        """Return the message (KeyError would quote it)."""
         return self.message
 
 

@@ -274,7 +274,6 @@ def _given_elsewhere(value: object) -> str:
 
 
 def _lacking(parts: tuple[Any, ...], value: Any) -> str:
-    """Name the missing members if the annotation is a single protocol."""
     kinds = [typing.get_origin(part) or part for part in parts]
     protocols = [kind for kind in kinds if getattr(kind, "_is_protocol", False)]
     if len(protocols) != 1:

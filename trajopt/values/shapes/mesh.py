@@ -43,7 +43,6 @@ class Mesh(Value):
     faces: NDArray[np.int32]
 
     def __post_init__(self) -> None:
-        """Check the arrays, merge and drop."""
         vertices = floats("Mesh.vertices", self.vertices, (None, 3)) + 0.0  # no negative zeros
         if (largest := float(np.abs(vertices).max(initial=0.0))) > LARGEST:
             raise ShapeError("Mesh.vertices", f"has a coordinate of {largest:g} m, more than {LARGEST:g} m")

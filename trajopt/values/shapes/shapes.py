@@ -33,7 +33,6 @@ class Box(Value):
     z: float
 
     def __post_init__(self) -> None:
-        """Check the edge lengths."""
         for name in ("x", "y", "z"):
             object.__setattr__(self, name, length(f"Box.{name}", getattr(self, name)))
 
@@ -49,7 +48,6 @@ class Sphere(Value):
     radius: float
 
     def __post_init__(self) -> None:
-        """Check the radius."""
         object.__setattr__(self, "radius", length("Sphere.radius", self.radius))
 
 
@@ -66,7 +64,6 @@ class Cylinder(Value):
     length: float
 
     def __post_init__(self) -> None:
-        """Check the sizes."""
         object.__setattr__(self, "radius", length("Cylinder.radius", self.radius))
         object.__setattr__(self, "length", length("Cylinder.length", self.length))
 
@@ -84,7 +81,6 @@ class Capsule(Value):
     length: float
 
     def __post_init__(self) -> None:
-        """Check the sizes."""
         object.__setattr__(self, "radius", length("Capsule.radius", self.radius))
         object.__setattr__(self, "length", length("Capsule.length", self.length))
 
@@ -102,7 +98,6 @@ class Cone(Value):
     length: float
 
     def __post_init__(self) -> None:
-        """Check the sizes."""
         object.__setattr__(self, "radius", length("Cone.radius", self.radius))
         object.__setattr__(self, "length", length("Cone.length", self.length))
 

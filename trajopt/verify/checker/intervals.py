@@ -40,19 +40,15 @@ class Interval:
     high: Floats
 
     def __add__(self, other: Interval) -> Interval:
-        """Bound all sums."""
         return Interval(down(self.low + other.low), up(self.high + other.high))
 
     def __sub__(self, other: Interval) -> Interval:
-        """Bound all differences."""
         return Interval(down(self.low - other.high), up(self.high - other.low))
 
     def __neg__(self) -> Interval:
-        """Negate, which is exact."""
         return Interval(-self.high, -self.low)
 
     def __mul__(self, other: Interval) -> Interval:
-        """Bound all products."""
         a, b, c, d = (one * two for one in (self.low, self.high) for two in (other.low, other.high))
         low = np.minimum(np.minimum(a, b), np.minimum(c, d))
         return Interval(down(low), up(np.maximum(np.maximum(a, b), np.maximum(c, d))))
@@ -65,7 +61,6 @@ class Interval:
         return Interval(down(low) * positive, up(np.maximum(np.maximum(a, b), np.maximum(c, d))) * positive)
 
     def __getitem__(self, key: Any) -> Interval:
-        """Take elements."""
         return Interval(self.low[key], self.high[key])
 
     @property

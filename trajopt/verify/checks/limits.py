@@ -180,7 +180,6 @@ def _jump_scale(limits: JointLimits) -> Floats:
 
 
 def _ranges(motion: JudgedMotion, limits: JointLimits) -> Iterator[tuple[Floats, Floats]]:
-    """Yield the bounds of the positions and of each judged derivative."""
     yield limits.lower, limits.upper
     yield -limits.velocity, limits.velocity
     if motion.differentiable:

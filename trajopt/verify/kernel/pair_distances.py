@@ -87,7 +87,6 @@ def _of(scene: Scene, world: Set[str], one: str, other: str) -> float:
 
 
 def _carrier(scene: Scene, name: str) -> str:
-    """Return the link, or "world", that carries a link or an object."""
     while name in scene.objects or name in scene.tools:
         name = (scene.objects.get(name) or scene.tools[name]).frame
     frame = scene.robot.frames.get(name)
@@ -124,7 +123,6 @@ def _of_the_world(scene: Scene) -> frozenset[str]:
 
 
 def _tree(scene: Scene) -> tuple[dict[str, str], set[str]]:
-    """Return the parent link of each link, and the child links of movable joints."""
     frames, parents, moving = scene.robot.model.frames, dict[str, str](), set[str]()
     for frame in frames:
         if frame.type != pin.FrameType.BODY or frame.parentFrame == 0:
@@ -408,7 +406,6 @@ class Surroundings:
 
 
 def _as_said(timing: Timing) -> str:
-    """Describe the stated timing of an object."""
     said: list[str] = []
     if timing.motion is not None:
         sizes = (1e3 * number for number in timing.motion.error)

@@ -385,7 +385,6 @@ class MotionPanel:
         self._desk.do("planning", lambda: self._hear(planning))
 
     def _hear(self, planning: Planning) -> None:
-        """Show the progress or outcome of planning."""
         if planning is not self._planning:
             return  # what was asked for has changed since
         planned = planning.planned

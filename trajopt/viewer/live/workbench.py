@@ -283,7 +283,6 @@ def _judged(
 
 
 def _said(reduced: ReducedModel, found: Validity) -> tuple[Reachability, str]:
-    """Return whether the posture is possible, and the obstacle or the nearest pair."""
     limits, collisions = found.examination.out_of_limits, found.examination.collisions
     if limits:
         return Reachability.BEYOND_LIMITS, f"Beyond limits: {_listed([each.words for each in limits])}."

@@ -84,7 +84,6 @@ def _check(check: Check) -> tuple[str, ...]:
 
 
 def _moment(time: float) -> str:
-    """Return a time that shows the motion at it when it is clicked."""
     return f'<button class="at" data-at="{time:.6g}" title="show this moment">{time:.3f} s</button>'
 
 
@@ -391,7 +390,6 @@ def _range(chart: Chart) -> tuple[float, float]:
 
 
 def _path(times: Floats, values: Floats, x: Place, y: Place, upper: float) -> str:
-    """Return a curve, interrupted at missing or hidden values."""
     words: list[str] = []
     pen = "M"
     for time, value in zip(times.tolist(), values.tolist(), strict=True):

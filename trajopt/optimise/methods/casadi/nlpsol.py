@@ -198,7 +198,6 @@ class _Elastic:
         return np.concatenate((x0, np.maximum(0.0, self._signs * (bound - found))))
 
     def own(self, x: Floats) -> Floats:
-        """Leave the slacks out."""
         return x[: len(self.given.lower)]
 
     def worth(self, x: Floats, objective: float, functions: Floats) -> tuple[float, float]:
@@ -224,11 +223,9 @@ class _Watcher(ca.Callback):
         self.construct("watcher", {})
 
     def get_n_in(self) -> int:
-        """The inputs are the solver's outputs."""
         return ca.nlpsol_n_out()
 
     def get_n_out(self) -> int:
-        """One number is the output."""
         return 1
 
     def get_sparsity_in(self, index: int) -> ca.Sparsity:

@@ -43,7 +43,6 @@ class Generic:
     _qp: Qp | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Look the solver up."""
         if self.solver not in qpsolvers.available_solvers:
             if self.solver in GENERAL:
                 raise MissingExtra(GENERAL[self.solver], "qp-gpl" if self.solver in GPL else "qp")

@@ -83,7 +83,6 @@ class MotionPlanResponse(InPart):
     planner_id: str
 
     def __bool__(self) -> bool:
-        """Return whether a motion was found."""
         return self.error_code.val == MoveItErrorCodes.SUCCESS
 
 
@@ -98,7 +97,6 @@ class ExecutionStatus(InPart):
     status: str
 
     def __bool__(self) -> bool:
-        """Return whether it succeeded."""
         return self.status == "SUCCEEDED"
 
 

@@ -199,7 +199,6 @@ def driven(
 
 
 def _seen(arm: SimulatedExecutor, trajectory: Trajectory, now: float) -> ExecutionReading:
-    """Return the actual and desired state of a robot during an execution."""
     columns, is_at = [arm.joint_names.index(name) for name in trajectory.joint_names], arm.state()
     moment = min(now, trajectory.duration)
     desired = _point(trajectory(moment), trajectory(moment, 1), now)

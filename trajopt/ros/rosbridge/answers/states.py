@@ -167,7 +167,6 @@ def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> 
 
 
 def _kind(name: str, scene: Scene) -> int:
-    """Return MoveIt's number of a body's type."""
     if name not in scene.objects:
         return ContactInformation.ROBOT_LINK
     carried = scene.holder(name).link in scene.robot.links

@@ -33,17 +33,14 @@ class Points(Value):
     radius: float
 
     def __post_init__(self) -> None:
-        """Check and copy the fields."""
         object.__setattr__(self, "points", _points_of("Points.points", self.points))
         object.__setattr__(self, "radius", length("Points.radius", self.radius))
 
     def __repr__(self) -> str:
-        """Return the number of points."""
         many = "1 point" if len(self.points) == 1 else f"{len(self.points)} points"
         return f"Points({many}, radius={self.radius:.4g})"
 
     def __len__(self) -> int:
-        """Count the points."""
         return len(self.points)
 
     @staticmethod

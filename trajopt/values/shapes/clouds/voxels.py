@@ -31,17 +31,14 @@ class Voxels(Value):
     size: float
 
     def __post_init__(self) -> None:
-        """Check and copy the fields."""
         object.__setattr__(self, "size", length("Voxels.size", self.size))
         object.__setattr__(self, "keys", _keys_of("Voxels.keys", self.keys, self.size))
 
     def __repr__(self) -> str:
-        """Return the number of cells."""
         many = "1 cell" if len(self.keys) == 1 else f"{len(self.keys)} cells"
         return f"Voxels({many}, size={self.size:.4g})"
 
     def __len__(self) -> int:
-        """Count the cells."""
         return len(self.keys)
 
     @staticmethod

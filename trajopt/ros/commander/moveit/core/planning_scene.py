@@ -114,7 +114,6 @@ class PlanningScene(InPart):
         return all(check.holds for check in found.checks)
 
     def _judged(self, state: Any, group: str, constraints: Constraints | None = None) -> list[Validity]:
-        """Check a state for a group, or for all groups."""
         if isinstance(state, str):  # MoveIt leaves the state out in front of the group
             state, group = None, state
         positions = self._world.positions if state is None else of_robot(state).positions

@@ -42,13 +42,11 @@ class RobotState(InPart):
         self.set_to_default_values()
 
     def __copy__(self) -> "RobotState":
-        """Return another state with the same positions."""
         state = RobotState(self.robot_model)
         state.positions = self.positions
         return state
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "RobotState":
-        """Return another state with the same positions."""
         return self.__copy__()
 
     @property

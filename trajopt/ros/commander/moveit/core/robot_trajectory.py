@@ -45,15 +45,12 @@ class RobotTrajectory(InPart):
         self._start, self._message = robot_state.__copy__(), msg
 
     def __len__(self) -> int:
-        """Return the number of points."""
         return len(self._message.joint_trajectory.points)
 
     def __getitem__(self, index: int) -> RobotState:
-        """Return the state at a point."""
         motion, state = self._message.joint_trajectory, self._start.__copy__()
         state.joint_positions = dict(zip(motion.joint_names, motion.points[index].positions, strict=True))
         return state
 
     def __iter__(self) -> Iterator[RobotState]:
-        """Iterate over the states at the points."""
         return (self[index] for index in range(len(self)))
