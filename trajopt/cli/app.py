@@ -65,7 +65,6 @@ def app_for(words: Sequence[str]) -> typer.Typer:
 
 
 def command_named(name: str) -> Callable[..., None] | typer.Typer:
-    """Return a command, or a group of commands, by its name."""
     return getattr(import_module(f"trajopt.cli.{COMMANDS[name]}"), name)
 
 

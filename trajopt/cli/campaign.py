@@ -328,7 +328,6 @@ def tell_status(folder: CampaignFolder, *, as_json: bool) -> bool:
 
 
 def in_words(state: Progress) -> str:
-    """Print the rate of a campaign."""
     left = "" if state.left is None else f", {state.left:.0f} s left"
     return f"{state.rate:.1f} rows a second{left}"
 

@@ -67,7 +67,6 @@ class Watching:
 
     @property
     def recording(self) -> Recording:
-        """The recording so far."""
         return self._logbook.recording if self._viewer is None else self._viewer.recording
 
     def linger(self, seconds: float | None) -> None:
@@ -86,7 +85,6 @@ def say_where(url: str, *, as_json: bool, how: str = "open") -> None:
 def watched(
     problem: Problem, *, view: bool, port: int, host: str, as_json: bool, publish: int | None = None
 ) -> Generator[Watching]:
-    """Open the page of a run and a publisher, as requested."""
     with ExitStack() as opened:
         viewer = publisher = None
         if publish is not None:

@@ -66,7 +66,6 @@ def chosen_frame(reduced: ReducedModel, frame: str) -> str:
 
 
 def generator(seed: int) -> np.random.Generator:
-    """Return the random numbers of a seed."""
     return np.random.default_rng(seed)
 
 

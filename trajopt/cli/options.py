@@ -89,7 +89,6 @@ class Ending:
         return replace(problem, dwell=self.dwell, finish_by=self.finish_by)
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data."""
         asked = {"dwell": self.dwell or None, "finish_by": self.finish_by}
         return {name: value for name, value in asked.items() if value is not None}
 

@@ -223,7 +223,6 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
 
 
 def cost(result: Result) -> str:
-    """Return CPU time by stage and the counts."""
     stages = ", ".join(f"{name} {1000 * used:.0f}" for name, used in result.cpu_seconds.items())
     total = 1000 * sum(result.cpu_seconds.values())
     counts = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in result.counts.items())

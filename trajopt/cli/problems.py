@@ -31,7 +31,6 @@ OptionalRequest = Annotated[
 
 
 def is_bundle(path: Path) -> bool:
-    """Return whether a file is a bundle, by its name."""
     return path.suffix.lower() == SUFFIX
 
 

@@ -26,14 +26,12 @@ class ProgressLine:
     _best: str = ""
 
     def show(self, stage: str, step: Iteration | None) -> None:
-        """Show the present stage, and the solver's step while it works."""
         text = DOING.get(stage, stage)
         if step is not None:
             text += f": cost {step.cost:.3f}, violation {step.violation:.4f}"
         self.write(self._best + text)
 
     def have(self, result: Result) -> None:
-        """Show the duration of the present best motion."""
         self._best = f"have a motion of {result.cost:.3f} s; "
 
 

@@ -247,7 +247,6 @@ def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
 
 
 def stated(**limits: float | None) -> dict[str, Any]:
-    """Return the given limits."""
     return {key: value for key, value in limits.items() if value is not None}
 
 

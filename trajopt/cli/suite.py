@@ -334,7 +334,6 @@ def set_table(rows: dict[str, dict[str, object]]) -> str:
 
 
 def stage_table(total: dict[str, object]) -> str:
-    """Return a Markdown table of the stages' CPU times."""
     stages = cast("dict[str, list[float]]", total["stages"])
     lines = ["| stage | CPU ms median | CPU ms p90 |", "|---|---|---|"]
     lines += [f"| {name} | {1e3 * mid:.1f} | {1e3 * high:.1f} |" for name, (mid, high) in stages.items()]
@@ -342,7 +341,6 @@ def stage_table(total: dict[str, object]) -> str:
 
 
 def winners(total: dict[str, object]) -> str:
-    """Count the motions by kind of seed."""
     won = cast("dict[str, int]", total["won_by"])
     return ", ".join(f"{count} {name}" for name, count in won.items()) or "none"
 

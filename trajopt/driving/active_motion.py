@@ -122,13 +122,11 @@ class ActiveMotion(Printed):
         return self.brake_time if self.brake_time < end else soon if soon < end - 2.0 * JOLT else None
 
     def take(self, intended: IntendedMotion) -> None:
-        """Change to another motion from its beginning."""
         state = self._state
         pause = state.pause if isinstance(state, _Moving) else state
         self._state = _Moving(intended, intended.begin, pause)
 
     def leave(self) -> None:
-        """Be on no motion."""
         self._state = None
 
     def forget_pause(self) -> None:
@@ -212,7 +210,6 @@ class ActiveMotion(Printed):
         return found is not None and found.goal.guard.proven(found.trajectory, world, time)
 
     def stop(self, problem: Problem, why: str) -> StopTaken:
-        """Take the soonest proven stop, along the path or off it."""
         state = self._state
         self._state = None
         stop = self.commitment.stop(problem, why, lambda begin: self._path_stop(state, begin, problem))

@@ -103,7 +103,6 @@ class Commitment(Printed):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints of the group."""
         return self.guard.problem.reduced.joint_names
 
     def state(self, time: float) -> Floats:
@@ -112,7 +111,6 @@ class Commitment(Printed):
 
     @property
     def columns(self) -> list[int]:
-        """Indices of the group's joints among the driven ones."""
         return [self.executor.joint_names.index(name) for name in self.joint_names]
 
     def approach_query(self, scene: Scene, braking: Braking, clearance: float) -> ApproachQuery:
@@ -128,7 +126,6 @@ class Commitment(Printed):
         return ApproachQuery(reduced, braking, clearance + self.guard.options.distance_error)
 
     def reset(self) -> None:
-        """Commit the robot to rest in the commanded positions."""
         self.motion = CommittedMotion(self.executor.joint_names, self.executor.state().commanded)
         self.constrained, self.left_path_at = True, None
 
@@ -291,12 +288,10 @@ class CommitLoop(Printed, ABC):
 
     @property
     def scene(self) -> Scene:
-        """The scene as last reported."""
         return self._commitment.world.scene
 
     @property
     def world(self) -> WorldSnapshot:
-        """The scene as last reported, and its time stamp."""
         return self._commitment.world
 
     @property
@@ -306,7 +301,6 @@ class CommitLoop(Printed, ABC):
 
     @property
     def moving(self) -> bool:
-        """Whether the committed motion has not ended."""
         return self.executor.now() < self._commitment.motion.end
 
     @checked

@@ -224,7 +224,6 @@ def _rates(motion: Trajectory) -> list[Floats]:
 
 
 def of_joints(motion: Trajectory, joint_names: tuple[str, ...]) -> Trajectory:
-    """Return the motion of some joints, in their order."""
     columns = [motion.joint_names.index(name) for name in joint_names]
     rows = [rows[:, columns] for rows in (motion.positions, *_rates(motion))]
     return Trajectory(joint_names, motion.times, *rows)

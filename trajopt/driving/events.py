@@ -73,7 +73,6 @@ class Journal(Printed):
         self._now, self._lasting = now, dict[EventKind, str]()
 
     def note(self, kind: EventKind, words: str = "") -> None:
-        """Note an event."""
         self.events.append(Event(self._now(), kind, words))
 
     def note_once(self, kind: EventKind, words: str) -> None:
@@ -89,7 +88,6 @@ class Journal(Printed):
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
-        """Measure the CPU time of the thread in the block."""
         begun = time.thread_time()
         try:
             yield

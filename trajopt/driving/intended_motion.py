@@ -47,7 +47,6 @@ class SpeedScaling(Value):
 
     @property
     def speed(self) -> float:
-        """Rate after the change: the share of the planned speed."""
         return self.change.after
 
     def at(self, time: float) -> tuple[float, float, float]:
@@ -172,7 +171,6 @@ class IntendedMotion(Value):
 
     @cached_property
     def stops(self) -> StopsAlong:
-        """Its stops along the path."""
         return StopsAlong(self.trajectory, self.goal.problem.limits)
 
     def after(self, time: float) -> Trajectory:

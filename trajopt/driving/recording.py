@@ -138,7 +138,6 @@ class Recording(Value):
 
     @property
     def robot(self) -> Robot:
-        """The robot."""
         return self.sightings[0].world.scene.robot
 
     @property

@@ -103,7 +103,6 @@ class RemoteExecutor:
         return self._request("now")
 
     def state(self) -> RobotState:
-        """Return the last measured state."""
         return RobotState(*self._request("state"))
 
     def splice(self, trajectory: Trajectory, at: float) -> str:

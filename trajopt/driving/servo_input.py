@@ -270,7 +270,6 @@ class Recorder:
 
     @checked
     def read(self, since: float) -> Order | None:
-        """Return the order of this tick."""
         order = self.source.read(since)
         document = None if order is None else _document(order)
         if order is not None and document == self._last:
@@ -282,11 +281,9 @@ class Recorder:
 
     @property
     def done(self) -> bool:
-        """Whether no further order will come."""
         return self.source.done
 
     def close(self) -> None:
-        """Release the resources of the recorded input."""
         self.source.close()
 
     @property
@@ -433,12 +430,10 @@ class Gamepad:
 
     @property
     def name(self) -> str:
-        """Name of the gamepad."""
         return self._pad.name
 
     @checked
     def read(self, since: float) -> Order | None:
-        """Return the order of the sticks."""
         pygame = self._pygame
         pygame.event.pump()
         if not self._pad.attached():
@@ -462,11 +457,9 @@ class Gamepad:
 
     @property
     def done(self) -> bool:
-        """Whether it is disconnected."""
         return self._done
 
     def close(self) -> None:
-        """Close the gamepad."""
         self._pad.quit()
 
     def _faster(self) -> float | None:

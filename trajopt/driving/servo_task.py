@@ -64,7 +64,6 @@ class Tool(Value):
         return Tool(reduced, placed, linear, angular, reduced.mimic_matrix[chain, :joints])
 
     def placement(self, frame: str) -> Placement:
-        """Return the placement of a frame in the world."""
         joint, held = self.reduced.attachment(frame)
         return Placement(self.placed.rotation[0, joint], self.placed.translation[0, joint]) * held
 
@@ -163,7 +162,6 @@ def values_of(command: Command, reduced: ReducedModel, options: ServoOptions) ->
 
 
 def joint_task(velocities: Floats, braking: Braking) -> VelocityTask:
-    """Return the task of joint velocities, each weighted by its limit."""
     most = braking.limits.velocity
     return VelocityTask(np.diag(1.0 / most), velocities / most)
 

@@ -196,7 +196,6 @@ class SimulatedExecutor:
             self._step()
 
     def state(self) -> RobotState:
-        """Return the last measured state."""
         self._catch_up()
         return self._measured[0]
 
@@ -227,12 +226,10 @@ class SimulatedExecutor:
         self._fault = self._fault or STOPPED
 
     def fault(self) -> str:
-        """Return the reason why the robot does not follow."""
         self._catch_up()
         return self._fault
 
     def clear_fault(self) -> None:
-        """Clear a fault at the present position of the robot."""
         self._catch_up()
         self._braked, self._fault = None, ""
         self._reference = (-1, self._reference[1])

@@ -70,7 +70,6 @@ class Supervisor(CommitLoop):
 
     @property
     def busy(self) -> bool:
-        """Whether a goal is not reached, or the robot moves."""
         return self._goals.open or self.moving
 
     @property

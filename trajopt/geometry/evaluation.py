@@ -54,7 +54,6 @@ class JointPlacements(Value):
     jacobian: Floats
 
     def take(self, index: Ints) -> "JointPlacements":
-        """Return the kinematics of some of the configurations."""
         return JointPlacements(self.rotation[index], self.translation[index], self.jacobian[index])
 
 

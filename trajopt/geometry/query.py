@@ -59,7 +59,6 @@ class Query:
 
     @property
     def dynamics(self) -> DynamicsQuery:
-        """Inverse dynamics with the payload."""
         if self._dynamics is None:
             self._dynamics = DynamicsQuery.loaded(self.reduced)
         return self._dynamics
@@ -149,7 +148,6 @@ class BodyParts:
 
     @staticmethod
     def of(reduced: ReducedModel) -> "BodyParts":
-        """Return the bodies of a reduced model."""
         shapes = [body.shape for body in reduced.bodies]
         geometries = [collision_geometry(shape) for shape in shapes]
         return BodyParts(geometries, [solid_of(shape) for shape in shapes], BoundingBoxes.of(reduced))

@@ -62,7 +62,6 @@ class GoalBranch(Value):
 
     @cached_property
     def context(self) -> SeedContext:
-        """Input of the sources of seeds."""
         return SeedContext(self.problem, self.line, self.program.scale)
 
 
@@ -221,7 +220,6 @@ class GoalSearch:
         return [item for one_of_each in in_turn for item in one_of_each if item is not None]
 
     def learn(self, candidate: Candidate, result: Result) -> None:
-        """Record the result of a candidate."""
         if candidate.kind is candidate.branches[0].kind:
             candidate.branches[0].blocked = _blocked(result)
         if result.verified:

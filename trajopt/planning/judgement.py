@@ -31,7 +31,6 @@ class Along:
 
     @property
     def name(self) -> str:
-        """Name of the residual."""
         return self.item.residual.name
 
     def evaluate(self, times: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
@@ -60,7 +59,6 @@ class Along:
 
 
 def judged(items: tuple[Constraint, ...], reduced: ReducedModel) -> tuple[Along, ...]:
-    """Return the constraints in the judge's form."""
     if not items:
         return ()
     query = evaluator(reduced)

@@ -99,13 +99,11 @@ class ComparedGoal:
     clearance: float | None = None
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
         known = self.clearance if self.clearance is not None and isfinite(self.clearance) else None
         return {**asdict(self), "status": self.status.name, "clearance": known}
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The row of the table."""
         millimetres = None if self.clearance is None else 1000.0 * self.clearance
         numbers = ((self.duration, ".3f"), (self.path_length, ".3f"), (millimetres, ".1f"))
         told = ("-" if value is None or not isfinite(value) else f"{value:{form}}" for value, form in numbers)

@@ -112,7 +112,6 @@ class PlanSearch:
 
     @cached_property
     def goals(self) -> tuple[GoalSearch, ...]:
-        """The search for each goal."""
         asked = self.problem.alternatives or {"": self.problem}
         return tuple(
             GoalSearch(PlanningWorkspace(problem, self.tracker), self.choice, self.rng, name, self.given)

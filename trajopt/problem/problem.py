@@ -160,7 +160,6 @@ class Problem(Value):
 
     @cached_property
     def reduced(self) -> ReducedModel:
-        """The robot with only the group's joints free."""
         return reduce_model(self.scene, self.group, self.start_positions)
 
     @cached_property

@@ -87,7 +87,6 @@ class RobotBase:
 
     @property
     def rolls(self) -> bool:
-        """Whether its wheels roll and do not slide sideways."""
         return self.drive is Drive.DIFFERENTIAL
 
     @checked

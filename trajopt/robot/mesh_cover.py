@@ -264,11 +264,6 @@ class CoverProgress:
     _next: float = field(default_factory=lambda: monotonic() + FIRST)
 
     def step(self, link: str) -> None:
-        """Count one mesh.
-
-        Args:
-            link: The link that has it.
-        """
         self.done += 1
         if self.done < self.total and monotonic() >= self._next:
             self._next = monotonic() + _EVERY

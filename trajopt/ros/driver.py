@@ -221,7 +221,6 @@ class FollowJointTrajectoryExecutor:
             self.committed = CommittedMotion(self.joint_names, self._last.positions)
 
     def close(self) -> None:
-        """Cancel a goal that is under way, and close the connection."""
         self.stop()
         self._client.close()
 
@@ -338,7 +337,6 @@ class RosbridgeClient:
         return self.failure
 
     def close(self) -> None:
-        """Close the connection, and wait until its reader has ended."""
         self.failure = self.failure or "the connection to rosbridge was closed here"
         with suppress(WebSocketException, OSError):
             self._socket.close()
@@ -401,7 +399,6 @@ class Ros2Action:
         )
 
     def cancel(self, client: RosbridgeClient, goal_id: str) -> None:
-        """Cancel a goal."""
         client.send(op="cancel_action_goal", id=goal_id, action=self._name)
 
     def ended(self, incoming: Incoming) -> tuple[str, str] | None:
@@ -421,7 +418,6 @@ class Ros1Action:
         self._name, self._result = name, f"{name}/result"
 
     def begin(self, client: RosbridgeClient) -> None:
-        """Subscribe to results, and announce the topics of goals."""
         kind = "control_msgs/FollowJointTrajectoryAction"
         client.send(op="subscribe", topic=self._result, type=f"{kind}Result")
         client.send(op="advertise", topic=f"{self._name}/goal", type=f"{kind}Goal")
@@ -438,7 +434,6 @@ class Ros1Action:
         return client.send(op="publish", topic=f"{self._name}/goal", msg=message)
 
     def cancel(self, client: RosbridgeClient, goal_id: str) -> None:
-        """Cancel a goal."""
         meant = encode(GoalID(id=goal_id), Generation.ROS1)
         client.send(op="publish", topic=f"{self._name}/cancel", msg=meant)
 

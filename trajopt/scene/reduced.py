@@ -126,7 +126,6 @@ class ReducedModel:
 
     @property
     def bodies(self) -> tuple[FixedBody, ...]:
-        """Collision bodies of links, then of objects."""
         return self.collision_model.bodies
 
     @property

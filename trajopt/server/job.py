@@ -74,11 +74,9 @@ class Job:
 
     @property
     def over(self) -> bool:
-        """Whether it is answered or refused."""
         return self.done.done()
 
     def begin(self, worker: WorkerProcess) -> None:
-        """Assign it to a worker."""
         self._worker, self.begun = worker, self._loop.time()
         assignment = self.assignment
         request = Request(
@@ -99,7 +97,6 @@ class Job:
 
     @property
     def wanted(self) -> RequestRefused | None:
-        """The reason of its cancellation, if any."""
         return self._wanted
 
     def cancel(self, refusal: RequestRefused | None = None) -> None:
@@ -111,7 +108,6 @@ class Job:
         self._end(refusal or RequestRefused(Why.CANCELLED, "it was cancelled"))
 
     def change(self, scene: PackedScene) -> None:
-        """Notify its worker of a change of the session's scene."""
         if self._worker is not None and not self.over:
             self._worker.send(Changed(self.number, scene.robot, scene.data, scene.key))
 
@@ -127,7 +123,6 @@ class Job:
                 self.done.set_exception(error)
 
     def answer(self, answered: Answered) -> None:
-        """Answer it."""
         self._finish()
         if not self.over:
             self.done.set_result(answered)

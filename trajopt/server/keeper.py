@@ -180,7 +180,6 @@ def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def forget(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Remove a session from the disk."""
     name = arguments["session"].text()
     with _warehouse(arguments) as kept, kept.together():
         for kind in KINDS:

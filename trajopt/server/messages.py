@@ -136,6 +136,5 @@ TO_WORKER: msgspec.msgpack.Decoder[ToWorker] = msgspec.msgpack.Decoder(ToWorker)
 
 
 def framed(message: ToWorker | FromWorker) -> bytes:
-    """Return a message with its length before it."""
     body = _ENCODER.encode(message)
     return LENGTH.pack(len(body)) + body

@@ -59,7 +59,6 @@ class PackedScene(Value):
 
     @staticmethod
     def of(robot: str, data: bytes) -> "PackedScene":
-        """Return bytes with their key."""
         return PackedScene(robot, data, blake2b(data, digest_size=16).digest())
 
 
@@ -244,7 +243,6 @@ class Operation(Value):
 
 
 def operations_of(modules: tuple[str, ...]) -> Mapping[str, Operation]:
-    """Return the operations of modules by name, from their `OPERATIONS`."""
     found: dict[str, Operation] = {}
     for module in modules:
         found.update(cast("Mapping[str, Operation]", import_module(module).OPERATIONS))

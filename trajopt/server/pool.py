@@ -56,17 +56,14 @@ class WorkerPool:
 
     @property
     def waiting(self) -> int:
-        """Requests that wait."""
         return len(self._queue)
 
     @property
     def pids(self) -> tuple[int, ...]:
-        """Ids of the workers' processes."""
         return tuple(self._workers)
 
     @property
     def size(self) -> int:
-        """Workers that there are to be."""
         return self._size
 
     async def start(self) -> None:
@@ -213,11 +210,9 @@ class FairQueue(Generic[Item]):
         return sum(map(len, self._waiting.values()))
 
     def of(self, owner: object) -> int:
-        """Return the number of an owner's items."""
         return len(self._waiting.get(owner, ()))
 
     def put(self, owner: object, item: Item) -> None:
-        """Add an item."""
         self._waiting.setdefault(owner, deque()).append(item)
         self._there.release()
 

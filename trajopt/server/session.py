@@ -63,7 +63,6 @@ class ServiceSession:
             self.editors -= 1
 
     def stand(self) -> None:
-        """Record that the robot is no longer driven."""
         self.run = None
 
     def move(self, positions: list[float]) -> None:
@@ -99,15 +98,12 @@ class Sessions:
         return self._all.get(session.id) is session
 
     def put(self, session: ServiceSession) -> None:
-        """Add a session that there was before."""
         self._all[session.id] = session
 
     def of_face(self, face: str, robot: str) -> ServiceSession | None:
-        """Return the session of a face with a robot, or None."""
         return next((each for each in self._all.values() if (each.face, each.robot) == (face, robot)), None)
 
     def taken_gone(self) -> list[ServiceSession]:
-        """Return the sessions that were forgotten since the last call."""
         gone, self._gone = self._gone, []
         return gone
 

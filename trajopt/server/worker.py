@@ -69,7 +69,6 @@ class Channel:
         return TO_WORKER.decode(self._stream.read(LENGTH.unpack(head)[0]))
 
     def send(self, message: FromWorker) -> None:
-        """Send a message."""
         self._socket.sendall(framed(message))
 
 

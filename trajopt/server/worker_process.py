@@ -90,7 +90,6 @@ class WorkerProcess:
             raise WorkerLost(await self._ending()) from error
 
     def kill(self) -> None:
-        """Kill it immediately."""
         if self._process.poll() is None:
             self._process.kill()
 

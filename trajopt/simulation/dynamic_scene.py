@@ -42,7 +42,6 @@ class DynamicScene:
 
     @staticmethod
     def of(reduced: ReducedModel) -> "DynamicScene":
-        """Return the scene of a reduced model."""
         timed, objects = reduced.timed, reduced.scene.objects
         if timed is None:
             return DynamicScene(reduced, None, {})
@@ -52,7 +51,6 @@ class DynamicScene:
 
     @property
     def timings(self) -> Mapping[str, Timing]:
-        """Interval of presence and motion of each object that changes."""
         return {} if self.timed is None else self.timed.timings
 
     def present(self, name: str, time: float) -> bool:
@@ -76,7 +74,6 @@ class DynamicScene:
         return track.at(time) * track.at(0.0).inverse()
 
     def state(self, time: float) -> Floats:
-        """Return numbers that are equal for equal states of the scene."""
         flags = np.array([(float(self.present(name, time)), self.error(name, time)) for name in self.timings])
         places = [motion.track.at(time).homogeneous.ravel() for motion in self.tracks.values()]
         return np.concatenate((flags.ravel(), *places))

@@ -172,7 +172,6 @@ class Rollout(Value):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the group's joints."""
         return self.reduced.joint_names
 
     @property

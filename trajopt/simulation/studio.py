@@ -356,7 +356,6 @@ class Offscreen:
         self._context.free()
 
     def update_meshes(self, model: mujoco.MjModel, meshes: Iterable[int]) -> None:
-        """Load changed meshes of the model again."""
         for mesh in meshes:
             mujoco.mjr_uploadMesh(model, self._resources, mesh)
 

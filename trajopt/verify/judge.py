@@ -313,7 +313,6 @@ _MOST_NAMES = 8
 
 
 def notes(motion: JudgedMotion, limits: JointLimits) -> tuple[str, ...]:
-    """Collect the notes on a motion judged with given limits."""
     reduced = motion.reduced
     return (
         *_trajectory_notes(motion, limits),

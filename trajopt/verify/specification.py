@@ -105,5 +105,4 @@ class Criterion(ABC):
         """Judge the criterion and return its checks with margins."""
 
     def holds(self) -> bool:
-        """Decide whether every required check of `measure` holds."""
         return all(check.holds or not check.required for check in self.measure())

@@ -155,7 +155,6 @@ class ClearanceQuery:
         return self._changing.error_at(times[:, None], slice(None))
 
     def kinds(self) -> tuple[ClearanceKind, ...]:
-        """Return the kind of each pair."""
         bodies, objects, robot = self.reduced.bodies, self.reduced.scene.objects, self._robot_joints
         result: list[ClearanceKind] = []
         for a, b in zip(self.reduced.pairs.first, self.reduced.pairs.second, strict=True):

@@ -110,12 +110,10 @@ class Drawing:
         self.move(start)
 
     def show(self, visible: bool) -> None:
-        """Show all that hangs on its root, or nothing of it."""
         if self._root is not None:
             self._root.visible = visible
 
     def move(self, kinematics: JointPlacements) -> None:
-        """Place all joints as in the first of the configurations."""
         with self._server.atomic():
             for joint, frame in enumerate(self._joints, start=1):
                 where = Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint])
@@ -129,7 +127,6 @@ class Drawing:
         return placement(frame.position, quaternion=(x, y, z, w))
 
     def point_out(self, nearest: Nearest | None) -> None:
-        """Draw the line between the nearest points, or none."""
         self._line.visible = self._dots.visible = nearest is not None
         if nearest is not None:
             colour = palette.TOUCHING if nearest.distance < nearest.margin else palette.SAFE
@@ -150,7 +147,6 @@ class Drawing:
                 handle.visible = visible
 
     def make_translucent(self, names: Collection[str]) -> None:
-        """Make these objects translucent, and the others opaque."""
         with self._server.atomic():
             for name, handle in self._objects:
                 handle.opacity = TRANSLUCENT if name in names else None
@@ -370,13 +366,11 @@ class Ghost:
         ]
 
     def paint(self, colour: Rgb) -> None:
-        """Change its colour."""
         with self._server.atomic():
             for body in self._bodies:
                 body.color = colour
 
     def remove(self) -> None:
-        """Remove it from the page."""
         self._root.remove()
 
     def stand(self, kinematics: JointPlacements | None) -> None:
@@ -516,7 +510,6 @@ class NearestDrawing:
             self._labels.append(label)
 
     def show(self, pairs: tuple[Nearest, ...]) -> None:
-        """Point out these pairs, `PAIRS` of them at most."""
         with self._server.atomic():
             for place, (line, label) in enumerate(zip(self._lines, self._labels, strict=True)):
                 line.visible = label.visible = place < len(pairs)

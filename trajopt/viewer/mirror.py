@@ -57,7 +57,6 @@ class RemoteState(Value):
     events: tuple[Event, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain data that JSON can hold."""
         return {
             "revision": self.revision,
             "positions": self.positions.tolist(),
@@ -154,7 +153,6 @@ class MirrorClient:
         return value_of_message(self._asked("POST", "scene"), known, Scene).still_at(0.0)
 
     def close(self) -> None:
-        """Close the connection."""
         self._client.close()
 
     def _asked(self, method: str, path: str) -> Node:
@@ -365,21 +363,17 @@ class RunPublisher:
         self._logbook.look(watched)
 
     def close(self) -> None:
-        """Stop answering."""
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
 
     def robot(self) -> dict[str, object]:
-        """Return the robot as a message."""
         return message_of(self._problem.scene.robot, {})
 
     def scene(self) -> dict[str, object]:
-        """Return the present surroundings as a message, without the robot."""
         return message_of(self._scene(), {"robot": self._problem.scene.robot})
 
     def state(self) -> RemoteState:
-        """Return the present state."""
         moment, reduced = self._moment(), self._problem.reduced
         if moment is None:
             return RemoteState(revision=0, positions=self._problem.start_positions, driven=False)

@@ -72,7 +72,6 @@ class Playback:
 
     @property
     def playing(self) -> bool:
-        """Whether it plays."""
         return self._playing.is_set()
 
     def show(self, t: float) -> None:
@@ -103,7 +102,6 @@ class Playback:
             self._slider.value, self.time = 0.0, 0.0
 
     def play(self) -> None:
-        """Play, from the beginning if it is at its end."""
         with self.lock:
             if self.time >= self._duration:
                 self.show(0.0)
@@ -111,7 +109,6 @@ class Playback:
             self._playing.set()
 
     def pause(self) -> None:
-        """Pause."""
         with self.lock:
             self._button.label = "Play"
             self._playing.clear()
@@ -162,12 +159,10 @@ class PlayedPage(Served):
         self._playback.show(t)
 
     def play(self) -> None:
-        """Play, from the beginning if it is at its end."""
         self._leave_live()
         self._playback.play()
 
     def pause(self) -> None:
-        """Pause."""
         self._playback.pause()
 
     def _end(self) -> None:

@@ -108,7 +108,6 @@ def block_html(title: str, lines: list[str], colour: Rgb | None = None) -> str:
 
 
 def planned_html(planned: PlanningOutcome) -> str:
-    """Return how planning ended."""
     result = planned.result
     if result is None:
         return block_html("This cannot be planned", [planned.refusal], TOUCHING)

@@ -75,7 +75,6 @@ class RunDrawing:
             self._plan.show(moment.plan)
 
     def ghosts(self, *, stop: bool, plan: bool) -> None:
-        """Select the shown ghosts."""
         with self.server.atomic():
             self._stop.visible, self._plan.visible = stop, plan
 
@@ -109,7 +108,6 @@ class Ahead:
         self._trail = Trail(server, f"/{name}_path", colour, thickness)
 
     def show(self, motion: Trajectory | None) -> None:
-        """Show a motion, or none."""
         if motion is None or not self.visible:
             self._trail.show(None)
             self._ghost.stand(None)

@@ -45,7 +45,6 @@ def open_server(host: str, port: int) -> "GuardedServer":
 
 
 def close_server(server: "ViserServer") -> None:
-    """Stop serving it."""
     with _unannounced():
         server.stop()
 
@@ -88,7 +87,6 @@ class Served(ABC):
 
     @property
     def done(self) -> bool:
-        """Whether the page is closed."""
         return self._closed.is_set()
 
     @checked
@@ -100,7 +98,6 @@ class Served(ABC):
             self.close()
 
     def close(self) -> None:
-        """Stop serving the page."""
         with self._closing:
             if self._closed.is_set():
                 return

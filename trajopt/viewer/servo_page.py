@@ -112,7 +112,6 @@ class ServoPage(Served):
 
     @checked
     def read(self, since: float) -> Order | None:
-        """Return the present command of the controls."""
         speed = self._speeds.value
         new = None if speed == self._speed else speed
         self._speed = speed

@@ -104,7 +104,6 @@ class _OneKnotNlp:
         return np.zeros(len(x) - 1, dtype=np.int64)
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
-        """Evaluate and linearise at the one configuration."""
         motion, count = Motion.each(x, self._query), int(x.shape[1])
         order = np.arange(count, dtype=np.int64)
         stay = Rows(

@@ -174,7 +174,6 @@ def pose_of(where: Placement) -> Pose:
 
 
 def transform_of(where: Placement) -> Transform:
-    """Return a placement as a transform."""
     x, y, z = where.translation.tolist()
     return Transform(Vector3(x, y, z), Quaternion(*where.quaternion.tolist()))
 

@@ -68,7 +68,6 @@ class RequestFile(Value):
     notes: tuple[str, ...]
 
     def problem(self) -> Problem:
-        """Return the planning problem of the request."""
         return Problem(
             scene=self.scene,
             start=self.start,

@@ -43,7 +43,6 @@ class Leaves:
     direction: Directions
 
     def take(self, which: Bools) -> "Leaves":
-        """Return some of them."""
         return Leaves(self.pair[which], self.begin[which], self.end[which], self.direction[which])
 
 

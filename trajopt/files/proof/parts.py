@@ -68,7 +68,6 @@ class ConvexPart:
         return base + (local[:, 2:] * heights + across[:, None] * radii).max(axis=1)
 
     def document(self) -> Document:
-        """Return it as a proof states it."""
         return {
             "owner": self.body.owner,
             "place": placed(self.body.joint, self.body.placement),

@@ -132,11 +132,9 @@ class RayPool:
 
     @property
     def idle(self) -> int:
-        """Number of blocks that can be submitted now."""
         return len(self._free)
 
     def submit(self, block: Block) -> None:
-        """Pass a block to an actor, preferably an idle one."""
         actor = self._free.pop(0)
         self._busy[actor.plan.remote(list(block.tasks))] = actor, block
 
@@ -156,7 +154,6 @@ class RayPool:
         return [each for future in (*first, *more) for each in self._ended(future)]
 
     def close(self) -> None:
-        """End all actors, and so their workers."""
         for actor in self._actors:
             self._ray.kill(actor)
 

@@ -53,7 +53,6 @@ def need_parquet() -> None:
 
 
 def task_columns() -> "pa.Schema":
-    """Return the columns of the table of problems."""
     import pyarrow as pa
 
     text, whole = pa.string(), pa.int64()

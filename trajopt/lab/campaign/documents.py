@@ -124,15 +124,12 @@ class Library:
         return self._one(key, Robot)
 
     def scene(self, key: str) -> Scene:
-        """Return a scene."""
         return self._one(key, Scene)
 
     def problem(self, key: str) -> Problem:
-        """Return a problem that was stored."""
         return self._one(key, Problem)
 
     def stated(self, statement: Mapping[str, Any]) -> Problem:
-        """Return a problem that `Packer.statement` stated."""
         arrays = cast("Mapping[str, str]", statement["arrays"])
         reader = self._reader(lambda name: _array(b64decode(arrays[name])), Path)
         return one_of("problem", reader.value(Node(statement["document"], "problem")), Problem)
@@ -176,7 +173,6 @@ class Sent(Members):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the members."""
         return tuple(self._held)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:

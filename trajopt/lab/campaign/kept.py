@@ -139,7 +139,6 @@ class CampaignFolder:
         return found[0]
 
     def done(self) -> Ids:
-        """Return the ids of the present results."""
         ids = [row["id"] for shard in self.shards for row in read_rows(shard, ("id",))]
         return np.unique(np.array(ids, dtype="S32"))
 

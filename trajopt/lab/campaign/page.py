@@ -82,7 +82,6 @@ def map_of(places: PlaceMap) -> str:
 
 
 def place_sentence(places: PlaceMap) -> str:
-    """Describe the best place of the base."""
     x, y, yaw, held = places.best
     return f"the base does best at x {x:g} m, y {y:g} m, turned by {yaw:g} rad: {held:.1%} verified there"
 

@@ -73,7 +73,6 @@ class Stated:
     statement: Mapping[str, Any]
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem."""
         return shop.library.stated(self.statement)
 
 
@@ -96,7 +95,6 @@ class FromMessages:
     motions: str = ""
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem."""
         robot = shop.library.robot(self.robot)
         around = scene_of(parse_document(self.scene, f"scene of {self.name}"), robot)
         scene = around.scene
@@ -125,7 +123,6 @@ class JointToJoint:
     goal: tuple[float, ...]
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem."""
         scene = shop.library.scene(self.scene)
         return _between(scene, self.group, self.start, self.goal, "joint to joint")
 
@@ -207,7 +204,6 @@ class BasePlaced:
     where: tuple[float, float, float, float]
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem."""
         base = shop.library.problem(self.base)
         return replace(base, scene=shop.placed(base.scene, tuple(self.where)))
 
@@ -225,7 +221,6 @@ class Installed:
     draw: int
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem."""
         return installed_definitions((self.name,))[0].instance(self.draw).make()
 
 
@@ -236,7 +231,6 @@ RECIPES: Mapping[str, Callable[..., Recipe]] = {
 
 
 def written(recipe: Recipe) -> str:
-    """Return a recipe as JSON."""
     stated = asdict(cast("Any", recipe))
     return json.dumps({"recipe": type(recipe).__name__, **stated}, allow_nan=False, separators=(",", ":"))
 

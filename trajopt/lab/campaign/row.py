@@ -52,7 +52,6 @@ def row_of(task: CampaignTask, options: Options, shop: Workshop) -> dict[str, An
 
 
 def known(task: CampaignTask) -> dict[str, Any]:
-    """Return the columns that are known before planning."""
     return {
         "id": task.id,
         "problem_id": task.problem_id,

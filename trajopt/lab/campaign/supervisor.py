@@ -86,7 +86,6 @@ class WorkerSupervisor:
         return self._until
 
     def give(self, block: Sequence[CampaignTask]) -> None:
-        """Hand over problems, to be planned after those that it has."""
         self._blocks.append(block)
         self._unsent += block
         if self._ready:
@@ -126,7 +125,6 @@ class WorkerSupervisor:
         return worked
 
     def close(self) -> None:
-        """Kill the worker, and wait for its end."""
         self._pipe.close()
         self._marks.close()
         if self._process.poll() is None:
@@ -302,11 +300,9 @@ class LocalPool:
 
     @property
     def idle(self) -> int:
-        """Number of blocks that can be submitted now."""
         return AHEAD * self.workers - sum(map(len, self._blocks.values()))
 
     def submit(self, block: Block) -> None:
-        """Hand a block to the worker that has least."""
         least = min(self._blocks, key=lambda each: len(self._blocks[each]), default=None)
         if least is None or (self._blocks[least] and len(self._blocks) < self.workers):
             least = WorkerSupervisor(self._setup)
@@ -331,7 +327,6 @@ class LocalPool:
         return ended
 
     def close(self) -> None:
-        """End all workers."""
         for worker in self._blocks:
             worker.close()
 
@@ -351,12 +346,10 @@ def planned(block: Block, worked: Worked) -> PlannedBlock:
 
 
 def setup_of(folder: CampaignFolder) -> Setup:
-    """Return the initial message to the workers of a campaign."""
     return Setup(folder.documents, folder.options, folder.versions, folder.most_seconds)
 
 
 def cores() -> int:
-    """Return the number of usable cores."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # only Linux says so

@@ -69,7 +69,6 @@ class LinkTree:
         return LinkTree(links, {name: tuple(children) for name, children in below.items()})
 
     def subtree(self, name: str) -> tuple[TreeLink, ...]:
-        """Return a link and all below it."""
         found = [self.links[name]]
         for child in self.below[name]:
             found.extend(self.subtree(child))
@@ -379,7 +378,6 @@ class UniqueNames:
     counts: dict[str, int]
 
     def take(self, name: str) -> str:
-        """Return a name that was not given yet."""
         self.counts[name] = self.counts.get(name, 0) + 1
         return name if self.counts[name] == 1 else f"{name}_{self.counts[name]}"
 

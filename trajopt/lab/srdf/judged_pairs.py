@@ -188,7 +188,6 @@ class LinkPairs:
 
     @staticmethod
     def of(reduced: ReducedModel) -> "LinkPairs":
-        """List the link pairs of a model."""
         order = {name: place for place, name in enumerate(reduced.scene.robot.links)}
         owners = [
             tuple(sorted(reduced.owners(pair), key=order.__getitem__))

@@ -328,6 +328,5 @@ def summary(
 def by_set(
     outcomes: Sequence[RunOutcome], askable: Callable[[RunOutcome], bool] = not_proven_unaskable
 ) -> dict[str, dict[str, object]]:
-    """Return the summary of each set, in the order met."""
     names = dict.fromkeys(outcome.set_name for outcome in outcomes)
     return {name: summary([item for item in outcomes if item.set_name == name], askable) for name in names}

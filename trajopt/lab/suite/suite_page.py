@@ -135,13 +135,11 @@ def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
 
 
 def reason(outcome: RunOutcome) -> str:
-    """Return the status, and the expected one if it differs."""
     told = f"refused: {outcome.status.name}"
     return told if outcome.good else f"{told}, expected {ending(outcome.expected)}"
 
 
 def ending(status: Status) -> str:
-    """Return "solved", or the name of the reason of refusal."""
     return "solved" if status is Status.SOLVED else status.name
 
 

@@ -110,7 +110,6 @@ class FreeDurationProgram(Printed):
 
     @property
     def counts(self) -> WorkCounts:
-        """The work done so far."""
         return self.first.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:

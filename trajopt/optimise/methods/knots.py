@@ -36,7 +36,6 @@ class Knots:
 
     @property
     def name(self) -> str:
-        """Name in reports."""
         return self.solver.name
 
     def objection(self, problem: Problem) -> str:
@@ -73,7 +72,6 @@ class KnotsProgram(Printed):
 
     @cached_property
     def nlp(self) -> KnotsNlp:
-        """The problem as it is, transcribed when it is first needed."""
         return self.transcribed()
 
     @property

@@ -84,7 +84,6 @@ class NlpProgram(Printed, Generic[N_co]):
 
     @property
     def counts(self) -> WorkCounts:
-        """The work done so far."""
         return self.nlp.counts
 
 

@@ -68,7 +68,6 @@ class SpaceTime:
     name: str = "space-time"
 
     def objection(self, problem: Problem) -> str:
-        """Refuse requirements without rows over the spline."""
         if problem.tool_speeds:
             return "holds no limits of tool speeds"
         return followed_curve(problem) or windowed_differences(problem)
@@ -113,7 +112,6 @@ class SpaceTimeProgram(Printed):
 
     @property
     def counts(self) -> WorkCounts:
-        """The work done so far."""
         return self.base.counts
 
     @property

@@ -69,7 +69,6 @@ class Chomp:
 
     @property
     def name(self) -> str:
-        """Name in reports."""
         return "chomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:

@@ -145,13 +145,11 @@ class Descent(ABC):
         return True
 
     def note(self, entry: SqpStep) -> None:
-        """Log a step and report it."""
         self.log.append(entry)
         if self.progress is not None:
             self.progress(entry)
 
     def result(self, status: SolverStatus) -> SolveResult:
-        """Return the result of the solver."""
         at = self.linearised()
         return SolveResult(status, at.x, at, tuple(self.log))
 
@@ -185,15 +183,12 @@ class StepwiseDescent(Descent):
 
     @property
     def feasible(self) -> bool:
-        """Whether every constraint holds within its tolerance."""
         return self.at.feasible
 
     def begin(self, x: Floats, sampling: Ints) -> None:
-        """Go to a point, on given samples."""
         self.at = self.nlp.linearise(x, sampling)
 
     def linearised(self) -> Linearisation:
-        """Return everything at the point."""
         return self.at
 
     def descend(self) -> SolverStatus:

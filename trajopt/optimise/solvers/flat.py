@@ -180,12 +180,10 @@ class FlatStep:
 
     @property
     def rows(self) -> int:
-        """Penalised rows."""
         return len(self.model.bound)
 
     @property
     def backend(self) -> str:
-        """Name of the backend."""
         return self.solver.name
 
     def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:

@@ -39,12 +39,10 @@ class LinearPart(Value):
     at_zero: Block
 
     def add_to(self, program: descent.Program) -> None:
-        """Hand it to the core."""
         rows = self.at_zero.rows
         program.add_linear(role_of(self.at_zero), rows.value, np.ascontiguousarray(rows.jacobian), rows.knots)
 
     def block(self, made: descent.MadeRows) -> Block:
-        """Return the rows at a point."""
         return replace(self.at_zero, rows=replace(self.at_zero.rows, value=made.value))
 
 
@@ -129,13 +127,11 @@ class DistancePart(Value):
     taper: Taper | None
 
     def add_to(self, program: descent.Program) -> None:
-        """Hand it to the core."""
         at, role = self.samples, role_of(self.empty)
         margins = descent.Margins(self.margin) if self.taper is None else self.taper.in_core(self.margin)
         program.add_distances(role, at.knots, at.weight, at.place, self.reach, self.factor, margins)
 
     def block(self, made: descent.MadeRows) -> Block:
-        """Return the rows at a point."""
         return _with_rows(self.empty, made)
 
 
@@ -159,12 +155,10 @@ class FramePart(Value):
     configurations: int
 
     def add_to(self, program: descent.Program) -> None:
-        """Hand it to the core."""
         at, role = self.samples, role_of(self.empty)
         program.add_frames(role, at.knots, at.weight, at.place, self.view, self.term, self.configurations)
 
     def block(self, made: descent.MadeRows) -> Block:
-        """Return the rows at a point."""
         return _with_rows(self.empty, made)
 
 
@@ -214,7 +208,6 @@ class ChangingDistancePart(Value):
         )
 
     def block(self, made: descent.MadeRows) -> Block:
-        """Return the rows at a point."""
         return _with_rows(self.empty, made)
 
 
@@ -255,7 +248,6 @@ class TorquePart(Value):
         )
 
     def block(self, made: descent.MadeRows) -> Block:
-        """Return the rows at a point."""
         return _with_rows(self.empty, made)
 
 
@@ -277,7 +269,6 @@ class PythonPart(Value):
     role: Loss | float
 
     def add_to(self, program: descent.Program) -> None:
-        """Hand it to the core."""
         none = np.zeros(0)
         if isinstance(self.role, Loss):
             program.add_outside(descent.cost(KINDS[self.role], none))
@@ -314,21 +305,18 @@ class CompiledProgram:
 
     @cached_property
     def span(self) -> int:
-        """Largest number of knots that one row spans."""
         parts = (*self.costs, *self.constraints)
         linear = (part.at_zero.rows.knots for part in parts if isinstance(part, LinearPart))
         return max(int(np.ptp(knots, axis=1).max(initial=0)) for knots in (self.support, *linear))
 
     @cached_property
     def core(self) -> descent.Program:
-        """The program in the core."""
         program = descent.Program(self.lower, self.upper, self.scale, self.query)
         for part in (*self.costs, *self.constraints):
             part.add_to(program)
         return program
 
     def linearised(self, point: descent.Point) -> Linearisation:
-        """Return everything at a point."""
         in_python = iter(cast(tuple[Block, ...], point.kept or ()))
         blocks = [
             next(in_python) if isinstance(part, PythonPart) else part.block(self.core.rows(point, number))

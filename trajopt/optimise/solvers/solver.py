@@ -186,7 +186,6 @@ def improves(at: Linearisation, on: Linearisation) -> bool:
 
 
 def finite(at: Linearisation) -> bool:
-    """Return whether costs and violations of a point are numbers."""
     return bool(np.isfinite(at.cost + at.violation))
 
 
@@ -208,7 +207,6 @@ class Incumbent:
         self.best = self.nlp.linearise(self.seed, self.nlp.sampling(self.seed, fine=False))
 
     def offer(self, at: Linearisation) -> None:
-        """Take a point if it is better."""
         if improves(at, self.best):
             self.best = at
 

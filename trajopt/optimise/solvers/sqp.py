@@ -130,7 +130,6 @@ class Sqp:
 
     @property
     def name(self) -> str:
-        """Name in reports."""
         return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
 
     def brief(self) -> "Sqp":
@@ -264,11 +263,9 @@ class NativeDescent(Descent):
 
     @property
     def feasible(self) -> bool:
-        """Whether every constraint holds within its tolerance."""
         return self.point.feasible
 
     def begin(self, x: Floats, sampling: Ints) -> None:
-        """Go to a point, on given samples."""
         if not np.array_equal(sampling, self.program.sampling):
             program = self.compilable.compiled(sampling)
             assert program is not None, "what can be compiled does not depend on the samples"
@@ -277,7 +274,6 @@ class NativeDescent(Descent):
             self.point = self.program.core.at(np.ascontiguousarray(x), self._in_python)
 
     def linearised(self) -> Linearisation:
-        """Return everything at the point."""
         return self.program.linearised(self.point)
 
     def descend(self) -> SolverStatus:

@@ -52,7 +52,6 @@ class Stomp:
 
     @property
     def name(self) -> str:
-        """Name in reports."""
         return "stomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:

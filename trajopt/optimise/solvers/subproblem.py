@@ -150,12 +150,10 @@ class BandedStep:
 
     @property
     def rows(self) -> int:
-        """Penalised rows."""
         return self.core.rows
 
     @property
     def backend(self) -> str:
-        """Name of the backend."""
         return NAME
 
     def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:

@@ -39,11 +39,9 @@ class AxisAngle:
 
     @property
     def name(self) -> str:
-        """The frame whose axis is aligned."""
         return f"tilt of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         seen = relative_frame(self.reduced, motion, need.frame, need.reference, np.zeros(3))
         axis = seen.rotation @ need.axis
@@ -109,11 +107,9 @@ class ViewAngle:
 
     @property
     def name(self) -> str:
-        """The frame that looks."""
         return f"gaze of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         # The reference is seen from the camera, so that what moves is the target.
         seen = relative_frame(self.reduced, motion, need.reference, need.frame, need.target)
@@ -158,11 +154,9 @@ class ViewDistance:
 
     @property
     def name(self) -> str:
-        """The frame that looks."""
         return f"view distance of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         seen = relative_frame(self.reduced, motion, need.reference, need.frame, need.target)
         distance, rate = lengths(seen.point - need.origin, seen.point_jacobian, aside=0)

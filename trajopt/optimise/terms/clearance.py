@@ -49,7 +49,6 @@ class Clearance:
     units = ("m",)
 
     def linearise(self, motion: Motion) -> Rows:
-        """Measure the near pairs at all samples and differentiate."""
         pairs = self.reduced.pairs
         contacts = motion.query.close_pairs(motion.positions, pairs.margin + self.activation)
         if self.margin is None:

@@ -43,11 +43,9 @@ class FramePlacementError:
 
     @property
     def name(self) -> str:
-        """The frame that is placed."""
         return f"placement of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         seen = relative_frame(self.reduced, motion, need.frame, need.reference, need.offset)
         to_goal = need.placement.rotation.T
@@ -198,11 +196,9 @@ class CurveError(Value):
 
     @property
     def name(self) -> str:
-        """The frame that follows."""
         return f"curve of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at the knots among the samples."""
         last = len(motion.knots) - 1
         # A lone configuration has no place along the curve, unless that is the end alone.
         told = last > 0 or self.stations is not None or self.window.first == self.window.last

@@ -38,13 +38,11 @@ class GravityShare(Value):
     name = "gravity torque"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         found, effort = motion.query.dynamics.gravity(motion.positions), self.reduced.limits.effort
         by_effort = np.eye(len(effort))[:, self.joints] / effort[self.joints]
         return motion.rows_of_all(found.torque @ by_effort, by_effort.T @ found.position)
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """The gradient of the potential energy, as a share."""
         effort = self.reduced.limits.effort[self.joints]
         return _torque_expression(kinematics)[self.joints.tolist()] / effort
 
@@ -65,7 +63,6 @@ class HoldingTorque(Value):
     name = "torque to hold still"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate all samples, and differentiate for joints with high torque."""
         found = motion.query.dynamics.gravity(motion.positions)
         share = found.torque / self.effort
         sample, joint = np.nonzero(np.abs(share) >= self.listed)

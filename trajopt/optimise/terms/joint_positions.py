@@ -316,7 +316,6 @@ class Rolling(Value):
     name = "rolling"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return a row a step, with its exact derivative."""
         knots, (x, y, yaw) = motion.knots, self.places
         step = np.diff(knots, axis=0)
         heading = (knots[1:, yaw] + knots[:-1, yaw]) / 2.0

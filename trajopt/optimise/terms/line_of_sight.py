@@ -52,11 +52,9 @@ class SightClearance:
 
     @property
     def name(self) -> str:
-        """The frame that looks."""
         return f"line of sight of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Measure the near parts at all samples and differentiate."""
         need, reduced = self.required, self.reduced
         sample: list[int] = []
         value: list[float] = []

@@ -42,11 +42,9 @@ class PointDistance:
 
     @property
     def name(self) -> str:
-        """The two frames."""
         return f"distance of {self.required.first} from {self.required.second}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         seen = relative_frame(self.reduced, motion, need.first, need.second, need.first_offset)
         apart = seen.point - need.second_offset
@@ -118,11 +116,9 @@ class RegionCoordinates:
 
     @property
     def name(self) -> str:
-        """The frame whose point is kept inside."""
         return f"region of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         seen = relative_frame(self.reduced, motion, need.frame, need.reference, need.offset)
         local = [(seen.point - where.translation) @ where.rotation for _, where in need.members]
@@ -292,11 +288,9 @@ class ArcCoordinates:
 
     @property
     def name(self) -> str:
-        """The frame whose point is on the arc."""
         return f"arc of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         seen = relative_frame(self.reduced, motion, need.frame, need.reference, need.offset)
         axes = need.centre.rotation @ from_rpy(0.0, 0.0, need.sweep / 2.0)

@@ -49,11 +49,9 @@ class Exceeded:
 
     @property
     def name(self) -> str:
-        """Name of the penalised requirement."""
         return f"excess of {shown(self.required)}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         found: list[Rows] = []
         offset = 0
         for item in constrain(self.required, motion.query.reduced, WHOLE, inset=0.0):

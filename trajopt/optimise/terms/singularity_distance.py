@@ -89,11 +89,9 @@ class SmallestSingularValue:
 
     @property
     def name(self) -> str:
-        """The frame that may move."""
         return f"distance of {self.required.frame} from singularity"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         need = self.required
         at = frame_jacobian(self.reduced, motion, need.frame, length=need.length, offset=need.offset)
         values, slopes = singular_values(at)
@@ -120,11 +118,9 @@ class LostManipulability:
 
     @property
     def name(self) -> str:
-        """The frame that may move."""
         return f"lost manipulability of {self.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at all samples."""
         at = frame_jacobian(motion.query.reduced, motion, self.frame, length=self.length, offset=np.zeros(3))
         values, slopes = singular_values(at)
         volume = values.prod(axis=1)

@@ -126,7 +126,6 @@ class FunctionResidual:
 
     @property
     def name(self) -> str:
-        """Its title, with a note if the derivative is by differences."""
         return self.title if self.jacobian is not None else f"{self.title} ({DIFFERENCES})"
 
     def linearise(self, motion: Motion) -> Rows:

@@ -50,7 +50,6 @@ class SplineBasis:
 
     @property
     def count(self) -> int:
-        """Number of control points."""
         return len(self.breaks) - 1 + self.degree
 
     @cached_property

@@ -69,7 +69,6 @@ class FreeDurationNlp:
 
     @property
     def moving(self) -> bool:
-        """Whether the start is in motion."""
         return bool(self.start_velocities.any() or self.start_accelerations.any())
 
     @property
@@ -89,7 +88,6 @@ class FreeDurationNlp:
 
     @property
     def counts(self) -> WorkCounts:
-        """The work done so far."""
         return self.spline.counts
 
     def fitted(self, parameters: Floats, positions: Floats) -> Floats:
@@ -103,7 +101,6 @@ class FreeDurationNlp:
         return fitted(self.spline.basis, parameters, positions, resting=RESTING, first=first)
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return samples per piece."""
         return self.spline.sampling(x[:, :-1], fine=fine)
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:

@@ -139,7 +139,6 @@ class KnotsNlp(CompilableMotionNlp):
         return Motion.through(x, sampling, self.query)
 
     def decode(self, x: Floats) -> Path:
-        """Return the path through the knots."""
         return Path(self.problem.reduced.joint_names, readonly(np.array(x)))
 
 

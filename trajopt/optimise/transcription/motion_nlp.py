@@ -48,7 +48,6 @@ class MotionNlp(ABC):
         """Sample the curve."""
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
-        """Evaluate and linearise every cost and constraint on the given samples."""
         motion = self.motion(x, sampling)
         costs = tuple(self.cost_rows(cost, motion) for cost in self.problem.costs or ())
         constraints = tuple(self.constraint_rows(item, motion) for item in self.constraints)
@@ -62,12 +61,10 @@ class MotionNlp(ABC):
         return CostRows(residual.name, rows, weight, cost.loss, type(residual))
 
     def constraint_rows(self, item: Constraint, motion: Motion) -> ConstraintRows:
-        """Evaluate and linearise one constraint."""
         rows = item.residual.linearise(self.samples_within(motion, item.window))
         return self._bounded(item, self._rows(rows, item.window))
 
     def samples_within(self, motion: Motion, window: Window) -> Motion:
-        """Return the samples within a window."""
         return motion if window == WHOLE else motion.where(self._within(motion.place, window))
 
     def _rows(self, rows: Rows, window: Window) -> Rows:

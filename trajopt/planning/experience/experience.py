@@ -201,11 +201,9 @@ class InProcessStorage:
 
     @property
     def version(self) -> int:
-        """Number of its changes."""
         return self._version
 
     def all(self) -> Mapping[int, Memory]:
-        """Return all memories by number."""
         return dict(self._memories)
 
     def change(
@@ -289,7 +287,6 @@ class Experience:
 
     @property
     def version(self) -> int:
-        """Number of its changes."""
         return self.storage.version
 
     @checked
@@ -423,7 +420,6 @@ def _after(memory: Memory, *, won: bool, version: int) -> Memory:
 
 
 def comparable(problem: Problem) -> bool:
-    """Return whether motions of this kind of problem are remembered."""
     return not problem.waypoints and not problem.scene.changing and not problem.starts_moving
 
 

@@ -68,7 +68,6 @@ class Sweep:
 
     @property
     def proven(self) -> bool:
-        """Whether it is proven."""
         return self.boxes > 0
 
     @property

@@ -264,7 +264,6 @@ class Chain:
         self._offset, self._slide = np.array(offsets, dtype=np.float64), farthest
 
     def joints(self, joint: int) -> list[int]:
-        """Return the joints that carry a joint, outermost first, with itself."""
         return [int(each) for each in self._reduced.model.supports[joint]][1:]
 
     def longest(self, first: int, joint: int, point: Floats) -> float:

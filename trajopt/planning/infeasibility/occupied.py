@@ -66,7 +66,6 @@ class Span:
 
     @property
     def when(self) -> str:
-        """Return begin and end as a phrase."""
         return (
             f"from {self.begin:.2f} s on" if self.end == inf else f"from {self.begin:.2f} to {self.end:.2f} s"
         )

@@ -280,7 +280,6 @@ def stuck(problem: Problem, solved: SolveResult) -> str:
 
 
 def enclosed(problem: Problem, cut: ClosedCut) -> str:
-    """Return a sentence on the place that no configuration can pass."""
     between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
     required = max(problem.scene.clearance_of(*pair) for pair in cut.pairs[:NAMED])
     how = "collide" if required == 0.0 else f"come nearer than the required {1000 * required:g} mm or collide"
@@ -300,7 +299,6 @@ def margin_out_of_reach(problem: Problem, cut: ClosedCut) -> str:
 
 
 def not_verified(certificate: Certificate) -> str:
-    """Return a sentence on the checks that the judge refused."""
     return "; ".join(f"{check.name}: {check.detail}" for check in certificate.failed)
 
 

@@ -183,7 +183,6 @@ class DynamicTiming:
 
     @property
     def counts(self) -> WorkCounts:
-        """Work done."""
         return self.checks.obstacles.query.counts
 
     def delayed(self, fastest: Trajectory, by: float) -> Iterator[TimedOnPath]:

@@ -78,7 +78,6 @@ class SpeedChange:
 
 @cache
 def change(before: int, after: int, span: int) -> SpeedChange:
-    """Return the change between two rates over a number of cells."""
     mean = (RATES[before] + RATES[after]) / 2.0
     ticks = ceil(span * TICKS / mean - TOUCH)
     whole = SpeedChange(before, after, span, ticks, np.zeros((span, 2), dtype=np.int64))
@@ -230,7 +229,6 @@ class TimingStep:
 
     @property
     def cells(self) -> int:
-        """Number of cells that it passes."""
         return int(self.rate > 0) if self.change is None else self.change.span
 
 

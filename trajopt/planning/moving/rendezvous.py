@@ -428,7 +428,6 @@ def _grown(end: Floats, duration: float, times: Floats) -> list[Floats]:
 
 
 def seems_possible(motion: Trajectory, limits: JointLimits) -> bool:
-    """Return whether a motion holds the joints' limits at samples."""
     begins, lengths = motion.times[:-1], np.diff(motion.times)
     times = (begins[:, None] + lengths[:, None] * np.linspace(0.0, 1.0, LOOKS)[None, :]).ravel()
     positions = motion(times)

@@ -99,7 +99,6 @@ class SampledChecks:
         )
 
     def mover(self, pair: int) -> str:
-        """Return the name of the obstacle of a pair."""
         timed = self.obstacles.timed
         return next(name for name in timed.reduced.owners(pair) if name in timed.timings)
 

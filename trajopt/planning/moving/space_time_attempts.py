@@ -37,12 +37,10 @@ class BestMotion:
 
     @property
     def verified(self) -> bool:
-        """Whether there is a motion."""
         return self.result.verified
 
     @property
     def impossible(self) -> bool:
-        """Whether it is proven that there is none."""
         return not self.verified and self.result.certainty is Certainty.PROVEN
 
     @property

@@ -117,7 +117,6 @@ class PathTiming:
 
 
 def stretched(motion: Trajectory, factor: float) -> Trajectory:
-    """Return the same motion, slower by a factor."""
     velocities, accelerations = motion.velocities, motion.accelerations
     return replace(
         motion,

@@ -58,7 +58,6 @@ class SeedContext(Value):
 
     @property
     def reduced(self) -> ReducedModel:
-        """The robot and its surroundings."""
         return self.problem.reduced
 
     def query(self, counts: WorkCounts) -> Evaluator:

@@ -89,7 +89,6 @@ class _Reading:
     notes: list[str] = field(default_factory=list[str])
 
     def read(self) -> tuple[Urdf, Srdf]:
-        """Return both descriptions."""
         model = self.model
         if not any(int(kind) in (SLIDE, HINGE) for kind in model.jnt_type):
             raise FileFormatError(str(self.path), "has no hinge and no slide, so nothing in it moves")

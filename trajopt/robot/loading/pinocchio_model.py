@@ -25,7 +25,6 @@ def joint_frame_names(model: pin.Model) -> tuple[str, ...]:
 
 
 def fixed_joint_names(model: pin.Model) -> frozenset[str]:
-    """Return the names of the fixed joints."""
     return frozenset(joint_frame_names(model)) - frozenset(model.names[1:])
 
 

@@ -142,7 +142,6 @@ def expand(request: dict[str, Any]) -> str:
 
 
 def reason(error: BaseException) -> str:
-    """Return the reason why a file cannot be expanded."""
     if isinstance(error, MemoryError) or isinstance(getattr(error, "exc", None), MemoryError):
         return "it takes too much memory"
     return f"{type(error).__name__}: {error}"

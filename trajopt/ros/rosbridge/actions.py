@@ -166,7 +166,6 @@ class ActionGoal:
     cancelled: bool = False
 
     def cancel(self) -> None:
-        """Cancel the goal: the robot stops."""
         self.cancelled = True
         self.cancellation()
 
@@ -280,7 +279,6 @@ class OldActions:
         return taker is not None
 
     def tell(self) -> None:
-        """Publish the status of all goals."""
         now = time.monotonic()
         for action, goals in self._goals.items():
             for name in [key for key in goals if now - self._over.get(f"{action}#{key}", now) > REMEMBERED]:
@@ -291,7 +289,6 @@ class OldActions:
                 self._topics.tell(f"{action}/status", encode(array, OLD))
 
     def close(self) -> None:
-        """End all goals."""
         for goals in self._goals.values():
             for _, goal in goals.values():
                 goal.cancel()

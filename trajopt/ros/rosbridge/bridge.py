@@ -80,17 +80,14 @@ class Bridge:
             self.topics.expect(name, kind)
 
     def leave(self, client: Connected) -> None:
-        """Remove a client."""
         self.topics.leave(client)
         self.offered.leave(client)
         self.offered_actions.leave(client)
 
     def look(self) -> None:
-        """Publish the state soon, as it may have changed."""
         self._look.set()
 
     def heard(self, topic: str) -> None:
-        """Publish soon for a new subscriber of a topic."""
         if topic == SCENE:
             self._revision = -1
         self.look()
@@ -181,7 +178,6 @@ class Bridge:
                 continue
 
     def close(self) -> None:
-        """End all goals in progress."""
         self._actions.close()
 
     async def _tell_scene(self) -> None:

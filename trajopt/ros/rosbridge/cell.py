@@ -41,7 +41,6 @@ class Cell:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of all joints of the robot."""
         return self.service.robots[self.session.robot].joint_names
 
     async def ask(

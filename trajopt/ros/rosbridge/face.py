@@ -53,7 +53,6 @@ def http_response(status: HTTPStatus, body: bytes, kind: str, origin: str = "") 
 
 
 def refusal(status: HTTPStatus, reason: str) -> Response:
-    """Return a refusal with its reason."""
     return http_response(status, f"{reason}\n".encode(), "text/plain; charset=utf-8")
 
 

@@ -41,7 +41,6 @@ class Offers:
         self._numbers = count(1)
 
     def kinds(self) -> dict[str, str]:
-        """Return the types by name."""
         return {name: kind for name, (_, kind) in self._offers.items()}
 
     def offer(self, provider: Provider, name: str, kind: str) -> None:
@@ -63,7 +62,6 @@ class Offers:
             del self._offers[name]
 
     def leave(self, provider: Provider) -> None:
-        """Remove a client."""
         for name in [key for key, (owner, _) in self._offers.items() if owner is provider]:
             del self._offers[name]
 
@@ -148,7 +146,6 @@ class RelayedGoal:
     done: "asyncio.Future[Incoming]"
 
     def cancel(self) -> None:
-        """Send a cancellation of the goal to the client."""
         message = {"op": "cancel_action_goal", "id": self.number, "action": self.action}
         self.provider.offer(written(message))
 

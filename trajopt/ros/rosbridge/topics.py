@@ -82,7 +82,6 @@ class Topics:
         self._all: dict[str, Topic] = {}
 
     def names(self) -> list[str]:
-        """Return the names of the topics."""
         return sorted(self._all)
 
     def kind(self, name: str) -> str:
@@ -103,11 +102,9 @@ class Topics:
             topic.latched = msgspec.Raw(msgspec.json.encode(latched))
 
     def expect(self, name: str, kind: str) -> None:
-        """Add a topic that clients publish, and keep it."""
         self._topic(name, kind).kept = True
 
     def heard(self, name: str) -> bool:
-        """Return whether a topic has a subscriber."""
         return name in self._all and bool(self._all[name].heard)
 
     def advertise(self, client: TopicClient, name: str, kind: str) -> None:
@@ -119,7 +116,6 @@ class Topics:
         self._publisher(client, name, kind)
 
     def unadvertise(self, client: TopicClient, name: str) -> None:
-        """Remove a client from the publishers of a topic."""
         if name in self._all:
             self._all[name].clients.discard(client)
             self._forget(name)
@@ -184,13 +180,11 @@ class Topics:
         return topic.kind
 
     def tell(self, name: str, document: object) -> None:
-        """Publish a message of the server, as plain data."""
         topic = self._all[name]
         if topic.heard:
             self._pass(topic, msgspec.Raw(msgspec.json.encode(document)))
 
     def leave(self, client: TopicClient) -> None:
-        """Remove a client."""
         for name, topic in list(self._all.items()):
             topic.clients.discard(client)
             topic.heard.pop(client, None)

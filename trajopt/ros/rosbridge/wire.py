@@ -96,7 +96,6 @@ def parsed(text: str | bytes) -> Incoming:
 
 
 def written(operation: Mapping[str, Any]) -> bytes:
-    """Return an operation as JSON."""
     return _ENCODER.encode(operation)
 
 

@@ -40,17 +40,14 @@ Asking = Callable[[Listener | None], Awaitable[Reply]]
 
 
 def json_bytes(document: object) -> bytes:
-    """Return plain data as JSON."""
     return _ENCODER.encode(document)
 
 
 def json_response(document: object, status: int = 200) -> Response:
-    """Return plain data as an answer."""
     return Response(json_bytes(document), status, media_type=JSON)
 
 
 def refusal_response(error: TrajoptError) -> Response:
-    """Return a refusal as an HTTP response."""
     refusal = refusal_of(error)
     response = json_response(refusal.as_dict(), STATUS[refusal.why])
     if refusal.retry_after is not None:

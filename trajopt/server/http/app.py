@@ -313,7 +313,6 @@ def _as_json(text: str) -> bytes:
 
 
 def words_of(operation: Operation) -> str:
-    """Return the description of an operation."""
     return " ".join((operation.run.__doc__ or "").split())
 
 

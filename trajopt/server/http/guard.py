@@ -157,7 +157,6 @@ class Intake:
 
     @property
     def held(self) -> int:
-        """Bytes of the requests that are under way."""
         return self._held
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

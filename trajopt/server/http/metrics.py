@@ -64,7 +64,6 @@ class ServiceState(Collector):
         self._service = service
 
     def collect(self) -> Iterator[GaugeMetricFamily]:
-        """Yield the numbers."""
         lanes = {lane.name.lower(): pool for lane, pool in self._service.pools.items()}
         for name, (words, read) in NUMBERS.items():
             family = GaugeMetricFamily(f"trajopt_{name}", words, labels=["lane"])

@@ -91,7 +91,6 @@ class MotionDriver:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
         executor = self.executor
         return self._motion is not None and executor.now() < self._committed.end and not executor.fault()
 
@@ -215,11 +214,9 @@ class ScriptClock:
         return self._shown + max(time.monotonic() - self._since, 0.0)
 
     def run(self) -> None:
-        """Go on as the machine's clock does."""
         self._shown, self._since = self(), time.monotonic()
 
     def stand(self) -> None:
-        """Pause."""
         self._shown, self._since = self(), inf
 
     def skip(self, seconds: float) -> None:
@@ -317,7 +314,6 @@ class InProcess:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
         moving = self._drive is not None and self._drive.moving
         if not moving and self._clock is not None:
             self._clock.stand()
@@ -325,7 +321,6 @@ class InProcess:
 
     @property
     def executor(self) -> Executor:
-        """The driver of the joints."""
         return self._driving().executor
 
     def stand(self, positions: Floats) -> None:
@@ -333,11 +328,9 @@ class InProcess:
         self._start = positions
 
     def take(self, scene: Scene) -> None:
-        """Replace the surroundings."""
         self.scene = scene
 
     def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Call a function and return its result."""
         return function(*args, **kwargs)
 
     def begin(self, execution: Execution, *, paced: bool) -> str:

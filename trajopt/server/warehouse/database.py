@@ -117,7 +117,6 @@ class Database(Forked):
             self._opened(create=create)
 
     def error(self, reason: str) -> FileFormatError:
-        """Return the error for a fault of the file."""
         return FileFormatError(str(self.path), reason)
 
     def close(self) -> None:

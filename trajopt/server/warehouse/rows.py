@@ -355,7 +355,6 @@ class StoredMembers(Members):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the members."""
         return tuple(self._digests)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
@@ -378,7 +377,6 @@ class StoredMembers(Members):
         return data
 
     def all(self) -> dict[str, bytes]:
-        """Return all of them."""
         return {name: self.read(name) for name in self.names}
 
 
@@ -414,7 +412,6 @@ def keep_members(
 
 
 def drop_unused(connection: sqlite3.Connection) -> None:
-    """Delete contents that no entry uses."""
     connection.execute("DELETE FROM contents WHERE digest NOT IN (SELECT digest FROM members)")
 
 

@@ -380,7 +380,6 @@ class StoredMemories:
 
     @property
     def version(self) -> int:
-        """Number of changes by all processes."""
         with self._database.reading() as connection:
             return _version(connection)
 

@@ -49,11 +49,9 @@ class Offset:
 
     @property
     def name(self) -> str:
-        """Name of the cost."""
         return f"distance from the {self.error.name}"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate and differentiate at the knots."""
         rows = self.error.linearise(motion)
         keep = rows.component < POSITION_ROWS - 1
         return Rows(

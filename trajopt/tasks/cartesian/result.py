@@ -88,7 +88,6 @@ class Followed:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Exact numbers of the work done."""
         return self.result.counts
 
     @property
@@ -98,7 +97,6 @@ class Followed:
 
     @property
     def trajectory(self) -> Trajectory | None:
-        """The motion over the followed part, if there is any."""
         return self.result.trajectory
 
     @property

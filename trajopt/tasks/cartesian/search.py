@@ -131,7 +131,6 @@ class CurveSearch:
 
 
 def beginning(problem: Problem, way: CurveTrack) -> Problem:
-    """Return the problem with the start of a path."""
     return replace(problem, start=readonly(problem.reduced.all_positions(way.positions[0])))
 
 

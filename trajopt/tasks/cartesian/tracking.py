@@ -76,7 +76,6 @@ class OnCurve:
         self._term = CurveError(reduced, required)
 
     def along(self, required: FollowsCurve, reduced: ReducedModel | None = None) -> "OnCurve":
-        """Return a copy for another curve, within the same budget."""
         return OnCurve(reduced or self.reduced, required, self.query, self.tracker)
 
     @contextmanager
@@ -95,7 +94,6 @@ class OnCurve:
                 counts.forward_kinematics = counts.bounds = counts.distances = 0
 
     def without_limits(self) -> "OnCurve":
-        """Return a copy without position limits."""
         free = self.along(self.required)
         boundless = np.full(len(self.limits.joint_names), np.inf)
         free.limits = replace(self.limits, lower=-boundless, upper=boundless)
@@ -120,7 +118,6 @@ class OnCurve:
 
     @property
     def spare(self) -> int:
-        """Number of redundant joints."""
         return max(len(self.reduced.joint_names) - self.rows, 0)
 
     def errors(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:

@@ -281,7 +281,6 @@ class PickPlaceSearch:
     )
 
     def take(self, grasps: Sequence[Grasp]) -> PickPlaceResult:
-        """Try grasps in order, each with all places."""
         return self._result(lambda: self._take(grasps))
 
     def place(self, opening: float) -> PickPlaceResult:

@@ -57,12 +57,10 @@ class Segment:
 
     @property
     def scene(self) -> Scene:
-        """The scene of this stage, whose clock starts with it."""
         return self.result.problem.scene
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion, of the joints of its group."""
         return self.result.require().trajectory
 
     @property
@@ -212,7 +210,6 @@ class PickPlaceResult(Value):
 
     @checked
     def segment(self, stage: Stage) -> Segment | None:
-        """Return the motion of a stage, or None."""
         return next((item for item in self.segments if item.stage is stage), None)
 
     def require(self) -> tuple[Segment, ...]:

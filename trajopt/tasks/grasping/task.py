@@ -43,7 +43,6 @@ class TimedConfiguration:
     time: float = 0.0
 
     def after(self, segments: Sequence[Segment]) -> "TimedConfiguration":
-        """Return configuration and time after motions that start here."""
         if not segments:
             return self
         return TimedConfiguration(segments[-1].end, self.time + sum(segment.duration for segment in segments))
@@ -62,7 +61,6 @@ class CandidateNames:
     place: str = ""
 
     def refusal(self, stage: Stage, status: Status, reason: str, result: Result | None = None) -> Refusal:
-        """Return the refusal of the candidate."""
         return Refusal(self.grasp, self.place, stage, status, reason, result)
 
 
@@ -97,7 +95,6 @@ class PickPlaceTask:
         return reduce_model(scene, self.group, positions)
 
     def arm(self, positions: Floats) -> Floats:
-        """Take the arm's joints from positions of all joints."""
         robot = self.scene.robot
         return positions[robot.index(robot.group(self.group).joints)]
 

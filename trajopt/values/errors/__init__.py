@@ -373,7 +373,6 @@ class UnitWarning(UserWarning):
 
 
 def warn_of_unit(words: str) -> None:
-    """Warn at the line outside of trajopt that passed the number."""
     level, frame = 2, sys._getframe(1)  # pyright: ignore[reportPrivateUsage]
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "trajopt":
         level, frame = level + 1, frame.f_back

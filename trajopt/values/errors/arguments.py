@@ -318,7 +318,6 @@ def _words_of_one(hint: Any) -> str:
 
 
 def kind_words(kind: type[object]) -> str:
-    """Return the name of a class in messages, with its article."""
     if kind is str:
         return "a name"
     module = "" if kind.__module__.startswith(("trajopt", "builtins")) else kind.__module__

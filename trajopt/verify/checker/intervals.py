@@ -65,23 +65,19 @@ class Interval:
 
     @property
     def size(self) -> Floats:
-        """Upper bounds of the absolute values."""
         return np.maximum(-self.low, self.high)
 
     @property
     def transposed(self) -> Interval:
-        """The last two axes swapped."""
         return Interval(self.low.swapaxes(-1, -2), self.high.swapaxes(-1, -2))
 
     def sum(self) -> Interval:
-        """Sum over the last axis."""
         total = self[..., 0]
         for place in range(1, self.low.shape[-1]):
             total = total + self[..., place]
         return total
 
     def norm(self) -> Interval:
-        """Bound the Euclidean norm over the last axis."""
         least = np.where(
             (self.low <= 0.0) & (self.high >= 0.0), 0.0, np.minimum(abs(self.low), abs(self.high))
         )
@@ -91,7 +87,6 @@ class Interval:
 
 
 def exactly(values: ArrayLike) -> Interval:
-    """Return intervals that hold one double each."""
     array = np.asarray(values, dtype=np.float64)
     return Interval(array, array)
 

@@ -96,28 +96,24 @@ def row(*readers: Reader) -> Reader:
 
 
 def every(read: Reader, most: int = MOST) -> Reader:
-    """Return a reader of lists."""
     return lambda where, value: [
         read(f"entry {at} of {where}", entry) for at, entry in enumerate(items(where, value, most))
     ]
 
 
 def items(where: str, value: object, most: int = MOST) -> list[object]:
-    """Take a list."""
     if not isinstance(value, list) or len(cast("list[object]", value)) > most:
         raise Malformed(f"{where} must be a list of at most {most} entries")
     return cast("list[object]", value)
 
 
 def text(where: str, value: object) -> str:
-    """Take a short text without control characters."""
     if not isinstance(value, str) or len(value) > 1000 or not value.isprintable():
         raise Malformed(f"{where} must be a printable text of at most 1000 characters")
     return value
 
 
 def flag(where: str, value: object) -> bool:
-    """Take true or false."""
     if not isinstance(value, bool):
         raise Malformed(f"{where} must be true or false")
     return value
@@ -149,7 +145,6 @@ def size(where: str, value: object) -> float:
 
 
 def unless_null(read: Reader, none: float) -> Reader:
-    """Return a reader that takes null for none."""
     return lambda where, value: none if value is None else read(where, value)
 
 

@@ -29,7 +29,6 @@ class StatedRequirement:
 
 
 def span(always: bool) -> str:
-    """Return when a requirement holds, in words."""
     return "at all times" if always else "at the end"
 
 
@@ -52,7 +51,6 @@ class FrameView:
         return product(inward, turn), turned(inward, origin - arm.translation[:, self.reference])
 
     def travel(self, arm: GridKinematics) -> PointTravel:
-        """Bound how its origin moves in each cell."""
         begin, end, seen = self.cells(arm)
         return arm.travel(self.place.joint, arm.placed(self.place)[1], 0.0, begin, end, seen)
 

@@ -71,7 +71,6 @@ class ClearanceCriterion(Criterion):
 
     @cached_property
     def finding(self) -> ClearanceFinding:
-        """Complete result of the measurement."""
         return judge_clearance(self.motion, self.distances)
 
 
@@ -308,7 +307,6 @@ class AtFaultCriterion(Criterion):
         return True
 
     def measure(self) -> Iterator[Check]:
-        """Return the clearance at fault."""
         yield _judged(self.clearance.motion, self.clearance.distances, self.clearance.finding)
 
 

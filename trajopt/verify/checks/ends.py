@@ -54,11 +54,9 @@ class EndCriterion(Criterion):
     specification: Specification
 
     def holds(self) -> bool:
-        """Decide the criterion without the names and units of a certificate."""
         return all(end.sizes.max() <= end.bound for end in self._ends())
 
     def measure(self) -> Iterator[Check]:
-        """Return the joint with the largest deviation for each end."""
         for end in self._ends():
             yield _check(self.motion, end)
 

@@ -86,7 +86,6 @@ def requirement_check(
 
 
 def proof_at_end(motion: JudgedMotion, excess: float) -> Proof:
-    """Return the proof that follows from the excess at the end."""
     evidence = Evidence.PROVEN if excess <= motion.options.excess else Evidence.SAMPLED
     return Proof(evidence, motion.duration, None)
 
@@ -177,7 +176,6 @@ class Quantity:
 
 
 def checks_of(quantities: Sequence[Quantity], motion: JudgedMotion, when: When) -> tuple[Check, ...]:
-    """Judge several numbers."""
     return tuple(quantity.check(motion, when) for quantity in quantities)
 
 

@@ -33,7 +33,6 @@ class Passage:
 
     @property
     def holds(self) -> bool:
-        """Whether the waypoint is passed."""
         return self.check is None or self.check.holds
 
 
@@ -263,7 +262,6 @@ class RequirementCriterion(Criterion):
     followed: Sequence[Requirement]
 
     def measure(self) -> Iterator[Check]:
-        """Return the checks of all requirements."""
         motion, specification = self.motion, self.specification
         still = [goal for goal in specification.goals if not any(goal is each for each in self.followed)]
         for when, requirements in ((When.END, still), (When.ALWAYS, specification.constraints)):

@@ -47,7 +47,6 @@ class _Straying:
         return self.measured + self.error + self.beside
 
     def decides(self, accepted: float) -> bool:
-        """Whether it decides a bound, with the accepted error."""
         kept = self.most <= accepted
         return self.error <= _EXACT * accepted and (kept or self.measured - self.error > accepted)
 

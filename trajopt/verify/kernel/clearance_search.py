@@ -150,21 +150,17 @@ class Findings:
 
     @property
     def proven(self) -> bool:
-        """Whether the clearance of all pairs is proven."""
         return not self.contacts and self.gap is None
 
     def deepest(self) -> tuple[Contact, ...]:
-        """Return the deepest contact of each pair, deepest first."""
         every = sorted(self.contacts, key=lambda contact: -contact.distance)
         deepest = {contact.pair: contact for contact in every}
         return tuple(sorted(deepest.values(), key=lambda contact: contact.distance))
 
     def excused(self, contact: Contact) -> bool:
-        """Whether a contact is inside an allowance window, at any depth."""
         return bool(self.windows.accept(np.array([contact.time]), np.array([contact.pair]))[0])
 
     def correct(self, contact: Contact) -> None:
-        """Replace a pair's smallest distance by a more precise measurement."""
         tally = self.accepted if self.excused(contact) else self.free
         tally.measured[contact.pair], tally.time[contact.pair] = contact.distance, contact.time
 

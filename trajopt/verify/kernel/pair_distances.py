@@ -401,7 +401,6 @@ class Surroundings:
 
     @property
     def timings(self) -> Mapping[str, Timing]:
-        """Presence and motion of each dynamic obstacle."""
         return {} if self._timed is None else self._timed.timings
 
 

@@ -62,17 +62,14 @@ class Planning:
 
     @property
     def busy(self) -> bool:
-        """Whether it still plans."""
         return self.planned is None
 
     @property
     def alive(self) -> bool:
-        """Whether its thread has not ended yet."""
         return self._thread.is_alive()
 
     @property
     def words(self) -> str:
-        """Its progress in words."""
         if self._cancel.is_set():
             return "Cancelling ..."
         attempt = f" (attempt {self._attempt})" if self._attempt > 1 else ""
@@ -80,12 +77,10 @@ class Planning:
         return f"Planning: {self._stage}{attempt} ...{have}"
 
     def cancel(self) -> None:
-        """End it soon, with the results until then."""
         self._cancel.set()
         self._listener(self)
 
     def close(self) -> None:
-        """Cancel it, and wait until its thread has ended."""
         self._cancel.set()
         self._thread.join()
 
@@ -206,7 +201,6 @@ class Reaching:
         self._thread.start()
 
     def close(self) -> None:
-        """Wait until the thread has ended."""
         self._thread.join()
 
 

@@ -67,7 +67,6 @@ class Gizmo:
 
     @property
     def placement(self) -> Placement:
-        """Its placement in the world."""
         w, x, y, z = self._handle.wxyz
         return placement(self._handle.position, quaternion=(x, y, z, w))
 
@@ -113,7 +112,6 @@ class GoalDrawing:
         self._carried = _moved(reduced)
 
     def renew(self, reduced: ReducedModel) -> None:
-        """Draw the robot again if its attached objects changed."""
         carried = _moved(reduced)
         if carried == self._carried:
             return
@@ -195,7 +193,6 @@ class ObjectsDrawing:
             self.move(reduced, kinematics)
 
     def move(self, reduced: ReducedModel, kinematics: JointPlacements) -> None:
-        """Place the objects as in the first of the configurations."""
         with self._server.atomic():
             for name, drawn in self._drawn.items():
                 where = in_world(reduced, name, kinematics)

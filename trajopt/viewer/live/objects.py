@@ -136,7 +136,6 @@ def put_down(reduced: ReducedModel, name: str) -> Scene:
 
 
 def is_carried(scene: Scene, name: str) -> bool:
-    """Return whether an object is attached to the robot."""
     return scene.holder(name).link != WORLD
 
 
@@ -256,7 +255,6 @@ class ObjectsPanel:
         self.show()
 
     def show(self) -> None:
-        """Show the objects as they are."""
         scene = self._bench.scene
         if self.chosen not in scene.objects:
             self.chosen = ""
@@ -268,13 +266,11 @@ class ObjectsPanel:
                 self._show_chosen(scene)
 
     def choose(self, name: str) -> None:
-        """Choose an object, or none."""
         self.chosen = name
         self.show()
         self._choose(name)
 
     def move(self, where: Placement) -> None:
-        """Have the chosen object placed in the world."""
         name = self.chosen
         if name:
             self._change("object", lambda scene: moved(scene, name, where))

@@ -80,12 +80,10 @@ class ShownPanel:
         self._text = server.gui.add_html("")
 
     def say(self, words: str) -> None:
-        """Show a text below the check boxes."""
         self._text.content = block_html("", [words]) if words else ""
 
     @property
     def shown(self) -> Shown:
-        """The items to draw."""
         return Shown(**{name: tick.value for name, tick in self._ticks.items()})
 
 
@@ -132,7 +130,6 @@ class Picture:
 
     @property
     def nearest(self) -> tuple[Nearest, ...]:
-        """The nearest pairs as they are drawn, the nearest first."""
         return self._scene.nearest
 
     def stand(self, positions: Floats) -> None:
@@ -148,16 +145,13 @@ class Picture:
         self.stand(self.positions)
 
     def choose(self, name: str) -> None:
-        """Choose an object for dragging, or none."""
         self._scene.choose(name)
         self.stand(self.positions)
 
     def show_goal(self) -> None:
-        """Draw the goal as it is."""
         self._goal.show(self._bench.goal, self._scene.clearance.query, self._bench.positions)
 
     def show_motion(self, motion: Trajectory | None) -> None:
-        """Draw the line of the hand along a motion, or none."""
         self._motion = motion
         if motion is None or not self._shown.trail:
             self._trail.show(None)
@@ -166,13 +160,11 @@ class Picture:
         self._trail.show(self._scene.line_of(self._bench.hand, placed))
 
     def show_reach(self, reach: Reach | None) -> None:
-        """Draw or hide the reach of the hand."""
         self._reach.visible = reach is not None
         if reach is not None:
             self._reach.points, self._reach.colors = reach.points.astype(np.float16), reach.colours
 
     def switch(self, shown: Shown) -> None:
-        """Show and hide items."""
         self._shown = shown
         with self._server.atomic():
             self._scene.robot.show_visual_shapes(shown.links)

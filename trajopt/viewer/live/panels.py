@@ -136,7 +136,6 @@ class Lever:
         self._button.hint = f"{self._hint} Not now: {refusal}." if refusal else self._hint
 
     def offer(self, there: bool) -> None:
-        """Show it only while it is useful."""
         self._button.visible = there
         self.refusal = "" if there else "it is not offered"
 
@@ -188,7 +187,6 @@ class GoalPanel:
             self._joints = [self._slider(place) for place in range(len(self._scales))]
 
     def show(self) -> None:
-        """Show the goal as it is."""
         positions = self._bench.goal.positions.tolist()
         with self._server.atomic():
             for slider, (scale, _), position in zip(self._joints, self._scales, positions, strict=True):
@@ -316,7 +314,6 @@ class MotionPanel:
         self.show()
 
     def show(self) -> None:
-        """Enable the controls that are usable now."""
         busy = self._planning is not None and self._planning.busy
         over = self.planned is not None and self.planned.result is not None and not busy
         self._plan.allow("planning is under way" if busy else self._bench.refusal)
@@ -329,7 +326,6 @@ class MotionPanel:
             self._text.content = block_html("", [f"Nothing to plan: {refusal}."] if refusal else [READY])
 
     def drop(self) -> None:
-        """Remove the motion: the request has changed."""
         if self._planning is not None:
             self._planning.cancel()
             self._ending = [each for each in (*self._ending, self._planning) if each.alive]
@@ -339,12 +335,10 @@ class MotionPanel:
             self._take(None)
 
     def say(self, title: str, lines: list[str]) -> None:
-        """Show a text instead of the outcome."""
         self._greets = True
         self._text.content = block_html(title, lines)
 
     def close(self) -> None:
-        """Cancel planning, and end the playback thread."""
         for each in (*self._ending, *([] if self._planning is None else [self._planning])):
             each.close()
         self.playback.close()
@@ -444,20 +438,16 @@ class Driving:
 
     @property
     def busy(self) -> bool:
-        """Whether the robot is being driven."""
         return not self.outcome
 
     def see(self, scene: Scene) -> None:
-        """Replace the world, for the simulated robot and the supervisor."""
         with self._scene:
             self._changed = scene
 
     def stop(self) -> None:
-        """Bring the robot to rest by a proven stop."""
         self._stop.set()
 
     def close(self) -> None:
-        """Stop, and wait until the thread has ended."""
         self._stop.set()
         self._thread.join()
 
@@ -556,21 +546,17 @@ class DrivePanel:
 
     @property
     def busy(self) -> bool:
-        """Whether the robot is being driven."""
         return self.driving is not None and self.driving.busy
 
     def show(self, *, planned: bool) -> None:
-        """Enable the buttons, depending on whether there is a motion."""
         self._execute.allow(HELD if self.busy else "" if planned else UNPLANNED)
         self._stop.offer(self.busy)
 
     def see(self) -> None:
-        """Pass the present scene to the running robot."""
         if self.driving is not None and self.driving.busy:
             self.driving.see(self._bench.scene)
 
     def close(self) -> None:
-        """Stop, and end the thread that drives."""
         if self.driving is not None:
             self.driving.close()
 

@@ -71,12 +71,10 @@ class Workbench:
 
     @property
     def scene(self) -> Scene:
-        """The robot and its surroundings."""
         return self._reduced.scene
 
     @property
     def reduced(self) -> ReducedModel:
-        """The robot in its present posture, with its group's joints free."""
         return self._reduced
 
     @property
@@ -104,12 +102,10 @@ class Workbench:
 
     @property
     def at_goal(self) -> bool:
-        """Whether the robot is at its goal."""
         return bool(np.abs(self.goal.positions - self.positions).max() < THERE)
 
     @property
     def problem(self) -> Problem:
-        """The planning problem."""
         return Problem(
             scene=self.scene, group=self.group, start=self._start, goal=self.goal.required, name="by hand"
         )
@@ -133,12 +129,10 @@ class Workbench:
         self.goal = in_posture(self._reduced, self.goal, positions)
 
     def count_orientation(self, turned: bool) -> None:
-        """Set whether a goal of the hand includes its orientation."""
         self.turned = turned
         self.move_hand(self.goal.placement)
 
     def reset_goal(self) -> None:
-        """Set the goal to the present posture."""
         self.move_joints(self.positions)
 
     def stand(self, positions: Floats) -> None:
@@ -147,16 +141,13 @@ class Workbench:
         self._renew(self.scene)
 
     def change(self, scene: Scene) -> None:
-        """Replace the scene, and check the goal again."""
         self._renew(scene)
 
     def placement_of(self, name: str) -> Placement:
-        """Return the placement of a frame or object in the world."""
         return self.scene.placement_of(name, self._reduced.all_positions(self.positions))
 
     @property
     def hand_now(self) -> Placement:
-        """Placement of the hand in the world."""
         return hand_at(self._reduced, self.hand, self.positions)
 
     def _renew(self, scene: Scene) -> None:

@@ -116,7 +116,6 @@ def _unit(words: str) -> str:
 
 
 def over_time(measured: Measured) -> str:
-    """Draw the curves."""
     return "".join(plot(chart) for chart in measured.charts)
 
 
@@ -224,18 +223,15 @@ def _spent(answer: Node) -> Iterator[str]:
 
 
 def request(subject: Subject) -> str:
-    """Print the problem."""
     return f"<pre>{escape(str(subject.problem))}</pre>"
 
 
 def about(subject: Subject) -> str:
-    """List versions and time."""
     by = ", ".join(f"{escape(name)} {escape(of)}" for name, of in subject.versions.items())
     return f"<p class=faint>Planned or kept {escape(subject.made)}, by {by}.</p>"
 
 
 def in_words(status: str) -> str:
-    """Return a status in words."""
     return status.replace("_", " ").lower()
 
 
@@ -245,7 +241,6 @@ def meaning(status: str) -> str:
 
 
 def certain(subject: Subject) -> str:
-    """Return the certainty of a failure's reason."""
     told = subject.explanation
     known, grounds = told["certainty"].text(""), told["grounds"].text("")
     if known not in Certainty.__members__:
@@ -366,7 +361,6 @@ def strips(bindings: Sequence[Binding], end: float) -> str:
 
 
 def ticks(lower: float, upper: float) -> list[float]:
-    """Return round numbers of a range."""
     rough = (upper - lower) / TICKS
     size = 10.0 ** np.floor(np.log10(rough))
     step = float(size * next(round_ for round_ in (1.0, 2.0, 5.0, 10.0) if round_ * size >= rough))

@@ -56,7 +56,6 @@ SQPMETHOD: Mapping[str, object] = {
 
 
 def ipopt() -> Nlpsol:
-    """Return ipopt as planning uses it."""
     return Nlpsol("ipopt", IPOPT, PENALTY)
 
 
@@ -66,7 +65,6 @@ def fatrop() -> Nlpsol:
 
 
 def sqpmethod() -> Nlpsol:
-    """Return CasADi's own SQP as planning uses it."""
     return Nlpsol("sqpmethod", SQPMETHOD, PENALTY, curvature=False)
 
 
@@ -82,7 +80,6 @@ class CasadiKnots:
 
     @property
     def name(self) -> str:
-        """Name in reports."""
         return self.solver.plugin
 
     @property

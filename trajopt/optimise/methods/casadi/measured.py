@@ -45,7 +45,6 @@ class SegmentEnds:
 
     @property
     def place(self) -> Floats:
-        """Position of each sample along the motion, in knots."""
         return self.segment + self.fraction
 
     def motion(self, ends: Floats) -> Motion:
@@ -142,7 +141,6 @@ class NearestRows:
         return np.repeat(np.arange(self.segments, dtype=np.int64), self.links * NEAREST)
 
     def fill(self, motion: Motion) -> Filled:
-        """Measure, choose and put in place."""
         rows = self.item.residual.linearise(motion)
         lower, upper = self.item.bounds(rows)
         rising = np.isfinite(lower)
@@ -221,41 +219,32 @@ class MeasuredRows(ca.Callback):
         return self._found
 
     def get_n_in(self) -> int:
-        """One input."""
         return 1
 
     def get_n_out(self) -> int:
-        """One output."""
         return 1
 
     def get_sparsity_in(self, index: int) -> ca.Sparsity:
-        """Ends of all segments."""
         return ca.Sparsity.dense(self._shape[0] * self._width, 1)
 
     def get_sparsity_out(self, index: int) -> ca.Sparsity:
-        """All slots."""
         return ca.Sparsity.dense(len(self.segment), 1)
 
     def eval(self, arguments: Sequence[ca.DM]) -> list[ca.DM]:
-        """Measure."""
         return [ca.DM(self.values(arguments[0])[0])]
 
     def has_jacobian(self) -> bool:
-        """The Jacobian is provided."""
         return True
 
     def get_jacobian(
         self, name: str, inputs: Sequence[str], outputs: Sequence[str], options: object
     ) -> ca.Function:
-        """Return it."""
         return self._slope
 
     def has_jac_sparsity(self, output: int, into: int) -> bool:
-        """Its pattern is known."""
         return True
 
     def get_jac_sparsity(self, output: int, into: int, symmetric: bool) -> ca.Sparsity:
-        """Return the pattern."""
         return self.pattern
 
 

@@ -188,7 +188,6 @@ class _Elastic:
             )
 
     def start(self, x0: Floats) -> Floats:
-        """Return a seed with slacks that make every elastic bound hold."""
         if not len(self._rows):
             return x0
         (values,) = ca.Function("values", [self.given.x], [self.given.functions]).call([x0])

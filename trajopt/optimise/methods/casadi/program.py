@@ -108,27 +108,22 @@ class Plain:
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Lower and upper bounds of the variables."""
         return self._lower[self._moves].ravel(), self._upper[self._moves].ravel()
 
     @property
     def equalities(self) -> Equalities:
-        """None."""
         return Equalities(ca.MX(0, 1), np.empty(0, dtype=np.int64))
 
     def differences(self, order: int) -> ca.MX:
-        """Differences of the knots."""
         found = self._knots
         for _ in range(order):
             found = found[:, 1:] - found[:, :-1]
         return found
 
     def pack(self, knots: Floats) -> Floats:
-        """Leave the fixed ones out."""
         return knots[self._moves].ravel()
 
     def unpack(self, x: Floats) -> Floats:
-        """Put the fixed ones back."""
         knots = self._lower.copy()
         knots[self._moves] = x.reshape(-1, knots.shape[1])
         return knots
@@ -175,7 +170,6 @@ class Staged:
 
     @property
     def equalities(self) -> Equalities:
-        """Gaps between the stages, and fixed positions."""
         values: list[ca.MX] = []
         stages: list[int] = []
         for stage in range(len(self._lower) - 1):
@@ -203,7 +197,6 @@ class Staged:
         return values, stages
 
     def differences(self, order: int) -> ca.MX:
-        """Differences of the knots, each of a stage's own variables."""
         columns: list[ca.MX] = []
         for stage in range(order - 1, len(self._lower) - 1):
             found = self._part(stage, self._order)
@@ -213,7 +206,6 @@ class Staged:
         return ca.horzcat(*columns)
 
     def pack(self, knots: Floats) -> Floats:
-        """Lay out positions, differences before and controls."""
         count, joints = knots.shape
         stages = np.zeros((count, self._order + 1, joints))
         stages[:, 0] = knots
@@ -225,7 +217,6 @@ class Staged:
         return stages.ravel()[: self.x.shape[0]]
 
     def unpack(self, x: Floats) -> Floats:
-        """Return the positions."""
         padded = np.append(x, np.zeros(self._joints))
         return padded.reshape(len(self._lower), self._width)[:, : self._joints]
 
@@ -277,7 +268,6 @@ class CasadiTranscription:
     callbacks: list[MeasuredRows] = field(default_factory=list[MeasuredRows])
 
     def program(self) -> CasadiProgram:
-        """Write it down."""
         writer = _Writer(self)
         for cost in self.nlp.problem.costs or ():
             writer.add_cost(cost)
@@ -291,7 +281,6 @@ class CasadiTranscription:
         return np.concatenate((x, np.zeros(program.x.shape[0] - len(x))))
 
     def raise_failure(self) -> None:
-        """Raise the exception of a user's function during measurement, if any."""
         for callback in self.callbacks:
             if callback.failure is not None:
                 raise callback.failure
@@ -453,11 +442,9 @@ def _inside(window: Window, place: Floats, last: int) -> Bools:
 
 
 def plainly(nlp: KnotsNlp, sampling: Ints) -> CasadiTranscription:
-    """Write a program with the knots that move as its variables."""
     return CasadiTranscription(nlp, Plain(nlp.lower, nlp.upper), sampling)
 
 
 def by_stages(nlp: KnotsNlp, sampling: Ints) -> CasadiTranscription:
-    """Write an optimal-control program, a stage for each knot."""
     orders = [ORDERS.get(type(cost.residual), 1) for cost in nlp.problem.costs or ()]
     return CasadiTranscription(nlp, Staged(nlp.lower, nlp.upper, max(orders, default=1)), sampling)

@@ -162,12 +162,10 @@ class Checked:
     _qp: Qp | None = field(default=None, init=False, repr=False)
 
     def setup(self, qp: Qp) -> None:
-        """Take a program and analyse its pattern."""
         self.backend.setup(qp)
         self._qp = qp
 
     def update(self, qp: Qp) -> None:
-        """Take new values of a program with the same pattern."""
         self.backend.update(qp)
         self._qp = qp
 

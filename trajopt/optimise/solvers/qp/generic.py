@@ -49,15 +49,12 @@ class Generic:
             raise SolverNotFound("QP solver", self.solver, {*BACKENDS, *qpsolvers.available_solvers})
 
     def setup(self, qp: Qp) -> None:
-        """Take a program."""
         self._qp = qp
 
     def update(self, qp: Qp) -> None:
-        """Take another program."""
         self._qp = qp
 
     def solve(self) -> QpSolution:
-        """Hand the program to qpsolvers."""
         if self._qp is None:
             raise SolverError("Generic.solve before setup")
         return self._proximal(self._qp) if self.solver in STRICT else self._once(self._qp)

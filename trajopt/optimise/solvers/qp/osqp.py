@@ -26,7 +26,6 @@ class Osqp:
     _rows: int = field(default=0, init=False, repr=False)
 
     def setup(self, qp: Qp) -> None:
-        """Take a program and factor its pattern."""
         matrix, lower, upper = self._stacked(qp)
         self._rows = qp.A.shape[0]
         self._solver = osqp.OSQP()
@@ -44,7 +43,6 @@ class Osqp:
         self._solver.update(q=qp.q, l=lower, u=upper, Px=csc_matrix(triu(qp.P)).data, Ax=matrix.data)
 
     def solve(self) -> QpSolution:
-        """Run the splitting method."""
         if self._solver is None:
             raise SolverError("Osqp.solve before setup")
         result = self._solver.solve(raise_error=False)

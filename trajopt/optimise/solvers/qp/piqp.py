@@ -22,7 +22,6 @@ class Piqp:
     _solver: piqp.SparseSolver | None = field(default=None, init=False, repr=False)
 
     def setup(self, qp: Qp) -> None:
-        """Take a program and factor its pattern."""
         solver = piqp.SparseSolver()
         solver.settings.eps_abs = self.tolerance
         solver.settings.eps_rel = self.tolerance
@@ -34,13 +33,11 @@ class Piqp:
         self._solver = solver
 
     def update(self, qp: Qp) -> None:
-        """Take new values, keeping the symbolic factorisation."""
         if self._solver is None:
             raise SolverError("Piqp.update before setup")
         self._solver.update(P=qp.P, c=qp.q, G=qp.A, h_l=qp.l, h_u=qp.u, x_l=qp.lower, x_u=qp.upper)
 
     def solve(self) -> QpSolution:
-        """Run the interior-point method."""
         if self._solver is None:
             raise SolverError("Piqp.solve before setup")
         outcome = self._solver.solve()

@@ -31,7 +31,6 @@ class Proxqp:
     _rows: int = field(default=0, init=False, repr=False)
 
     def setup(self, qp: Qp) -> None:
-        """Take a program."""
         matrix = csc_matrix(vstack((qp.A, eye(len(qp.q), format="csc")), format="csc"))
         lower = finite(np.concatenate((qp.l, qp.lower)))
         upper = finite(np.concatenate((qp.u, qp.upper)))
@@ -57,11 +56,9 @@ class Proxqp:
         settings.eps_duality_gap_rel = 0.0
 
     def update(self, qp: Qp) -> None:
-        """Take another program."""
         self.setup(qp)
 
     def solve(self) -> QpSolution:
-        """Run the augmented Lagrangian method."""
         if self._solver is None:
             raise SolverError("Proxqp.solve before setup")
         self._solver.solve()

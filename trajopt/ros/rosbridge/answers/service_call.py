@@ -34,7 +34,6 @@ BY_PART = {
 
 
 def success(message: str = "") -> MoveItErrorCodes:
-    """Return the success code, with a remark."""
     return MoveItErrorCodes(MoveItErrorCodes.SUCCESS, message, SOURCE)
 
 
@@ -44,7 +43,6 @@ def with_notes(code: MoveItErrorCodes, notes: Sequence[str]) -> MoveItErrorCodes
 
 
 def failed(code: int, reason: str) -> MoveItErrorCodes:
-    """Return an error code with its reason."""
     return MoveItErrorCodes(code, reason, SOURCE)
 
 
