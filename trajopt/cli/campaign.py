@@ -380,8 +380,6 @@ class Words:
     Attributes:
         source: A folder, a table, or the name of a generated or installed source.
         robot: The robot, or None.
-        scene: MoveIt's scene.
-        requests: MoveIt's requests.
         group: The group that moves.
         count: Number of drawn problems.
         seed: Of the random generator.

@@ -99,9 +99,7 @@ class RobotSource:
 
     Attributes:
         robot: Name of an installed robot or path of a URDF file.
-        srdf: SRDF file.
         limits: MoveIt's `joint_limits.yaml`.
-        package_dirs: Folders of packages.
         exact_meshes: Whether collision meshes stay triangles.
         torque_scaling: Factor on the torque limits.
         limit_jerk: Whether joints without a jerk limit get one.

@@ -195,7 +195,6 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
     """Return the report of a result.
 
     Args:
-        result: The planning result.
         notes: Notes on the files.
     """
     lines = ["asked", *_indented(str(result.problem)), "", "answer", f"  {result.reason}"]

@@ -115,7 +115,6 @@ class Ends:
     """Start and goal as written: a state, numbers of joints, or joint=position.
 
     Attributes:
-        start: The start.
         goal: The goal; six numbers are a placement of the group's tool: x y z roll pitch yaw.
         group: The planning group; may be empty for a robot with one group.
         degrees: Whether angles are in degrees instead of radians.

@@ -16,11 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class ProgressLine:
-    """The line: the present stage, and the present best motion.
-
-    Attributes:
-        write: Prints the line.
-    """
+    """The line: the present stage, and the present best motion."""
 
     write: Callable[[str], None]
     _best: str = ""

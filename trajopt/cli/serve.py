@@ -76,8 +76,6 @@ class RosbridgeFace:
 
     Attributes:
         host: Address that it listens on.
-        port: Of rosbridge.
-        mesh_port: Of the meshes.
         origins: Addresses of web pages that may connect.
         ros: The ROS generation that it emulates.
         clouds: Topics of clouds that become obstacles.
@@ -96,8 +94,6 @@ class RosbridgeFace:
         """Return the server for a robot.
 
         Args:
-            source: Source of the robot.
-            robot: The robot.
             names: Other host names for clients.
 
         Raises:
@@ -231,7 +227,6 @@ def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
 
     Args:
         options: Address and access control.
-        metrics: Published metrics.
     """
     from trajopt.server.http import serve_http
 

@@ -286,10 +286,6 @@ class Given:
         robot: The robot: installed, or a description's file.
         srdf: With a description: its SRDF.
         packages: With a description: folders of `package://` meshes.
-        scene: MoveIt's PlanningScene.
-        request: MoveIt's MotionPlanRequest.
-        state: MoveIt's RobotState.
-        constraints: MoveIt's Constraints.
     """
 
     robot: str | None

@@ -60,7 +60,6 @@ class ActionMotion(Value):
     """A motion along a chunk of actions, with constant jerks from one action to the next.
 
     Attributes:
-        chunk: The actions.
         times: Times of begin and actions, since the begin, shape (K + 1,) [s].
         states: Positions, velocities and accelerations at these times, shape (3, K + 1, n).
         jerks: Jerks from each time to the next, shape (K, n).

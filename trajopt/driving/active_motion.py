@@ -44,7 +44,6 @@ class Pause(Value):
     """A stop on the path of a motion.
 
     Attributes:
-        intended: The motion.
         stop: The stop on its path.
     """
 
@@ -63,7 +62,6 @@ class _Moving(Value):
     """State of a robot on a motion.
 
     Attributes:
-        intended: The motion.
         brake_time: When the committed motion leaves it to brake, or goes over into it [s].
         pause: The committed stop; None before the first piece from rest.
     """
@@ -83,7 +81,6 @@ class ActiveMotion(Printed):
 
     Attributes:
         commitment: The motion to which the robot is bound.
-        options: Of the supervisor.
     """
 
     commitment: Commitment
@@ -156,7 +153,6 @@ class ActiveMotion(Printed):
         """Prove the next piece of a motion with a stop, and give it to the executor; return whether it is.
 
         Args:
-            intended: The motion.
             begin: When the piece begins [s].
             now: The time [s].
             delay: How much later than necessary it brakes [s].

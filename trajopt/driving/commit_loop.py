@@ -41,7 +41,6 @@ class CommittedStop(Value):
     """A stop to which a robot is bound.
 
     Attributes:
-        taken: The stop.
         begin: When it begins, on the executor's clock [s].
         on_path: The earliest stop on the path, if that was taken; else None.
     """
@@ -57,7 +56,6 @@ class Commitment(Printed):
 
     Attributes:
         executor: Driver of the robot.
-        journal: Events.
         guard: Proves motions to the present goal.
         world: The world as last reported.
         motion: The motion that the executor holds.
@@ -117,7 +115,6 @@ class Commitment(Printed):
         """Return the query of the allowed approach speeds in a scene.
 
         Args:
-            scene: The scene.
             braking: Of the group's joints.
             clearance: Distance to keep in addition to the required clearances and the tracking deviation [m].
         """
@@ -212,7 +209,6 @@ class Commitment(Printed):
         later begin. If no stop is accepted, the motors brake.
 
         Args:
-            problem: The requirements.
             why: Reason, for the event.
             path_stop: Returns the earliest stop on the path that begins at a time; None if there is none.
         """
@@ -264,7 +260,6 @@ class CommitLoop(Printed, ABC):
 
     Attributes:
         executor: Driver of the robot.
-        problem: The requirements.
     """
 
     executor: Executor

@@ -61,7 +61,6 @@ def conformance(
     robot at rest without a fault. The delay of the fast motion gives the tracking error at full speed.
 
     Args:
-        executor: The executor.
         wait: Waits for a time [s]: `time.sleep`, or `advance` of a simulated one.
         step: Step of each joint [rad | m].
         duration: Duration of the slow step [s].

@@ -42,7 +42,6 @@ class Event(Value):
 
     Attributes:
         time: On the executor's clock [s].
-        kind: Kind of event.
         words: Particulars, in a sentence.
     """
 

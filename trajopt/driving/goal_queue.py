@@ -159,7 +159,6 @@ class GoalQueue(Printed):
     Attributes:
         commitment: The motion to which the robot is bound.
         active: The motion that the robot is on.
-        options: Of the supervisor.
         later: Goals after the present one.
         followed: A moving goal; None if there is none.
     """
@@ -344,8 +343,6 @@ class GoalQueue(Printed):
         """Note a failed plan, and set the time of the next attempt.
 
         Args:
-            kind: Of the event.
-            words: Of the event.
             repeatable: Whether another attempt would have the same result in the same static scene.
         """
         commitment, now, request = self.commitment, self.commitment.executor.now(), self._request

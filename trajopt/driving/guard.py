@@ -125,7 +125,6 @@ class Guard(CommitLoop):
     Attributes:
         executor: Driver of the robot.
         problem: Robot, group, scene, limits and path constraints; its goal does not count.
-        options: Options.
         frame: Tool of actions that are poses.
     """
 
@@ -148,7 +147,6 @@ class Guard(CommitLoop):
             executor: Driver of the robot.
             constraints: Path constraints, in addition to limits and clearances.
             frame: Tool of actions that are poses; the group's own if empty.
-            options: Options.
 
         Raises:
             GroupNotFound: If the group does not exist.

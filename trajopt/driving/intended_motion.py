@@ -76,7 +76,6 @@ def scale_speed(
         planned: The motion as it was planned; it ends at rest.
         begin: Its time at the start of the rest [s], the rate of its clock and the slope of the rate [1/s].
         speed: Share of the planned speed, in (0, 1].
-        limits: Of its joints.
     """
     start, rate, slope = begin
     if start > planned.duration - STEP:
@@ -135,10 +134,8 @@ class IntendedMotion(Value):
     """The whole motion to a goal, of which a piece at a time is committed.
 
     Attributes:
-        goal: Its goal.
         planned: The motion as planned, of the group's joints.
         trajectory: The motion as driven, at a speed scaling.
-        scaling: The speed scaling.
         begin: When it begins, on the executor's clock [s].
         held_back: Whether it waits or slows down for a dynamic obstacle.
     """

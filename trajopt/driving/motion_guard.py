@@ -136,9 +136,7 @@ def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
     """Return a problem that starts at rest in a configuration, in a scene.
 
     Args:
-        problem: The problem.
         positions: Of all joints, shape (number of joints,) [rad | m].
-        scene: The scene.
     """
     return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
 
@@ -147,10 +145,8 @@ def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: S
     """Return a problem that starts at rest in the commanded configuration of a time, in a scene.
 
     Args:
-        problem: The problem.
         committed: The motion of the robot.
         time: On the executor's clock [s].
-        scene: The scene.
     """
     positions = np.array(problem.start_positions)
     positions[scene.robot.index(committed.joint_names)] = committed(time)[0]
@@ -192,7 +188,6 @@ def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floa
 
     Args:
         problem: The requirements; joints outside the group stay at its start.
-        joint_names: Driven joints.
         tolerance: Largest tracking error of each of them, shape (n,) [rad | m].
     """
     whole = whole_robot(problem.scene, joint_names, problem.start_positions)
@@ -205,7 +200,6 @@ def with_tracking_margin(scene: Scene, deviation: float) -> Scene:
     A plan in this scene can be proven for a robot that is off its commanded positions.
 
     Args:
-        scene: The scene.
         deviation: Largest distance of any point of the robot from its commanded position [m].
     """
     stated = scene.clearances

@@ -52,7 +52,6 @@ class Sighting(Value):
 
     Attributes:
         since: When it was reported [s].
-        world: The world.
     """
 
     since: float
@@ -378,7 +377,6 @@ class RecordingFile(Value):
     plan` writes it.
 
     Attributes:
-        robot_name: The name of the robot.
         source: How to load it, as given to `write_recording`; None if nothing was given.
         document: Contents of the file.
     """
@@ -444,7 +442,6 @@ def read_recording(path: Path | str, robot: Robot) -> Recording:
     """Read a recording from a file in the format of this module.
 
     Args:
-        path: The file.
         robot: The recorded robot.
 
     Raises:
@@ -461,7 +458,6 @@ def write_recording(
 
     Args:
         path: The file, JSON.
-        recording: The recording.
         source: Plain data by which a reader finds the robot; the commands write theirs.
 
     Raises:

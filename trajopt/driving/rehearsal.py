@@ -155,7 +155,6 @@ def run(
     Args:
         problem: The problem; its scene is the world as known before.
         surprises: Unannounced changes, which the supervisor sees with the delay of the sensors.
-        options: Of the supervisor.
         longest: Longest simulated time [s].
         tolerance: As for `SimulatedExecutor`; use the tolerance of your driver to rehearse with its margin.
         watch: Called after each cycle: `logbook.look`, for a view or a recording.
@@ -186,7 +185,6 @@ def driven_by(
     Args:
         pilot: Makes the pilot of an executor.
         problem: The problem; its scene is the world as known before.
-        surprises: Unannounced changes.
         cycle: Time between cycles [s].
         longest: Longest simulated time [s].
         tolerance: As for `SimulatedExecutor`.

@@ -24,7 +24,6 @@ def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: floa
     """Answer all pending requests; an error of one is part of its answer.
 
     Args:
-        executor: Executes the requests.
         connection: To the planning process.
         wait: Time to wait for a request [s].
 
@@ -75,7 +74,6 @@ class RemoteExecutor:
     """An executor in another process.
 
     Attributes:
-        joint_names: Driven joints.
         period: Time between commands [s].
         latency: Least time from giving a motion to its beginning, with the time of messages [s].
         tolerance: Largest tracking error of each joint, shape (n,) [rad | m].

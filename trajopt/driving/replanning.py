@@ -47,7 +47,6 @@ class Transition(Value):
     """The change from a motion to the one to the next goal.
 
     Attributes:
-        intended: The next motion.
         kind: Event at its beginning: the goal before is reached, or passed.
         words: Particulars of the event.
         at_rest: The transition from rest that takes its place if passing fails; None for one from rest.
@@ -67,7 +66,6 @@ def replan_from(active: ActiveMotion, goal: GuardedGoal, at: float, *, only_soon
 
     Args:
         active: The motion that the robot is on.
-        goal: The goal.
         at: On the executor's clock [s].
         only_sooner: Whether only a motion that ends sooner is of use.
     """
@@ -98,7 +96,6 @@ def retime_on_path(
     """Return the rest of a motion with another timing on its path, proven to its end; None if there is none.
 
     Args:
-        intended: The motion.
         here: Its problem, from the state of the robot when the rest begins.
         world: The world as last reported.
         begin: When the rest begins, on the executor's clock [s].
@@ -120,7 +117,6 @@ def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: 
 
     Args:
         commitment: The motion to which the robot is bound.
-        problem: The requirements.
         at: When it begins, on the executor's clock [s].
         budget: Limits of the plan.
 
@@ -147,9 +143,6 @@ def from_rest(
 
     Args:
         commitment: The motion to which the robot is bound.
-        options: Of the supervisor.
-        before: The motion.
-        goal: The next goal.
 
     Returns:
         The transition; or None and the reason.
@@ -175,8 +168,6 @@ def passing(
 
     Args:
         commitment: The motion to which the robot is bound.
-        options: Of the supervisor.
-        before: The motion.
         at_rest: The transition from its end.
 
     Returns:
@@ -231,9 +222,7 @@ def recovery(
 
     Args:
         problem: The group and the limits; its goal and constraints do not count.
-        scene: The scene.
         positions: Of all joints, shape (number of joints,) [rad | m].
-        goal: The goal.
         scaling: Factor on the limits of velocity and acceleration.
 
     Raises:

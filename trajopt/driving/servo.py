@@ -40,7 +40,6 @@ class Servo(CommitLoop):
     Attributes:
         executor: Driver of the robot.
         problem: Robot, group, scene, limits and path constraints; its goal does not count.
-        options: Options.
         frame: Tool of twists and poses; the group's own if empty.
     """
 
@@ -83,7 +82,6 @@ class Servo(CommitLoop):
         """Follow a command from the next tick until another one or the timeout.
 
         Args:
-            command: The command.
             stamp: Its time, on the executor's clock [s]; now when None.
 
         Raises:

@@ -126,7 +126,6 @@ def guide(
     It also ends if the robot does not follow; the last event of the servo then gives the reason.
 
     Args:
-        servo: The servo.
         source: The input, which is not closed. `Recorder` records one.
         wait: Waits for a time [s]: `time.sleep` with a real arm, `arm.advance` with a simulated one.
         longest: Largest duration [s].

@@ -32,11 +32,7 @@ class BodySpeeds:
     """Approach speeds of pairs of bodies, in a configuration and for velocities within bounds."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Prepare the bodies.
-
-        Args:
-            reduced: Robot and scene.
-        """
+        """Prepare the bodies."""
         model, boxes = reduced.model, BoundingBoxes.of(reduced)
         self._mimic, self._pairs, self._levers = reduced.mimic_matrix, reduced.pairs, pair_levers(reduced)
         self._joint, self._centre, self._radius = boxes.joint, boxes.centre[:, :, None], boxes.radius
@@ -260,11 +256,9 @@ def settle(
     """Return the velocities between bounds that follow a task best; None if the program has no solution.
 
     Args:
-        task: The command.
         approach: Limits on approach speeds; if they cannot hold, they are violated as little as possible.
         lower: Least velocities, shape (n,) [rad/s | m/s].
         upper: Largest velocities, shape (n,).
-        limits: Of the joints.
     """
     middle, joints = (lower + upper) / 2.0, len(lower)
     matrix = np.concatenate((task.matrix, np.diag(1.0 / limits.velocity)))

@@ -38,8 +38,6 @@ class Tool(Value):
     slopes of its singular values are computed without the derivative of the whole Jacobian.
 
     Attributes:
-        reduced: Robot and scene.
-        placed: Placements of the joints.
         linear: Linear velocity of the tool by each joint that carries it, from the base on, shape (k, 3).
         angular: Angular velocity by each, shape (k, 3).
         mimic: Speed of each at unit speed of the group's n joints, shape (k, n).
@@ -174,8 +172,6 @@ def twist_to(target: Placement, here: Placement, options: ServoOptions, delay: f
     overshoot.
 
     Args:
-        target: Placement to reach.
-        here: Present placement.
         options: Largest speeds, and locked axes.
         delay: Time in which the joints follow [s].
     """

@@ -39,7 +39,6 @@ class Fault(Value):
     """A fault of a simulated robot during an interval.
 
     Attributes:
-        kind: Kind of fault.
         begin: Beginning of the interval [s].
         end: End of the interval [s].
         joint: The joint; empty for lost commands.

@@ -96,7 +96,6 @@ def why_unproven(guard: MotionGuard, world: WorldSnapshot, begin: float, stop: T
     """Describe why no stop is proven: the nearest pair, and whether another stop could be better.
 
     Args:
-        guard: Proves motions.
         world: The world as last reported.
         begin: When the stop begins, on the executor's clock [s].
         stop: The stop that was taken.
@@ -120,7 +119,6 @@ def evading_stops(
     """Yield stops that turn away from obstacles first; none if the robot is too near when they begin.
 
     Args:
-        guard: Proves motions.
         world: The world as last reported.
         begin: When the stop begins, on the executor's clock [s].
         here: The requirements, with the configuration of the robot at that time.
@@ -154,7 +152,6 @@ def clear_at(guard: MotionGuard, world: WorldSnapshot, begin: float, ahead: Traj
     """Return whether the robot is clear at the start of a stop; otherwise no stop can be proven.
 
     Args:
-        guard: Proves motions.
         world: The world as last reported.
         begin: When the stop begins, on the executor's clock [s].
         ahead: The committed motion from that time.

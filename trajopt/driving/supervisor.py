@@ -40,7 +40,6 @@ class Supervisor(CommitLoop):
     Attributes:
         executor: Driver of the robot.
         problem: The requirements, and the goal.
-        options: Options.
     """
 
     options: SupervisorOptions = DEFAULT

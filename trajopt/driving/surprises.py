@@ -212,7 +212,6 @@ def undisturbed(problem: Problem, *, tolerance: float = TOLERANCE) -> Trajectory
     Unlike `plan` it keeps a margin for the tracking error.
 
     Args:
-        problem: The problem.
         tolerance: Largest tracking error of each joint [rad | m].
 
     Raises:

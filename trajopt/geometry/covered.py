@@ -95,8 +95,6 @@ def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Ev
     Its pairs are the model's, and no distance is larger than theirs.
 
     Args:
-        reduced: The robot and its surroundings.
-        counts: Receives the work done.
         ends: Configurations at which every box keeps the required distance, shape (S, n) [rad | m].
 
     Returns:
@@ -150,7 +148,6 @@ class Covered:
         """Replace clouds by boxes.
 
         Args:
-            reduced: The robot and its surroundings.
             covers: The covers, by the number of the cloud's body.
             opened: For each the boxes that are replaced by their balls or cubes.
         """
@@ -195,7 +192,6 @@ class Covered:
         """Return the model with some boxes replaced.
 
         Args:
-            reduced: The robot and its surroundings.
             boxes: The boxes, by the number of the cloud's body.
             parts: Number of parts to cut them into along their longest axes; 0 for single balls or cubes.
         """

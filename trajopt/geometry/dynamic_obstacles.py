@@ -75,9 +75,7 @@ class DynamicObstacles(Printed):
         """Return the dynamic obstacles around a robot; None if nothing in its scene changes with time.
 
         Args:
-            reduced: The robot and its surroundings.
             counts: Takes the work done.
-            make: Makes the evaluator.
         """
         timed = reduced.timed
         return None if timed is None else DynamicObstacles(timed, make(timed.reduced, counts))

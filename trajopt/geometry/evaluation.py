@@ -84,12 +84,7 @@ class Contacts(Value):
 
 
 class Evaluator(Protocol):
-    """Evaluates configurations of a reduced model; owns scratch memory, so one per thread.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        counts: The work done so far.
-    """
+    """Evaluates configurations of a reduced model; owns scratch memory, so one per thread."""
 
     reduced: ReducedModel
     counts: WorkCounts
@@ -140,7 +135,6 @@ class MakesEvaluator(Protocol):
         """Return an evaluator for one thread.
 
         Args:
-            reduced: The robot and its surroundings.
             counts: Takes the work done; counts of its own when None.
         """
         ...
@@ -152,7 +146,6 @@ def point_jacobian(reduced: ReducedModel, jacobian: Floats, joints: Ints, points
     The velocity of a point p is v + w x p with (v, w) the spatial velocity at the origin.
 
     Args:
-        reduced: The robot.
         jacobian: Of `JointPlacements`, one for each point, shape (m, 6, model joints).
         joints: The joint that carries each point, shape (m,).
         points: In the world, shape (m, 3) [m].

@@ -187,7 +187,6 @@ def supports(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
     """Return the objects, at rest or moved by themselves, that an object touches at time 0.
 
     Args:
-        scene: The scene.
         name: The object.
         where: Its placement in the world.
     """

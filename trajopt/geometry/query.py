@@ -31,10 +31,6 @@ class Query:
 
     The loops are C++ (`trajopt.native.proximity`), on the model and geometries that Python made. A query
     caches its measurements, so configurations near the last ones cost little.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        counts: The work done so far.
     """
 
     def __init__(
@@ -43,7 +39,6 @@ class Query:
         """Pass the model and the geometries to the core; once for each reduced model.
 
         Args:
-            reduced: The robot and its surroundings.
             counts: Receives the work done; counts of its own when None.
             core: The core, if other shapes replace the model's; a new one when None.
         """
@@ -116,7 +111,6 @@ def evaluator(
     """Return the native evaluator of a reduced model, for one thread.
 
     Args:
-        reduced: Robot and scene.
         counts: Adds up the work; new counts when None.
         core: The core, if other shapes replace the model's; a new one when None.
     """
@@ -139,7 +133,6 @@ class BodyParts:
     Attributes:
         geometries: Coal's, one for each.
         solids: The core's solid of each shape.
-        boxes: Their bounding boxes.
     """
 
     geometries: list[coal.CollisionGeometry]
@@ -157,7 +150,6 @@ def cell_of(reduced: ReducedModel, bodies: BodyParts, first: Ints, second: Ints)
     """Return a robot among bodies as the core needs it.
 
     Args:
-        reduced: The robot.
         bodies: Its bodies, and those around it.
         first: Of each pair the first body, shape (p,).
         second: The second, shape (p,).

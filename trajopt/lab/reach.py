@@ -37,7 +37,6 @@ class ReachMap(Value):
     Attributes:
         robot: Name of the robot.
         group: Its group that moves.
-        frame: The frame.
         reference: The reference frame of positions.
         origin: Lowest corner of the grid, shape (3,) [m].
         cell: Edge of a cell [m].
@@ -163,7 +162,6 @@ def reach_map(
         reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or attached object.
         count: Number of drawn configurations; those in collision are left out of the map.
-        rng: Random generator.
         cell: Edge of a cell [m].
         directions: Number of directions into which the sphere around each cell is divided.
         approach: Axis of the frame whose direction is counted, shape (3,).
@@ -291,9 +289,7 @@ class ConfigurationTable(Value):
     Attributes:
         robot: Name of the robot.
         group: Its group that moves.
-        frame: The frame.
         reference: The reference frame of placements.
-        joint_names: The group's joints.
         positions: Shape (S, n) [rad | m].
         translation: Of the frame, shape (S, 3) [m].
         quaternion: Of the frame (x, y, z, w), w >= 0, shape (S, 4).
@@ -371,7 +367,6 @@ def sample_table(
         reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or attached object.
         count: Number of configurations.
-        rng: Random generator.
         reference: The reference frame of placements.
         margin: Clearance of a clear configuration [m]; the scene's own margins if None.
         only_clear: Whether to draw until `count` rows are clear; otherwise rows in collision count too.

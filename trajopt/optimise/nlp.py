@@ -19,9 +19,7 @@ class CostRows(Value):
 
     Attributes:
         name: Of the residual; shown in reports.
-        rows: The rows.
         weight: Weight w, shape (m,).
-        loss: The loss.
         kind: Class of the residual, which distinguishes residuals of the same name.
     """
 
@@ -51,7 +49,6 @@ class ConstraintRows(Value):
 
     Attributes:
         name: Of the residual; shown in reports.
-        rows: The rows.
         lower: Lower bounds, shape (m,); -inf for none.
         upper: Upper bounds, shape (m,); inf for none.
         tolerance: Largest violation that counts as satisfied, in the residual's unit.
@@ -93,8 +90,6 @@ class Linearisation(Value):
 
     Attributes:
         x: The point, shape (N, n).
-        costs: Cost rows.
-        constraints: Constraint rows.
         sampling: Samples per segment that the rows were taken on, shape (N - 1,).
     """
 

@@ -45,7 +45,6 @@ class GoalBranch(Value):
         kind: Kind of its straight line.
         problem: The problem, with this end as its goal.
         line: Straight legs to it.
-        method: Transcribes the problem.
         blocked: Contact that ended its straight line.
     """
 
@@ -72,9 +71,7 @@ def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method
     the nearest with the freedom to choose another: that is harder to solve.
 
     Args:
-        problem: The problem, with one goal.
         stops: For each goal configuration, nearest first: the waypoints' configurations, and itself.
-        method: Transcribes the problem.
     """
     reduced, pinned = problem.reduced, fixed_goal(problem)
     chosen = pinned is None and _end_is_free(problem)
@@ -113,10 +110,7 @@ class Candidate:
     """A seed to be made.
 
     Attributes:
-        workspace: Of its problem.
         branches: Its possible branches: the end of the seed selects one.
-        kind: Its kind.
-        make_seed: Makes it.
         brief: Whether it is only solved briefly: a few steps show whether it is promising.
         goal_name: Of a goal set: its goal.
     """
@@ -162,7 +156,6 @@ class GoalSearch:
     """Seeds of one problem with one goal.
 
     Attributes:
-        workspace: Of the problem.
         choice: The method with its options, and the reason for its choice.
         rng: Draws starts and bends; every seed from a child of its own.
         goal_name: Of a goal set: the name of the goal.

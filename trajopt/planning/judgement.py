@@ -19,12 +19,7 @@ from trajopt.verify import Certificate, Judge, Specification, Verdict
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """A constraint as something that can be evaluated at sampled times.
-
-    Attributes:
-        item: The constraint.
-        query: Evaluates kinematics.
-    """
+    """A constraint as something that can be evaluated at sampled times."""
 
     item: Constraint
     query: Evaluator
@@ -70,8 +65,6 @@ class Judged(Printed):
     """A judged motion.
 
     Attributes:
-        problem: The problem, with one goal.
-        trajectory: The motion.
         verified: Whether all requirements of the problem are proven.
         known: Its certificate, if measured already, as for a refused motion.
     """
@@ -111,7 +104,6 @@ def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict
     """Return whether a motion holds all requirements of a problem, as `decide` does, without reasons.
 
     Args:
-        problem: The problem, with one goal.
         trajectory: Of the group's joints.
         workspace: The judge of the problem's reduced model.
 

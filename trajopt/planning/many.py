@@ -43,7 +43,6 @@ def plan_many(
     needed, so they may come from a generator.
 
     Args:
-        problems: The problems.
         workers: Threads; the number of cores when None.
         planner: Plans one; `functools.partial(to.plan, seconds=1.0)` plans with options.
         bar: Whether a progress bar is shown while standard error is a terminal.

@@ -51,7 +51,6 @@ def plan(
     missed (`problem.finish_by`) and no method is named, shape and time are optimised together as well.
 
     Args:
-        problem: The problem.
         method: Transcription and solver with their options, or a method's name ("chomp"). When None
             sequential QP over knots, or for a start in motion the method that supports it; the result names
             it.
@@ -167,7 +166,6 @@ class Remembers(Protocol):
         """Record the result of a problem, and of its recalled paths.
 
         Args:
-            problem: The problem.
             result: Result of planning.
             recalled: Earlier result of `recall`.
             given: Number of the caller's paths, which were tried before those.

@@ -84,7 +84,6 @@ class ComparedGoal:
     """Result of one goal of a set.
 
     Attributes:
-        name: Its name.
         status: Status of planning to it.
         duration: Of the verified motion to it [s]; None without.
         path_length: Of its path in joint space [rad | m].
@@ -145,7 +144,6 @@ class Plan:
     """A verified motion.
 
     Attributes:
-        problem: The problem.
         path: The path, without time.
         trajectory: The motion.
         judged: The judge's verdict on it.
@@ -256,7 +254,6 @@ class Result:
     """Result of planning.
 
     Attributes:
-        problem: The problem.
         status: Status at the end.
         message: The particulars: which pair, which joint, by how much.
         path: The solver's path, if it got that far.

@@ -113,7 +113,6 @@ class DynamicRow:
     """A row of the table for dynamic obstacles.
 
     Attributes:
-        source: The source of its motions.
         improves: Whether it is tried if there is a motion already; it yields faster ones.
         ends: Whether its first motion ends the search: no other motion can be much faster.
         attempts: Number of seeds that it attempts; 0 if it has none of the schedule.

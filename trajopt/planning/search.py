@@ -43,13 +43,11 @@ class PlanSearch:
     Attributes:
         problem: The problem; may have a goal set.
         choice: The method, and the reason for its choice.
-        rng: Random generator.
         tracker: Counts the use of the budget, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
         remarks: Other remarks on the problem.
         given: Knots of the paths that are tried first, shape (k, n) each.
         most: Largest number of attempts, fewer than the budget's; None for the budget's.
-        incumbent: The best motion.
         attempts: Record of each seed.
     """
 
@@ -102,7 +100,6 @@ class PlanSearch:
         """Return a new search of the same call, for another problem or by another method.
 
         Args:
-            problem: The problem.
             choice: The method; the same when None.
             most: Most attempts; the budget's number when None.
             on_incumbent: Called with each verified motion that is better than the last.
@@ -275,7 +272,6 @@ def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker
     """Attempt candidates; yield their results in the order given, their work added to the tracker.
 
     Args:
-        candidates: The candidates.
         tracker: Of the whole of planning; its budget limits the number of workers.
 
     Raises:
@@ -317,10 +313,6 @@ def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Pro
     """Return the problem with the default margin for pairs whose requested margin no configuration keeps.
 
     A margin is a wish: an impossible one must not prevent a motion.
-
-    Args:
-        problem: The problem.
-        tracker: Counts the work.
 
     Returns:
         The problem itself if there are none, and a sentence on each pair.

@@ -36,7 +36,6 @@ class MotionCandidate(Printed):
     """A motion that is ready to be judged.
 
     Attributes:
-        path: Its path.
         trajectory: The motion.
         timed: Report of retiming; None if the method determined time itself.
         remarks: Its changes because of changing objects, in sentences.
@@ -139,7 +138,6 @@ class PlanningWorkspace(Printed):
         """Yield a motion among changing objects, timed so that it seems clear, the soonest first.
 
         Args:
-            motion: The motion.
             by: Latest end [s].
 
         Raises:
@@ -152,7 +150,6 @@ class PlanningWorkspace(Printed):
         """Yield a motion among changing objects unchanged, and begun later, if that seems clear.
 
         Args:
-            motion: The motion.
             by: Latest end [s].
 
         Raises:
@@ -192,7 +189,6 @@ class PlanningWorkspace(Printed):
         """Have a motion judged against all requirements of the problem.
 
         Args:
-            motion: The motion.
             solve: Result of its solver; None if no solver made it.
         """
         with self.tracker.stage("verify"):
@@ -255,7 +251,6 @@ class PlanningWorkspace(Printed):
             motion: The motion; its path and remarks are the result's.
             judged: The verdict on the motion.
             stopped: Reason for ending planning early.
-            blocks: The obstructions.
         """
         proven = judged is not None and judged.verified
         return Result(

@@ -109,7 +109,6 @@ class Relaxation:
         """Relax one field of a requirement.
 
         Args:
-            required: Requirement.
             field: Name of the field, a number.
             what: Name of the number in reports.
             largest: Largest change.
@@ -212,7 +211,6 @@ class During(Generic[Required_co]):
     """A requirement on a part of the motion, ends included.
 
     Attributes:
-        required: Requirement.
         after: Waypoint from which it holds; None for the start.
         until: Waypoint up to which it holds; None for the end.
     """

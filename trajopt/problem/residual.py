@@ -66,7 +66,6 @@ class Cost:
     """A residual in the role of a cost: the sum over its rows of weight times loss.
 
     Attributes:
-        residual: Residual.
         weight: Weight of every row, from 0 to 1e12.
         loss: Loss function; squared by default.
         window: Part of the motion that counts.
@@ -101,7 +100,6 @@ class Constraint(Value):
     """A residual in the role of a constraint: every row between bounds.
 
     Attributes:
-        residual: Residual.
         lower: Lower bound, one for all components or one each; -inf for none.
         upper: Upper bound; equal to lower for an equality.
         tolerance: Accepted violation, in the residual's unit.
@@ -163,7 +161,6 @@ def constraint(
     """Require a residual to lie between bounds.
 
     Args:
-        residual: Residual.
         lower: One bound, or one for each component; -inf for none.
         upper: Likewise; inf for none.
         tolerance: Accepted violation, in the residual's unit.

@@ -73,8 +73,6 @@ def stated_goal(
     """Return the requirements at the end, or a goal set with the requirements of each goal.
 
     Args:
-        scene: Scene.
-        group: Planning group.
         goal: One requirement or several, or any one goal of a set.
         degrees: Whether joint positions by name are in degrees.
 
@@ -241,8 +239,6 @@ def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
     """Check the frames and joints of a goal, which may be a placement relative to a dynamic obstacle.
 
     Args:
-        scene: Scene.
-        item: Goal.
         in_motion: Whether the start has a velocity or an acceleration.
 
     Raises:
@@ -313,8 +309,6 @@ def stated_knots(robot: Robot, group: str, stated: int, waypoints: int = 0) -> i
     """Return the number of knots of a group's path: the stated number, or the default if it is 0.
 
     Args:
-        robot: Robot.
-        group: Planning group.
         stated: `Problem.knots`.
         waypoints: Number of waypoints on the path.
 

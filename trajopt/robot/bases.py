@@ -31,7 +31,6 @@ class BaseJoint:
 
     Attributes:
         suffix: Suffix of its name after that of the base, such as "/x".
-        kind: Its URDF type.
         axis: Its axis in the frame of the previous joint, shape (3,).
         lower: Its lower limit [rad | m]; ignored for a continuous joint.
         upper: Its upper limit [rad | m].
@@ -56,7 +55,6 @@ class MovingBase:
         joints: Its joints, from the world to the robot.
         name: Prefix of their names; empty for the name of the joint that they replace.
         groups: Groups that move it, in addition to those of the SRDF.
-        drive: Its drive.
         drift: Largest deviation of a rolling base from the planned motion [m].
     """
 
@@ -75,7 +73,6 @@ class RobotBase:
         name: The joint between the two in MoveIt's files; may be empty.
         frame: The world frame in MoveIt's files; may be empty.
         joints: Names of the joints that move the base, from the world to the robot; empty if it is fixed.
-        drive: Its drive.
         drift: Largest deviation of a rolling base from the planned motion [m].
     """
 
@@ -138,7 +135,6 @@ def planar_base(
         name: The joint that they replace; needed if there are several. Without such a joint, the prefix of
             their names ("base" by default).
         groups: Groups that move the base, in addition to those of the SRDF.
-        drive: Its drive.
         drift: Largest deviation of a rolling base from the planned motion, > 0 [m].
         degrees: Whether yaw, its velocity and its acceleration are in degrees.
 

@@ -25,7 +25,6 @@ class CollisionBody(Value):
         owner: The link or scene object that it is part of.
         frame: Link it moves with, or "world".
         placement: Of the shape in that frame.
-        shape: The shape.
         centre: Point about which it is scaled, in its own frame, shape (3,) [m]; for a mesh and its cover
             the mean of the mesh's vertices.
         scale: Factor on its size.

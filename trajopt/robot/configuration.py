@@ -42,9 +42,7 @@ def stated_configuration(
     joints are in the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
 
     Args:
-        robot: The robot.
         name: The name of the argument, for errors.
-        given: The configuration.
         group: The group whose states are preferred and whose joints an array may be for. If empty, an array
             may be for any group, provided that all groups with that number of joints have the same joints.
         degrees: Whether positions of revolute joints by name or in an array are in degrees; states and
@@ -129,9 +127,6 @@ def _missing(robot: Robot, group: str, count: int) -> str:
 
 def initial_positions(robot: Robot) -> Floats:
     """Return the default configuration: each group in its first named state.
-
-    Args:
-        robot: The robot.
 
     Returns:
         Positions, shape (number of joints,) [rad | m]; joints of no group with a state at their default.

@@ -76,7 +76,6 @@ class FixedBody:
         owner: The link or object that it is part of.
         joint: Joint of the reduced model that carries it; 0 is the world.
         placement: Of the shape in that joint's frame.
-        shape: The shape.
     """
 
     name: str
@@ -105,7 +104,6 @@ class JointLimits(Value):
     """Limits of some joints, one entry per joint, in the order of `joint_names`.
 
     Attributes:
-        joint_names: Names of the joints.
         lower: Lower position limits, shape (n,) [rad | m]; -inf for continuous joints.
         upper: Upper position limits, shape (n,) [rad | m].
         velocity: Largest speeds, shape (n,) [rad/s | m/s].
@@ -166,7 +164,6 @@ def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator)
     Args:
         limits: Of n joints.
         count: Number of configurations.
-        rng: Random generator.
 
     Returns:
         Shape (count, n) [rad | m].

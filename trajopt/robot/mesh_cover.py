@@ -49,7 +49,6 @@ class Cover:
 
     Attributes:
         shapes: One convex hull, several convex pieces, or the mesh itself.
-        note: Their description.
         centre: Mean of the mesh's vertices, shape (3,) [m].
         coarse: Whether the shapes protrude farther than the policy allows.
     """
@@ -88,7 +87,6 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
     In that case the file is not parsed again.
 
     Args:
-        path: The file.
         scale: Factors along x, y, z, as in a URDF.
         policy: How the mesh becomes convex.
 
@@ -255,7 +253,6 @@ class CoverProgress:
     logging is configured: they explain that the first load is slow and later ones are not.
 
     Attributes:
-        total: Number of meshes.
         done: Number of covered meshes.
     """
 

@@ -577,7 +577,6 @@ def torque_scaled(
     """Return limits with scaled torque, and a sentence about it.
 
     Args:
-        limits: Of all joints.
         scaling: The factor; inf turns limits off.
         joints: The affected joints; all if None.
 
@@ -601,7 +600,6 @@ def jerk_limited(
     """Return limits with jerk limits, and a sentence about them; empty if nothing changes.
 
     Args:
-        limits: Of all joints.
         rise: Least time in which an acceleration reaches its limit [s]. If None, `DEFAULT_RISE` for
             joints without a jerk limit; the others keep theirs.
         joints: The affected joints; all if None. Joints without an acceleration limit, which mimic

@@ -18,7 +18,6 @@ def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
     for two arms the joints of both.
 
     Args:
-        reduced: Robot and scene.
         errors: Largest error of each joint of the group, shape (n,) [rad | m].
     """
     alone = reduced.derived(_levers) @ (np.abs(reduced.mimic_matrix) @ errors)
@@ -30,9 +29,6 @@ def pair_levers(reduced: ReducedModel) -> Floats:
     """Bound the approach speed of the bodies of each pair per unit speed of each joint, shape (p, n).
 
     In any configuration [m/rad | m/m].
-
-    Args:
-        reduced: Robot and scene.
     """
     return reduced.derived(_pair_levers)
 

@@ -31,7 +31,6 @@ class _Moments:
         low: Least component along the axis [kg m].
         high: Largest component along the axis.
         radius: Largest distance from the axis.
-        norm: Largest length.
     """
 
     mass: float

@@ -39,10 +39,8 @@ class ContactRules:
         margin: Default margin of the optimiser [m].
         pair_margins: Margins of single pairs that differ [m].
         kind_margins: Margins of kinds of pairs that differ [m].
-        clearances: Required clearances.
         carriers: The link that carries each attached object, by object.
         parts: Role of each link and object; may be empty if no kind of pairs differs.
-        allowances: Temporary intended contacts.
         robot_joints: Number of the robot's joints, the world included; the others are driven by time.
     """
 
@@ -64,7 +62,6 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
     Args:
         bodies: All bodies; those of one owner are carried by the same joint.
         links: Names of the robot's links; bodies that cannot move relative to them are listed as immobile.
-        rules: The contact rules.
     """
     owners = _Owners(bodies, frozenset(links), rules)
     part = owners.of_body
@@ -197,7 +194,6 @@ def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     with its predecessor, and the pairs if the edit does not affect them.
 
     Args:
-        scene: The scene.
         robot: The scene's robot with one group's joints free.
     """
     return _collision_models(scene).get(robot, lambda: _built(scene, robot))

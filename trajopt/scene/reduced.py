@@ -98,7 +98,6 @@ class ReducedModel:
     """A scene's robot with only one group's joints free.
 
     Attributes:
-        scene: The scene.
         group: Name of the group.
         start: Positions of all joints at the start, shape (number of joints,) [rad | m].
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.

@@ -23,7 +23,6 @@ class AddedJoints:
     """Joints added to a model, and the frames that they carry.
 
     Attributes:
-        joints: Their positions.
         anchors: The frame that each track moves, by its name.
     """
 
@@ -119,7 +118,6 @@ def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
     The last results are cached for each robot: they depend only on the fixed joints.
 
     Args:
-        robot: The robot.
         group: Name of the planning group.
         start: Positions of all joints, shape (number of joints,) [rad | m].
 

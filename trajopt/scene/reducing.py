@@ -43,7 +43,6 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
     """Fix every joint outside the group at its start position; mimic joints follow.
 
     Args:
-        scene: The scene.
         group: Name of the planning group.
         start: Positions of all joints, shape (number of joints,) [rad | m].
 

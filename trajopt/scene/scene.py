@@ -97,7 +97,6 @@ class Scene(Value):
     is fixed on.
 
     Attributes:
-        robot: The robot.
         objects: Objects by id.
         allowed: Pairs that may touch; initially the robot's disabled pairs.
         margin: Default margin of the optimiser [m].
@@ -863,7 +862,6 @@ def robot_objects(
 
     Args:
         name: Prefix of the ids.
-        robot: The moving robot.
         trajectory: Of its group's joints.
         base: Placement of its world in the scene that the objects are for.
         start: Start of the motion on the clock of that scene [s].

@@ -138,7 +138,6 @@ def covered_parts(
     """Return the parts of an object, with meshes covered by convex pieces, and notes on these.
 
     Args:
-        name: The object's id.
         shape: One shape at its origin, or several with placements in the object's frame.
         policy: How meshes become convex.
 

@@ -255,7 +255,6 @@ class Prediction(Value):
     """A track with a bounded error, known for a time.
 
     Attributes:
-        track: The track.
         error: Radius r [m], velocity v [m/s] and acceleration a [m/s^2], none negative: at time t >= 0 no
             point of the body is farther than r + v t + a t^2 / 2 from its place on the track, before that r.
         until: End of the known time [s]; no motion that ends later is verified.
@@ -350,7 +349,6 @@ def frame_pieces(
     """Return pieces of a track that follow a frame.
 
     Args:
-        robot: The moving robot.
         trajectory: Of its group's joints.
         anchor: The joint that carries the frame, and its placement there.
         reach: Of the points that count, from the frame's origin [m].
@@ -594,7 +592,6 @@ def timing_of(
     """Return the timing of an object; a track alone is a prediction without error and end.
 
     Args:
-        name: The object's id.
         motion: Motion of its frame; None if it rests.
         appears: Start of its existence [s]; None if it always exists.
         expires: End of its existence [s]; None if it stays.

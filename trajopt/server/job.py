@@ -31,7 +31,6 @@ class Assignment(Value):
         attachment: Bytes that came with them.
         stamps: Measurement times of clouds in the scene, by name.
         seconds: Time limit, waiting included [s].
-        listener: Receives the progress.
         moved: Receives the robot's positions while it is driven [rad | m].
         driven: Whether another request drives the session's robot.
     """
@@ -52,8 +51,6 @@ class Job:
     """A request in progress.
 
     Attributes:
-        owner: The session's id.
-        assignment: The work.
         number: Its number in messages to and from workers.
         done: Future of its answer, or the refusal.
         begun: Time when a worker began, on the loop's clock [s].

@@ -32,11 +32,7 @@ Empty: TypeAlias = Mapping[str, tuple[PackedScene, Sequence[float]]]
 
 
 class Keeper:
-    """Stores the sessions of one service in a warehouse, by a worker of its own.
-
-    Attributes:
-        pool: The worker.
-    """
+    """Stores the sessions of one service in a warehouse, by a worker of its own."""
 
     def __init__(self, warehouse: Warehouse, hello: Hello, limits: Limits) -> None:
         """Store the options.
@@ -55,7 +51,6 @@ class Keeper:
         """Store the content of a session; returns once it is on disk.
 
         Args:
-            session: The session.
             scene: Its scene; None if unchanged.
             positions: Of its robot [rad | m]; None if unchanged.
 

@@ -37,8 +37,6 @@ class Request(msgspec.Struct, tag=True, frozen=True):
         number: Its number, in all messages about it.
         operation: Name of the operation.
         robot: Name of the robot.
-        scene: The scene, packed.
-        key: Its key.
         stamps: Measurement times of clouds in it, by name.
         positions: Of all joints [rad | m].
         body: The arguments, JSON.
@@ -99,7 +97,6 @@ class Answered(msgspec.Struct, tag=True, frozen=True):
     """A request is done.
 
     Attributes:
-        number: Of the request.
         body: The answer, JSON.
         scene: The new scene, packed, if it changed.
         positions: The new positions of the robot, if they changed [rad | m].

@@ -49,7 +49,6 @@ class PackedScene(Value):
 
     Attributes:
         robot: Name by which the server knows the robot.
-        data: The scene.
         key: The same for the same bytes.
     """
 

@@ -39,9 +39,7 @@ class WorkerPool:
         """Store the options; `start` starts the workers.
 
         Args:
-            name: For the log.
             hello: First message to each worker.
-            size: Number of workers.
             limits: Of the queue and of requests.
             eager: Whether workers are started before the first request.
         """
@@ -94,7 +92,6 @@ class WorkerPool:
 
         Args:
             owner: Id of its session.
-            assignment: The work.
 
         Raises:
             RequestRefused: If too many requests wait, of this session or in total, or the pool is closed.

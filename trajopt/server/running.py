@@ -36,7 +36,6 @@ async def run_faces(
 
     Args:
         robots: The robots by name.
-        faces: Its faces.
         limits: Limits of clients.
         modules: Modules with the operations that the faces need.
         observer: Called with each finished request.

@@ -36,7 +36,6 @@ class Service:
     Attributes:
         robots: The robots by name.
         limits: Limits of clients.
-        sessions: The sessions.
         operations: The operations by name.
         pools: The workers of each lane.
     """

@@ -25,7 +25,6 @@ class ServiceSession:
     """A robot in its own scene.
 
     Attributes:
-        id: Its id.
         scene: Its scene, packed by workers.
         positions: Of the joints [rad | m].
         stamps: Measurement times of clouds in the scene, by name [s].

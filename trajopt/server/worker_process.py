@@ -28,7 +28,6 @@ class WorkerProcess:
     """A process that handles requests in sequence.
 
     Attributes:
-        pid: Its id.
         memory: Its memory when it was ready [bytes].
     """
 

@@ -98,7 +98,6 @@ def visible_points(
     Objects are clipped to the box around the motion and its margin; half-spaces do not count.
 
     Args:
-        reduced: Robot and scene.
         configurations: Positions of the group along the motion, shape (k, n) [rad | m].
         times: Of these configurations, shape (k,) [s]; 0 if omitted.
         always: Objects that must be entirely in view, at any place.

@@ -91,7 +91,6 @@ class DynamicScene:
         """Add a mocap body of MuJoCo for each frame that moves by itself.
 
         Args:
-            spec: The model.
             joints: Its bodies, by joint.
 
         Returns:
@@ -214,7 +213,6 @@ def mujoco_geoms(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...],
     """Return the geometries of a shape, and a note on the difference.
 
     Args:
-        shape: The shape.
         moving: Whether a joint moves it; MuJoCo has fixed half-spaces only.
 
     Returns:

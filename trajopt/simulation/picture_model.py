@@ -85,7 +85,6 @@ def picture_spec(
     """Return a model for pictures.
 
     Args:
-        reduced: Robot and scene.
         shown: Points around the shown region, shape (k, 3) in the world [m].
         loose: Name of a loose object, which becomes a mocap body; empty if there is none.
         highlight: Links and objects with a special colour.
@@ -280,11 +279,8 @@ class PosedModel:
     """The MuJoCo model of robot and scene for pictures, at a time of a motion.
 
     Attributes:
-        model: The compiled model.
-        data: Its state.
         owners: Index of a geometry -> its object, for objects that the robot does not move.
         changing: The scene over time.
-        motion: The motion.
         paths: Paths of the tools of the group, shape (tools, PATH_POINTS, 3) in the world [m].
     """
 
@@ -298,8 +294,6 @@ class PosedModel:
         """Compile the model.
 
         Args:
-            reduced: Robot and scene.
-            motion: The motion.
             shown: Points around the shown region, shape (k, 3) in the world [m].
             highlight: Links and objects with a special colour.
         """

@@ -27,7 +27,6 @@ class Plant:
         """Compile the model.
 
         Args:
-            reduced: The reduced model.
             dt: Time step [s].
             report: Its MuJoCo model, with additions; a new one if None.
 

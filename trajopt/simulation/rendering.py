@@ -166,7 +166,6 @@ def thumbnail(reduced: ReducedModel, trajectory: Trajectory | None) -> bytes:
     """Draw a motion, its end solid and the way translucent; or the start.
 
     Args:
-        reduced: Robot and scene.
         trajectory: The motion; None for the start.
 
     Returns:

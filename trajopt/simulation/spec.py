@@ -166,9 +166,7 @@ def add_geom(
 
     Args:
         spec: The model; meshes are stored in it.
-        body: The body.
         name: Name of the geometry, and of its mesh.
-        piece: The geometry.
         where: Placement of its shape in the frame of the body.
     """
     placed = where * piece.placement
@@ -257,10 +255,8 @@ def add_loose(
 
     Args:
         report: The model, without the object; its specification is changed.
-        item: The object.
         where: Its placement in the world.
         fingers: Links with rubber pads.
-        friction: Of the object.
 
     Raises:
         ModelError: If it has no mass or no shape.

@@ -45,15 +45,12 @@ class DrawnDepth:
 
     Attributes:
         fixed: Positions of the joints that do not move [rad | m].
-        screen: The context.
     """
 
     def __init__(self, reduced: ReducedModel, camera: Camera, fixed: Floats) -> None:
         """Compile the model.
 
         Args:
-            reduced: Robot and scene.
-            camera: The camera.
             fixed: Positions of the joints that the group does not move.
 
         Raises:
@@ -149,8 +146,6 @@ class Studio:
         """Prepare model, camera and context.
 
         Args:
-            reduced: Robot and scene.
-            motion: The motion.
             canvas: Size of pictures.
             pictures: Largest number of times in one picture.
             camera: The camera; the best viewpoint if None.
@@ -327,7 +322,6 @@ class Offscreen:
         """Open the context; the offscreen buffer of the model must be at least as large as the pictures.
 
         Args:
-            model: Model of MuJoCo.
             width: Of the pictures [pixels].
             height: Of the pictures [pixels].
 
@@ -372,7 +366,6 @@ class Offscreen:
         """Return depths along the axis of the camera, shape (height, width), first row on top [m].
 
         Args:
-            scene: The scene.
             nearest: Depth of the near clipping plane [m].
             farthest: Depth of the far clipping plane, which is the depth of empty pixels [m].
         """

@@ -48,7 +48,6 @@ class Viewpoint:
     """A camera, and the objects that hide the motion from it.
 
     Attributes:
-        camera: The camera.
         hiding: Objects to be drawn translucent.
     """
 
@@ -90,8 +89,6 @@ def look_at(reduced: ReducedModel, motion: SampledMotion, aspect: float) -> View
     """Choose the viewpoint of a motion that is drawn by other means.
 
     Args:
-        reduced: Robot and scene.
-        motion: The motion.
         aspect: Width of the picture over its height.
     """
     shown = in_view(reduced, motion)

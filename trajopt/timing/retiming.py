@@ -160,7 +160,6 @@ def timed_through(
         knots: Polyline, shape (N, n) [rad | m].
         through: Indices of the knots to pass, shape (w,).
         limits: Joint limits: velocities scale the path parameter, positions bound the corners.
-        time_path: Times a polyline.
 
     Returns:
         The timing with the smallest largest joint distance from the knots, or a failed one.

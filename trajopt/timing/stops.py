@@ -57,7 +57,6 @@ class StopsAlong(Value):
 
     Attributes:
         trajectory: The motion; it ends at rest.
-        limits: Limits of its joints.
     """
 
     trajectory: Trajectory

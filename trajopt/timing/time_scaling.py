@@ -91,7 +91,6 @@ def holds_limits(motion: Trajectory, limits: JointLimits) -> bool:
 
     Args:
         motion: Motion of the limits' joints, in their order.
-        limits: Joint limits.
     """
     widths = np.diff(motion.times)
     _, least, largest = timing.motion_extremes(motion.coefficients, widths)

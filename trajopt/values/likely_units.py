@@ -108,7 +108,6 @@ def meant_at_speed(speed: float, limit: float, unit: str) -> str:
 
     Args:
         speed: The speed or acceleration, positive.
-        limit: Its limit.
         unit: Their unit, in radians or metres.
     """
     name, size = ("degrees", np.degrees(1.0)) if unit.startswith("rad") else ("millimetres", 1e3)

@@ -126,7 +126,6 @@ def examine_with(
     """Examine a configuration in given workspaces.
 
     Args:
-        kinematics: Workspace for kinematics.
         distances: Workspace for distances of the same reduced model.
         positions: Positions of the group's joints, shape (n,) [rad | m].
         moment: Moment of a motion at which the configuration occurs.
@@ -171,9 +170,7 @@ def requirements_with(
     """Check requirements at a configuration, as at the end of a motion.
 
     Args:
-        kinematics: Workspace for kinematics.
         positions: Positions of the group's joints, shape (n,) [rad | m].
-        requirements: Requirements.
         options: Options of the judge.
 
     Raises:
@@ -188,7 +185,6 @@ def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOpt
     """Return a motion that rests at a configuration for a second.
 
     Args:
-        kinematics: Workspace for kinematics.
         positions: Positions of the group's joints, shape (n,) [rad | m].
         options: Options of the judge.
 

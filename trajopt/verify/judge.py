@@ -55,7 +55,6 @@ class Judge:
     """Workspace that judges motions of one reduced model; one per thread.
 
     Attributes:
-        reduced: Reduced model.
         options: Options of the judge.
     """
 
@@ -63,7 +62,6 @@ class Judge:
         """Build the judge's own kinematics and geometry.
 
         Args:
-            reduced: Reduced model.
             options: Options of the judge.
 
         Raises:
@@ -180,7 +178,6 @@ class Judge:
 
         Args:
             positions: Positions of the group's joints, shape (n,) [rad | m].
-            requirements: Requirements.
 
         Raises:
             ShapeError: Unless there is one finite position per joint.

@@ -57,7 +57,6 @@ class ClearanceQuery:
     Attributes:
         timed: The dynamic obstacles; None in a static scene.
         reduced: Robot and scene, with joints driven by time among dynamic obstacles.
-        query: Evaluates them.
     """
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
@@ -184,7 +183,6 @@ class Tilt:
     """Angle between an axis of a frame and its direction over time.
 
     Attributes:
-        frame: The frame.
         bound: Largest angle allowed [rad].
         angles: Shape (S,) [rad].
     """
@@ -238,10 +236,8 @@ def sample_motion(
     """Sample a motion.
 
     Args:
-        reduced: The robot and its surroundings.
         trajectory: The motion of the group's joints.
         limits: Limits of the group's joints.
-        constraints: Path constraints.
     """
     duration = trajectory.duration
     times = np.union1d(np.linspace(0.0, duration, SAMPLES), trajectory.times)

@@ -65,7 +65,6 @@ class Drawing:
         """Draw everything at the start.
 
         Args:
-            server: Serves the page.
             reduced: Robot and scene, with joints driven by time among dynamic obstacles.
             start: Positions of its joints.
             root: Name of the root node, if a page has several; empty for the page's own.
@@ -347,10 +346,7 @@ class Ghost:
         """Prepare it; nothing is shown yet.
 
         Args:
-            server: Serves the page.
             reduced: The robot with its attached objects.
-            name: Of its node.
-            colour: Of all bodies.
             opacity: Of all bodies, from 0 to 1.
         """
         self._server = server
@@ -539,7 +535,6 @@ def telling_pairs(clearance: ClearanceQuery, positions: Floats, count: int) -> t
     """Return the nearest pairs at a posture, the nearest first.
 
     Args:
-        clearance: Measures them.
         positions: Of the group, shape (n,) [rad | m].
         count: Largest number of pairs.
     """

@@ -101,12 +101,7 @@ PATIENCE = 5.0
 
 
 class MirrorClient:
-    """A mirrored address.
-
-    Attributes:
-        url: The address.
-        robot: The robot there.
-    """
+    """A mirrored address."""
 
     def __init__(self, url: str, *, token: str = "") -> None:
         """Request the robot.

@@ -35,7 +35,6 @@ class Playback:
         """Add the controls; nothing is drawn yet.
 
         Args:
-            server: Serves the page.
             duration: The last time [s].
             draw: Draws everything except the slider at a time [s].
             taken: Called when the user moves the slider, or plays.

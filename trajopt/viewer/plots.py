@@ -52,7 +52,6 @@ def plot_motion(
     """Draw a motion over time: joint positions, speeds, clearance, and tilt or accelerations.
 
     Args:
-        reduced: The robot and its surroundings.
         trajectory: The motion of the group's joints.
         path: The image; its suffix selects the format (PNG without one).
         limits: Limits of the motion; the robot's own if None.
@@ -287,7 +286,6 @@ def plot_reach(reach: ReachMap, path: Path | str) -> Path:
     if it is inside, the level one through the layer with most directions.
 
     Args:
-        reach: The map.
         path: The image; its suffix selects the format (PNG without one).
 
     Returns:

@@ -33,7 +33,6 @@ class RunDrawing:
     """The measured robot, ghosts at its stop and goal, and the known world.
 
     Attributes:
-        server: Serves the page.
         reduced: The robot in the first known world.
         nearest: The pair with the smallest clearance in the shown moment.
     """
@@ -42,7 +41,6 @@ class RunDrawing:
         """Draw the robot at its start.
 
         Args:
-            server: Serves the page.
             group: The group that moves.
             start: Positions of all joints at the start, shape (number of joints,) [rad | m].
             first: The world known at the start.
@@ -127,7 +125,6 @@ def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1")
     """Serve a page that shows a recorded run; returns immediately.
 
     Args:
-        recording: The recording.
         port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 

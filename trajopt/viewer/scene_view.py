@@ -27,8 +27,6 @@ class SceneView:
     """A scene drawn in a page, at one time and in one configuration.
 
     Attributes:
-        clearance: Measures its clearances.
-        drawing: Its nodes.
         nearest: The pair with the smallest clearance as drawn; None before, or without pairs.
         hiding: Names of the objects that hide the motion from the chosen viewpoint.
     """
@@ -46,8 +44,6 @@ class SceneView:
         """Draw it at time 0.
 
         Args:
-            server: Serves the page.
-            reduced: Robot and scene.
             positions: Of the group's joints, shape (n,) [rad | m].
             duration: Of the shown motion [s].
             root: Name of the root node, if a page has several scenes; empty for the page's own.
@@ -81,7 +77,6 @@ class SceneView:
         """Choose the least obstructed view of a motion, and make remaining obstacles translucent.
 
         Args:
-            motion: The motion.
             paths: Whether to draw the paths of the tools.
             aspect: Width over height of the picture.
         """
@@ -107,8 +102,6 @@ def look_from_the_best_side(
     """Choose the least obstructed view of a motion, or of the robot at rest.
 
     Args:
-        server: Serves the page.
-        reduced: The robot in its scene.
         motion: The motion; None for the robot at rest.
         back: Factor on the distance at which everything just fits.
         aside: Shift of the subject to the left, as a share of the picture's height.

@@ -212,8 +212,6 @@ def stronger_joint(problem: Problem, joint: str, need: float) -> ProblemChange:
     """Return the change that raises a joint's effort limit [Nm | N].
 
     Args:
-        problem: The problem.
-        joint: The joint.
         need: Its load at rest [Nm | N].
     """
     robot = problem.scene.robot
@@ -290,7 +288,6 @@ class Remedy:
     Attributes:
         words: The change.
         what: The changed item.
-        amount: The amount.
         unit: Unit of the amount.
         problem: The changed problem.
         result: The verified plan of it.
@@ -324,7 +321,6 @@ def smallest_changes(changes: Iterable[ProblemChange], plan: Plan) -> tuple[Reme
 
     Args:
         changes: The changes, each with a likely sufficient amount.
-        plan: Plans a problem.
     """
     found: list[Remedy] = []
     for change in changes:

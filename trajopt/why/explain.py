@@ -272,7 +272,6 @@ def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Pro
     """Return candidate changes of a problem that fails among dynamic obstacles.
 
     Args:
-        problem: The problem.
         blocks: The obstacles, each named second in its block.
     """
     named = dict.fromkeys(block.subjects[-1] for block in blocks)

@@ -24,7 +24,6 @@ class Explanation(OutcomeSummary):
     """Outcome and cause of planning: `print` it, or read its fields.
 
     Attributes:
-        problem: The problem.
         blocks: The obstacles, worst first.
         conflict: A minimal set of requirements that exclude each other: without any one of them the others
             can be met. Empty if no such set was found.

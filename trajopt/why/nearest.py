@@ -38,7 +38,6 @@ class ConfigurationProblem:
     """The requirements on one configuration; see the module.
 
     Attributes:
-        reduced: The robot and its surroundings.
         hard: Requirements that must hold.
         soft: Requirements that may be violated at a cost.
         clear: Whether the margins of all pairs must hold.
@@ -193,7 +192,6 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
     """Find the nearest configuration that is clear, can be held still and meets the path constraints.
 
     Args:
-        problem: The problem.
         positions: The configuration that is not free, shape (n,) [rad | m].
         moment: The end of the motion, at which contact may be intended.
 
@@ -221,7 +219,6 @@ def least_missed(
     """Find a goal configuration with the smallest violation of some requirements.
 
     Args:
-        problem: The problem.
         soft: Requirements that may be violated.
         hard: Requirements that must hold.
         clear: Whether it must be clear of everything, and let the joints hold still.

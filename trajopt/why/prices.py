@@ -183,7 +183,6 @@ def path_prices(problem: Problem, knots: Floats, *, seconds: bool) -> tuple[Pric
     """Return the prices of a path's active constraints, the largest first; as `prices`.
 
     Args:
-        problem: The problem.
         knots: The path of a verified motion, shape (K, n) [rad | m].
         seconds: Whether to solve and time relaxed problems too.
     """

@@ -70,7 +70,6 @@ class Bundle(Value):
     """The content of a bundle file.
 
     Attributes:
-        path: The file.
         holds: Kind of content.
         made: Time of writing (UTC, ISO 8601).
         versions: Versions of Python, trajopt and its dependencies at the time of writing, by name.
@@ -278,7 +277,6 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
     motion is verified again (`Bundle.judged`).
 
     Args:
-        path: The file.
         meshes: Folder for unpacking the visual meshes; None leaves them packed.
 
     Raises:
@@ -453,7 +451,6 @@ def reader_of(archive: Members, meshes: Path | str | None = None) -> BundleReade
     """Return a reader of documents whose arrays and meshes are members.
 
     Args:
-        archive: The members.
         meshes: As in `read_bundle`.
     """
     return BundleReader(archive.array, lambda name: _file(archive, name, meshes))
@@ -475,7 +472,6 @@ def value_members(value: object, name: str) -> dict[str, bytes]:
     """Return a value as members.
 
     Args:
-        value: The value.
         name: Its name in error messages.
 
     Raises:
@@ -491,7 +487,6 @@ def value_of(members: Members, meshes: Path | str | None = None) -> Any:
     """Return the value stored in members.
 
     Args:
-        members: The members.
         meshes: Folder for unpacking the visual meshes; None leaves them packed.
 
     Raises:

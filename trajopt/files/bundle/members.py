@@ -59,7 +59,6 @@ class Members(ABC):
         """Return the bytes of a member.
 
         Args:
-            name: Its name.
             most: Largest size allowed [bytes].
 
         Raises:
@@ -138,7 +137,6 @@ class Archive(Members):
         """Return the bytes of a member.
 
         Args:
-            name: Its name.
             most: Largest size allowed [bytes].
 
         Raises:

@@ -37,7 +37,6 @@ def message_of(value: object, known: Mapping[str, object]) -> dict[str, object]:
     """Return a value as plain data for JSON.
 
     Args:
-        value: The value.
         known: Values that the reader has already, by the name that both sides use.
 
     Raises:
@@ -61,7 +60,6 @@ def value_of_message(
     """Return the value of a message from any sender; motions in it are judged here.
 
     Args:
-        node: The message.
         known: Values that are here already, by the name that both sides use.
         kind: Its class.
         kinds: Classes that it may contain; `all_kinds()` when None.

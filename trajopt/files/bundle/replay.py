@@ -54,7 +54,6 @@ def replay(bundle: Bundle, *, method: Method | str | None = None) -> Replay:
     """Plan a bundle's problem again with the stored arguments, and compare the results.
 
     Args:
-        bundle: The bundle.
         method: As in `plan`; the stored method when None. A method with its own options is not stored and
             must be passed again.
 

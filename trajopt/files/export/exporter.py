@@ -12,7 +12,6 @@ class Exported:
     """A written file.
 
     Attributes:
-        path: The file.
         points: Number of points of the motion in the file.
         duration: Duration of the motion as written [s].
         notes: Content and units of the file, and the losses against the planned motion.

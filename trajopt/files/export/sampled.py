@@ -146,7 +146,6 @@ def excess(motion: Trajectory, samples: Trajectory) -> Iterator[str]:
     """Yield a note for each derivative that is larger between the samples than in the motion.
 
     Args:
-        motion: The motion.
         samples: The sampled motion, interpolated as the controller does.
     """
     for order in (1, 2):

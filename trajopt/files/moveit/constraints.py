@@ -60,7 +60,6 @@ class PointRegion:
     """A box that must contain a point of a frame.
 
     Attributes:
-        frame: The frame.
         reference: The reference frame of the box.
         placement: Of the box in the reference.
         tolerance: Half its edges, shape (3,) [m]; inf leaves an axis free.
@@ -80,8 +79,6 @@ def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
     """Return the region of a position constraint; of a sphere, the cube inside it.
 
     Args:
-        node: The message.
-        scene: The scene.
         reading: Meaning of names; its notes receive deviations from the file.
 
     Raises:
@@ -151,8 +148,6 @@ def read_orientation(node: Node, scene: Scene, reading: Reading) -> tuple[Orient
     """Return the orientation required by a message.
 
     Args:
-        node: The message.
-        scene: The scene.
         reading: Meaning of names; its notes receive deviations from the file.
 
     Returns:
@@ -210,8 +205,6 @@ def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Require
     them are not checked, which is noted.
 
     Args:
-        node: The message.
-        scene: The scene.
         reading: Meaning of names; its notes receive a sentence on the unchecked obstacles.
 
     Raises:
@@ -271,8 +264,6 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
     position's region permit it. Weights are ignored: everything is required.
 
     Args:
-        node: The message.
-        scene: The scene.
         reading: Meaning of names; its notes receive deviations from the file.
 
     Returns:

@@ -45,7 +45,6 @@ def reading_at(scene: Scene, positions: Floats, notes: list[str] | None = None) 
     """Return the meaning of names and frames in a message to a scene.
 
     Args:
-        scene: The scene.
         positions: Of all joints, shape (number of joints,) [rad | m].
         notes: Receives the notes; a new list when None.
     """

@@ -38,7 +38,6 @@ class RequestFile(Value):
     """The content of a motion plan request file.
 
     Attributes:
-        path: The file.
         scene: The scene, including objects attached in the start state.
         start: Positions of all joints, shape (number of joints,) [rad | m].
         group: The planning group.
@@ -90,7 +89,6 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     workspace restricts only a mobile base.
 
     Args:
-        path: The file.
         scene: The scene of the request.
 
     Raises:

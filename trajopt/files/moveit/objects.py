@@ -33,7 +33,6 @@ class ObjectMessage:
 
     Attributes:
         node: Its place in the file.
-        name: The object's id.
         operation: ADD, REMOVE, APPEND or MOVE.
         placement: Of the object in the frame of its header.
         parts: Its shapes with their placements in the object's frame.
@@ -130,9 +129,6 @@ def add(
     """Return the scene with the message's object, replacing any object of the same id.
 
     Args:
-        message: The message.
-        scene: The scene.
-        reading: Meaning of names.
         placement: Of the object in `frame`.
         frame: "world" or a frame of the robot.
         touch_links: Links that may touch the object.
@@ -163,10 +159,7 @@ def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: 
     """Return the scene with the message's shapes added to an object at the message's poses.
 
     Args:
-        message: The message.
         placement: Of the message's object frame in the object.
-        scene: The scene.
-        reading: Meaning of names.
     """
     name = message.name
     try:
@@ -224,8 +217,6 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
     pose.
 
     Args:
-        node: The message.
-        scene: The scene.
         reading: Meaning of names; its positions are the configuration of attaching.
 
     Raises:

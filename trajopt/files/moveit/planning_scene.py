@@ -121,7 +121,6 @@ class SceneFile:
     """The content of a planning scene file.
 
     Attributes:
-        path: The file.
         scene: The robot among the objects.
         state: Joint positions given in the file, by joint [rad | m].
         world_names: Frame ids that mean the world in this file.
@@ -150,7 +149,6 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
     the link's collision shapes. Colours are ignored.
 
     Args:
-        path: The file.
         robot: The robot of the scene.
         meshes: Conversion of meshes to convex shapes; the default policy when None.
 
@@ -211,9 +209,6 @@ def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool 
     """Return the scene with the frame of a transform: fixed in the world, or a tool frame on the robot.
 
     Args:
-        node: The transform.
-        scene: The scene.
-        reading: Meaning of names.
         again: Whether an existing frame is moved to the transform.
 
     Raises:
@@ -313,8 +308,6 @@ def edit_object(node: Node, scene: Scene, reading: Reading) -> Scene:
     """Return the scene after a collision object message.
 
     Args:
-        node: The message.
-        scene: The scene.
         reading: Meaning of names; its positions are the current configuration.
 
     Raises:
@@ -330,8 +323,6 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
     The robot and its base pose are unchanged.
 
     Args:
-        node: The message.
-        scene: The scene.
         reading: Meaning of names; its positions are the configuration of the robot, from the message if
             given.
 

@@ -27,7 +27,6 @@ def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, f
 
     Args:
         node: The joints of several degrees of freedom of a robot state.
-        robot: The robot.
         notes: Receives a sentence for every quaternion not of unit length.
 
     Raises:
@@ -54,8 +53,6 @@ def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
 
     Args:
         node: The joints of several degrees of freedom of the robot state.
-        robot: The robot.
-        notes: Receives the sentence.
 
     Raises:
         FileFormatError: If a transform is malformed.
@@ -77,7 +74,6 @@ def read_workspace(
 
     Args:
         node: The workspace; a box of zero size is ignored, as in MoveIt.
-        robot: The robot.
         group: Name of the planning group.
         world_names: Frame ids of the world.
         notes: Receives a sentence if the box is in another frame and therefore ignored.
@@ -128,7 +124,6 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
 
     Args:
         node: The robot state message.
-        robot: The robot.
         notes: Receives a sentence on the skipped joints, and for every quaternion not of unit length.
 
     Raises:
@@ -152,7 +147,6 @@ def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
 
     Args:
         node: The robot state message.
-        robot: The robot.
 
     Raises:
         JointNotFound: If the robot has no such joint.
@@ -199,7 +193,6 @@ def layered_positions(robot: Robot, *layers: Mapping[str, float]) -> Floats:
     later one names the joint itself.
 
     Args:
-        robot: The robot.
         layers: Joint -> position [rad | m]; joints in no layer have their default.
 
     Returns:

@@ -59,7 +59,6 @@ def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
     """Return the world objects, by id, in the planning frame.
 
     Args:
-        scene: The scene.
         frame: Name of the planning frame.
     """
     return {
@@ -87,9 +86,7 @@ def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene
     """Return an object as a message.
 
     Args:
-        item: The object.
         where: Placement of the object in the frame.
-        frame: The frame.
         scene: The scene of the object, with the frames on it.
     """
     message = CollisionObject(header=Header(frame_id=frame), pose=pose_of(where), id=item.name)
@@ -181,7 +178,6 @@ def scene_message(scene: Scene, positions: Floats, components: int) -> PlanningS
     """Return the requested components of a scene as a message.
 
     Args:
-        scene: The scene.
         positions: Of all joints, shape (number of joints,) [rad | m].
         components: A sum of constants of `PlanningSceneComponents`.
     """
@@ -223,7 +219,6 @@ def write_scene(path: Path | str, scene: Scene, positions: Floats) -> None:
     motions; a bundle can (`result.save`).
 
     Args:
-        path: The file.
         scene: The robot and its surroundings.
         positions: Of all joints, shape (number of joints,) [rad | m].
 

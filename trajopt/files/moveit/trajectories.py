@@ -166,7 +166,6 @@ def in_the_plane(node: Node, notes: list[str]) -> tuple[float, float, float]:
     """Return x [m], y [m] and yaw [rad], in (-pi, pi], of a planar joint's transform.
 
     Args:
-        node: The transform.
         notes: Receives a sentence for a quaternion not of unit length.
 
     Raises:
@@ -393,7 +392,6 @@ def trajectory_of(message: object, name: str, group: Group, start: Mapping[str, 
     """Return the trajectory of a RobotTrajectory or JointTrajectory message; None where it has no points.
 
     Args:
-        message: The message.
         name: What complaints call it.
         group: Whose joints it is of.
         start: Joint -> where it is [rad | m]: a base's whole turns, which no message tells, are those from

@@ -59,8 +59,6 @@ class LeafSearch:
         """Lay out chains and spheres.
 
         Args:
-            motion: The motion.
-            parts: All convex parts.
             pairs: Two parts in each row, shape (p, 2).
             required: Clearance of each pair, shape (p,) [m].
         """

@@ -63,7 +63,6 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
     Args:
         problem: The problem, with one goal.
         trajectory: Of the group's joints, with velocities.
-        path: The file.
 
     Raises:
         ProblemError: If the judge does not verify the motion, or no witness is found.

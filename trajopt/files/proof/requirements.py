@@ -37,7 +37,6 @@ class RequirementRecord:
     """A requirement as a proof states it.
 
     Attributes:
-        document: The statement.
         shown: Intervals in which it can be shown, if it is one of all times; None if it is one of the end.
     """
 
@@ -50,8 +49,6 @@ def stated(requirement: Requirement, motion: JudgedMotion, *, always: bool) -> R
     """Return a requirement as a proof states it; None if proofs have no rule for it.
 
     Args:
-        requirement: The requirement.
-        motion: The motion.
         always: Whether it holds at all times; otherwise at the end.
     """
     del requirement, motion, always

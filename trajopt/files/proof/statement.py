@@ -22,7 +22,6 @@ class Pairs:
     """Pairs of convex parts that a proof is about.
 
     Attributes:
-        parts: All convex parts.
         pairs: Two of them in each row, shape (p, 2).
         required: Clearance of each pair, shape (p,) [m].
         excused: Two owners, and the reason why they need not keep apart.

@@ -95,7 +95,6 @@ class CampaignTask:
         family: Its set in the statistics.
         number: Its number in the set.
         robot: Name of the robot; empty if unknown before the problem is made.
-        seed: Seed of planning.
         options: Index of the options among the campaign's.
         recipe: Its recipe, as JSON.
         parameters: Its parameters in a study, by name.
@@ -119,7 +118,6 @@ class Campaign:
 
     Attributes:
         name: For reports.
-        sources: Sources of the problems.
         options: Methods, options and budgets of each problem.
         seeds: Seeds of planning for each problem; 0 is the default of `plan`.
         most_seconds: Wall-clock time after which a problem counts as hanging, and is ended [s].

@@ -111,7 +111,6 @@ class RayPool:
         """Start actors.
 
         Args:
-            ray: The module, connected.
             setup: Initial message to each worker.
             most: Largest number of actors; 0 for the number of cores.
         """

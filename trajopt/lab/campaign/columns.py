@@ -141,7 +141,6 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
     """Yield the rows of a table.
 
     Args:
-        path: Its file.
         columns: Which columns; all when None.
 
     Raises:

@@ -29,7 +29,6 @@ class Dataset(Value):
     """Verified motions, each at the same number of points, evenly spaced in time.
 
     Attributes:
-        joint_names: The joints.
         ids: Of the rows, shape (N,).
         problem_ids: Of their problems, shape (N,).
         families: Sets of the problems, shape (N,).
@@ -75,7 +74,6 @@ class Dataset(Value):
 
         Args:
             size: Motions of a batch.
-            rng: Random generator.
 
         Raises:
             ShapeError: If the size is not positive.
@@ -180,7 +178,6 @@ def problem_of(folder: CampaignFolder, row_id: str, *, meshes: Path | str | None
     """Return the problem of a row.
 
     Args:
-        folder: The campaign.
         row_id: The row's id, or a prefix of it.
         meshes: A folder for unpacked meshes for a viewer; none if None.
 
@@ -197,7 +194,6 @@ def extract(folder: CampaignFolder, row_id: str, path: Path | str) -> Extracted:
     """Write a row as a bundle, after planning its problem again; the problem alone if planning crashed.
 
     Args:
-        folder: The campaign.
         row_id: The row's id, or a prefix of it.
         path: The bundle, by convention with the suffix ".trajopt". Meshes are unpacked next to it.
 
@@ -258,7 +254,6 @@ def remember(folder: CampaignFolder, experience: Experience) -> int:
     Problems close to a stored one are skipped.
 
     Args:
-        folder: The campaign.
         experience: The experience; that of a warehouse, `Warehouse.experience()`, is stored permanently.
 
     Returns:

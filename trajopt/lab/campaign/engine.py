@@ -21,7 +21,6 @@ class Block:
     """Problems passed to one worker together.
 
     Attributes:
-        tasks: The problems.
         losses: Number of lost machines under its single problem; 0 while it has several.
     """
 
@@ -34,7 +33,6 @@ class PlannedBlock:
     """A finished block.
 
     Attributes:
-        block: The block.
         shard: The rows, as from `encoded`.
         seconds: Wall-clock time of making and planning its problems [s].
         busy: CPU time of planning [s].
@@ -55,8 +53,6 @@ class Lost:
     """A block whose worker was lost, with its machine or its engine's process.
 
     Attributes:
-        block: The block.
-        why: The engine's reason.
         begun: Whether it was being planned; a waiting block is not a possible cause.
     """
 

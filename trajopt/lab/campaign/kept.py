@@ -53,7 +53,6 @@ class CampaignFolder:
         """Write the problems of a campaign into a folder.
 
         Args:
-            campaign: The campaign.
             path: The folder, without another campaign.
 
         Raises:

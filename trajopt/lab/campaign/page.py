@@ -27,7 +27,6 @@ def lines(found: CampaignSummary, beside: Comparison | None = None) -> list[str]
     """Return a report as aligned lines.
 
     Args:
-        found: The summary of a campaign.
         beside: Its differences from another.
     """
     rows = [HEAD, *(_cells(each) for each in _groups(found))]
@@ -47,7 +46,6 @@ def page(found: CampaignSummary, beside: Comparison | None = None) -> str:
     """Return a report as a page.
 
     Args:
-        found: The summary of a campaign.
         beside: Its differences from another.
     """
     rows = [[escape(cell) for cell in _cells(each)] for each in _groups(found)]
@@ -195,7 +193,6 @@ def shares(names: Sequence[str], values: Sequence[tuple[float, float, float]]) -
     """Draw shares as bars with their intervals.
 
     Args:
-        names: Their labels.
         values: Share and the ends of its interval, each in [0, 1].
     """
     row, left = 24, 200

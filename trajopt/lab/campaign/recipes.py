@@ -213,7 +213,6 @@ class Installed:
     """An instance of an installed problem.
 
     Attributes:
-        name: Its name.
         draw: 0 for the fixed one, else the number of a random one.
     """
 

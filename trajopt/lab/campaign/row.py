@@ -29,11 +29,6 @@ def row_of(task: CampaignTask, options: Options, shop: Workshop) -> dict[str, An
     """Make and plan a problem, and return its row.
 
     An exception affects this row only.
-
-    Args:
-        task: The problem.
-        options: Its options.
-        shop: Makes the problem.
     """
     wall, begin = time.perf_counter(), time.process_time()
     try:
@@ -65,12 +60,7 @@ def known(task: CampaignTask) -> dict[str, Any]:
 
 
 def fate_columns(fate: Fate, why: str) -> dict[str, Any]:
-    """Return the columns of a row whose planning did not end normally.
-
-    Args:
-        fate: Its status.
-        why: The details.
-    """
+    """Return the columns of a row whose planning did not end normally."""
     first = why.partition(":")[0] if fate in (Fate.INVALID, Fate.FAILED) else ""
     return {
         "status": fate.name,
@@ -84,9 +74,6 @@ def lost_row(task: CampaignTask, fate: Fate, why: str, wall: float) -> dict[str,
     """Return the row of a lost problem.
 
     Args:
-        task: The problem.
-        fate: Its status.
-        why: The details.
         wall: Elapsed wall-clock time [s].
     """
     return {**known(task), **fate_columns(fate, why), "wall_seconds": wall}

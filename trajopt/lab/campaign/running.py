@@ -81,7 +81,6 @@ def run_campaign(
     """Plan every problem of a campaign, and store a row for each in a folder.
 
     Args:
-        campaign: The campaign.
         folder: The folder, without another campaign.
         engine: The engine; processes of this machine if None.
         progress: Called at least about every second.

@@ -37,7 +37,6 @@ class Posed:
         family: Its set in the statistics.
         number: Its number in the set.
         robot: Name of the robot; empty if unknown before the problem is made.
-        recipe: Its recipe.
         parameters: Its parameters in a study, by name.
     """
 
@@ -53,7 +52,6 @@ class ProblemSource:
     """Some problems of a campaign.
 
     Attributes:
-        name: Its name.
         count: Number of problems.
         pose: Yields them, reproducibly; shared values are packed.
     """
@@ -120,7 +118,6 @@ def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> P
     `number` define the set in the statistics; by default the file's name and the row.
 
     Args:
-        path: The file.
         around: The robot; or, for starts and goals, the scene.
         group: For starts and goals: the group that moves; may be omitted if the robot has only one.
 
@@ -160,7 +157,6 @@ def random_motions(
     """Return motions between random free configurations in one scene.
 
     Args:
-        scene: The scene.
         count: Number of motions.
         group: The group that moves; may be omitted if the robot has only one.
         seed: Of the random generator; the first thousand are the same for any count.
@@ -189,7 +185,6 @@ def perturbed(
     """Return variants of a problem with randomly displaced objects, to test robustness.
 
     Args:
-        problem: The problem.
         count: Number of variants.
         shift: Largest shift of an object along each axis [m].
         turn: Largest turn of an object about the vertical [rad].
@@ -264,7 +259,6 @@ def installed(name: str, count: int = 1) -> ProblemSource:
     """Return instances of an installed problem: the fixed one, then random ones.
 
     Args:
-        name: Its name.
         count: Number of instances.
 
     Raises:

@@ -25,7 +25,6 @@ class Estimate:
     """A number with its confidence interval.
 
     Attributes:
-        value: The number.
         low: Lower end of its interval at 95 %.
         high: Upper end.
     """
@@ -41,7 +40,6 @@ def share(count: int, total: int) -> Estimate:
     Source: Wilson, Probable inference, the law of succession, and statistical inference, 1927.
 
     Args:
-        count: Number of successes.
         total: Number of trials, at least 1.
     """
     part, square = count / total, NORMAL**2
@@ -103,10 +101,7 @@ class RowGroup:
     """Statistics of some rows of a campaign.
 
     Attributes:
-        name: Their common property.
-        rows: Their number.
         verified: Those with a verified motion.
-        success: Their share.
         cpu_median: Median CPU time of one problem [s]; None if not measured.
         cpu_p90: 90th percentile of the CPU time [s].
         duration: Median duration of the verified motions [s]; None without any.
@@ -150,7 +145,6 @@ class CampaignSummary(Value):
         name: The campaign's name.
         total: Total number of rows.
         whole: All present rows.
-        by_robot: Groups by robot.
         by_family: Groups by set.
         by_options: Groups by method and options.
         causes: Number of failures by cause, the most frequent first.
@@ -187,9 +181,6 @@ class CampaignSummary(Value):
 def summary(folder: CampaignFolder) -> CampaignSummary:
     """Summarise the present results of a campaign.
 
-    Args:
-        folder: The campaign.
-
     Raises:
         CampaignError: If there is no row yet, or a file of the results is damaged.
     """
@@ -216,7 +207,6 @@ def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[RowGroup, .
     """Return groups of rows by name, in the order of the names.
 
     Args:
-        rows: The rows.
         name: Returns the group name of a row.
     """
     found: dict[str, list[Row]] = defaultdict(list)
@@ -229,7 +219,6 @@ def group(name: str, rows: Sequence[Row]) -> RowGroup:
     """Return statistics of rows.
 
     Args:
-        name: Their common property.
         rows: The rows, at least one.
     """
     solved = [row for row in rows if row["verified"]]
@@ -332,7 +321,6 @@ def compare_campaigns(first: CampaignFolder, second: CampaignFolder) -> Comparis
     """Compare two campaigns, problem by problem.
 
     Args:
-        first: The first campaign.
         second: The second campaign, with another method, options or version.
 
     Raises:

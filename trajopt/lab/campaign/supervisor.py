@@ -332,12 +332,7 @@ class LocalPool:
 
 
 def planned(block: Block, worked: Worked) -> PlannedBlock:
-    """Return the report of a finished block.
-
-    Args:
-        block: The block.
-        worked: Its results.
-    """
+    """Return the report of a finished block."""
     rows = worked.rows
     busy = sum(row["cpu_seconds"]["total"] for row in rows if row.get("cpu_seconds"))
     seconds = sum(row["wall_seconds"] for row in rows)

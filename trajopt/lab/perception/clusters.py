@@ -62,7 +62,6 @@ def clusters(cloud: Points, clustering: Clustering = DEFAULT) -> tuple[Cluster, 
     Points in no cluster must stay in the cloud; those of a cluster may be replaced by its box.
 
     Args:
-        cloud: The cloud.
         clustering: Parameters.
     """
     found: list[Cluster] = []
@@ -78,7 +77,6 @@ def without(cloud: Points, parts: tuple[Ints, ...]) -> Points | None:
     """Return a cloud without some of its points, or None if none is left.
 
     Args:
-        cloud: The cloud.
         parts: Indices of points, of clusters or planes that replace them.
     """
     stays = np.ones(len(cloud.points), dtype=np.bool_)
@@ -260,7 +258,6 @@ def planes(cloud: Points, flatness: Flatness = DEFAULT_PLANES) -> tuple[FlatPart
     """Return the flat parts of a cloud, the largest first; reproducible.
 
     Args:
-        cloud: The cloud.
         flatness: Parameters.
     """
     left = np.arange(len(cloud.points))

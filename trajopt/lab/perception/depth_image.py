@@ -33,7 +33,6 @@ class DepthImage(Value):
     is no measurement, and infinity is nothing within range.
 
     Attributes:
-        camera: The camera.
         depth: Depth along the camera's axis, not along the pixel's ray; shape (height, width).
         positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
         scale: Unit of the image [m]; None for the above.

@@ -78,7 +78,6 @@ class Perceived(Value):
 
     Attributes:
         scene: The scene with the cloud as one object.
-        cloud: The cloud.
     """
 
     scene: Scene
@@ -267,7 +266,6 @@ class Sight:
     and nothing without a measurement.
 
     Attributes:
-        image: The image.
         where: Of the camera's optical frame in the world.
         least: The smallest seen depth in squares of 1, 2, 4, ... pixels, by their first pixel [m].
         holes: Cumulative number of pixels without a measurement, shape (height + 1, width + 1).
@@ -283,7 +281,6 @@ class Sight:
         """Process an image.
 
         Args:
-            image: The image.
             scene: The robot that has the camera.
             sensing: Bounds of the noise.
             holes_are_clear: Whether a pixel without a measurement hides nothing.

@@ -33,7 +33,6 @@ class _Solid:
     """A shape prepared for containment queries.
 
     Attributes:
-        shape: The shape.
         lower: Lower corner of its box, shape (3,) [m].
         upper: Upper corner of its box, shape (3,) [m].
         faces: Outward normals and offsets of flat faces, shape (k, 4); empty otherwise.
@@ -90,7 +89,6 @@ class RobotMask:
     """The robot with its attached objects, and known objects, in one configuration.
 
     Attributes:
-        solids: Their shapes.
         placements: Placement of each in the world.
     """
 
@@ -104,7 +102,6 @@ class RobotMask:
         Args:
             scene: The robot, with its attached objects.
             positions: Of all joints, shape (number of joints,) [rad | m].
-            known: Known objects.
 
         Raises:
             ObjectNotFound: If there is no such object.

@@ -16,7 +16,6 @@ class TreeLink:
     """A link and the joint above it.
 
     Attributes:
-        name: The link.
         parent: The link above; empty for the root.
         joint: The joint between them; empty for the root.
         moving: Whether the joint moves.
@@ -86,8 +85,6 @@ class LinkTree:
         """Return whether two links are joined by a joint, or by joints with only body-less links between.
 
         Args:
-            one: A link.
-            other: Another.
             solid: Links that have collision bodies.
         """
         return other in self._neighbours_above(one, solid) or one in self._neighbours_above(other, solid)
@@ -115,7 +112,6 @@ class ProposedGroup:
     """A group for an SRDF.
 
     Attributes:
-        name: Its name.
         base: First link of its chain; empty for a gripper and for a base on wheels.
         tip: Last link of its chain; for a gripper the link that carries the fingers, for a base on wheels the
             link that the joint to the world moves.
@@ -307,7 +303,6 @@ def gripper_start(tree: LinkTree, path: Sequence[str]) -> str:
     """Return the first link of a gripper at the end of a chain; empty if no name suggests one.
 
     Args:
-        tree: All links.
         path: Links of a chain from its base to its last moving link.
     """
     links = [tree.links[name] for name in path[1:]]
@@ -336,7 +331,6 @@ def doubt(tree: LinkTree, joints: Sequence[str]) -> tuple[str, str]:
     """Return the joint of a chain that may be a gripper's, and why; both empty if none looks like it.
 
     Args:
-        tree: All links.
         joints: The chain's driven joints, from its base to its tip.
     """
     above = {link.joint: link for link in tree.links.values()}

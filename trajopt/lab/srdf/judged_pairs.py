@@ -204,7 +204,6 @@ class PairCounts:
     """Evidence about m pairs of links, extended by each batch.
 
     Attributes:
-        samples: Number of configurations.
         collisions: Number of them in collision, shape (m,).
         nearest: Smallest signed distance, shape (m,) [m].
         at: Its configuration, shape (m, n).
@@ -219,7 +218,6 @@ class PairCounts:
         """Count a batch.
 
         Args:
-            pairs: The pairs.
             positions: The configurations, shape (S, n).
             contacts: All contacts, and distances smaller than the present minimum.
         """
@@ -251,9 +249,6 @@ def count_pairs(
 
     Args:
         query: Of the model with all driven joints free.
-        pairs: Its pairs of links.
-        samples: Number of configurations.
-        rng: Random generator.
         progress: Called with the number done.
     """
     joints = len(query.reduced.joint_names)
@@ -278,7 +273,6 @@ def descend(
 
     Args:
         query: Of the model with all driven joints free.
-        pairs: Its pairs of links.
         counts: The evidence, whose `nearest` and `at` are updated.
         chosen: Indices of the pairs.
         rng: Draws the configurations around the nearest.
@@ -367,7 +361,6 @@ def judge_pairs(
 
     Args:
         robot: The robot; pairs in its SRDF are ignored.
-        rng: Random generator.
         confidence: Required confidence of "never"; determines the number of samples.
         progress: Called with the number of samples done.
 

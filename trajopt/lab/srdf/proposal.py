@@ -152,7 +152,6 @@ def propose_srdf(
 
     Args:
         robot: The robot, loaded from its URDF alone.
-        rng: Random generator.
         confidence: Required confidence of "never"; determines the number of samples.
         progress: Called with the number of samples done.
     """
@@ -231,7 +230,6 @@ def home_positions(
     """Return collision-free positions of all driven joints: zero, the middle, or a configuration near it.
 
     Args:
-        robot: The robot.
         disabled: Pairs of links that may touch.
         rng: Draws configurations if neither zero nor the middle of the limits is valid.
 
@@ -265,7 +263,6 @@ def gripper_states(robot: Robot, group: ProposedGroup) -> Mapping[str, Mapping[s
     closes on the palm does not determine the ends.
 
     Args:
-        robot: The robot.
         group: One of its grippers.
 
     Returns:

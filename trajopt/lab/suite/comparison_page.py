@@ -32,7 +32,6 @@ def page(
     """Return the page: methods side by side, figures, every problem by every method.
 
     Args:
-        outcomes: The outcomes.
         figures: Caption -> the figure as a data URI.
         pictures: A thumbnail of each motion, by problem and method; none when None.
         remark: A sentence that is added to the head of the page.

@@ -28,7 +28,6 @@ def document(title: str, style: str, body: str) -> str:
 
     Args:
         title: Its title and first heading.
-        style: Additional style.
         body: Its content below the heading, in HTML.
     """
     return (
@@ -80,7 +79,6 @@ def image(picture: bytes | None, words: str = "") -> str:
 
     Args:
         picture: A JPEG by `trajopt.simulation.rendering.thumbnail`.
-        words: Its alternative text.
     """
     if picture is None:
         return ""

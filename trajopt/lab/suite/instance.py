@@ -66,7 +66,6 @@ class Instance:
     Attributes:
         name: Its name; in a set "set/number".
         make: Makes it; each call returns a new one.
-        expected: The expected status.
         draw: 0, or the number of a random instance of an installed problem.
         files: Its scene, request and motions, if it is read from files.
     """
@@ -286,7 +285,6 @@ def summary(
     CPU time as medians and 90th percentiles, in total and for each stage ("stages").
 
     Args:
-        outcomes: The outcomes.
         askable: Returns whether a problem is valid.
     """
     asked = [outcome for outcome in outcomes if askable(outcome)]

@@ -42,8 +42,6 @@ class RunOutcome:
         problem: Name of the problem; in a set of files "set/number".
         draw: 0, or the number of a random instance.
         solver: Name of the method.
-        expected: The expected status.
-        status: The status.
         certainty: Certainty of the status.
         message: The details.
         attempts: Number of seeds.
@@ -182,7 +180,6 @@ class MethodSummary:
 
     Attributes:
         solver: Name of the method.
-        total: Number of problems.
         good: Problems with the expected outcome: a verified motion, or the right refusal.
         groups: Both numbers (good, total) by group of problems.
         cpu_total: CPU time over all problems [s].

@@ -42,7 +42,6 @@ def run(
     Args:
         instance: The problem.
         method: The method; the default one if None.
-        budget: Its budget.
         follow: Whether to record every step of the solver, and the path of the last joint.
         seen: Called with the result, of which an outcome has the numbers only.
         experience: Remembers motions; see `plan`.
@@ -192,7 +191,6 @@ def compared(
 
     Args:
         instances: The problems.
-        methods: The methods.
         allowance: The budget of each on each.
         skipped: Receives methods with missing packages, which are then skipped; None to raise.
         seen: Called with each result before its outcome, which has the numbers only, is yielded.

@@ -218,7 +218,6 @@ def random_starts(
 
     Args:
         reduced: The robot and its limits.
-        rng: Draws them.
         count: Number of configurations.
         box: Lower and upper bounds of shape (n,) [rad | m] to draw within. Joints whose range in the box is
             narrow are drawn from all of it.
@@ -341,7 +340,6 @@ def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = N
     Constraints from your own code are not considered.
 
     Args:
-        problem: The problem.
         rng: Draws the starts of the search; a fixed seed when None.
 
     Returns:
@@ -441,7 +439,6 @@ def with_start(reduced: ReducedModel, positions: ArrayLike, name: str = "positio
     """Return the model with another start of the group's joints; all others stay in place.
 
     Args:
-        reduced: The model.
         positions: Of the group's joints, shape (n,) [rad | m].
         name: Name of the positions in errors.
 

@@ -115,7 +115,6 @@ class Projection:
     """Moves configurations until they hold requirements.
 
     Attributes:
-        reduced: The robot and its surroundings.
         goals: Requirements to hold together.
     """
 
@@ -123,7 +122,6 @@ class Projection:
         """Transcribe the requirements.
 
         Args:
-            reduced: The robot and its surroundings.
             goals: Requirements to hold together.
             query: Evaluates the kinematics.
         """

@@ -66,7 +66,6 @@ def random_configurations(
     Args:
         reduced: The robot with its group's joints free, in its scene.
         count: Number of configurations to find.
-        rng: Draws them.
         margin: Clearance to keep from everything [m]; the scene's own margins when None.
         requirements: Requirements to hold.
         progress: Called with the number found so far.
@@ -104,10 +103,8 @@ class Sampler:
         """Create a sampler.
 
         Args:
-            query: Measures.
             requirements: Requirements to hold.
             margin: Clearance to keep, one for each pair, shape (p,) [m].
-            rng: Draws.
         """
         self._query, self._margin, self._rng = query, margin, rng
         self._projection = Projection(query.reduced, requirements, query) if requirements else None

@@ -143,7 +143,6 @@ def clear(query: Evaluator, positions: Floats, margin: Floats) -> Bools:
     """Return the configurations at which no pair is nearer than its margin, as a mask.
 
     Args:
-        query: Measures.
         positions: Shape (S, n) [rad | m].
         margin: Clearance to keep, one for each pair, shape (p,) [m].
 
@@ -178,8 +177,6 @@ def missed_at(reduced: ReducedModel, required: Sequence[Requirement], positions:
     """Return the violation of requirements at a configuration as text: the largest of each unit.
 
     Args:
-        reduced: The robot and its surroundings.
-        required: The requirements.
         positions: The configuration, shape (n,) [rad | m].
 
     Returns:

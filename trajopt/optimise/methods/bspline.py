@@ -32,7 +32,6 @@ class Bspline:
     """A path that is smooth by itself, and within the joint limits everywhere, since its control points are.
 
     Attributes:
-        pieces: Polynomial pieces.
         degree: 3 or 5.
         solver: Any solver of an `Nlp`, with its options.
     """

@@ -90,8 +90,6 @@ class FreeDurationProgram(Printed):
     """A problem, first over knots, then over control points and duration.
 
     Attributes:
-        method: The method, with its options.
-        problem: The problem.
         first: The problem over knots; for a start in motion it begins at the stopping point.
         waypoint_knots: The knot of each waypoint.
         stop: Stopping motion of a start in motion.

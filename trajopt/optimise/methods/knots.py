@@ -59,8 +59,6 @@ class KnotsProgram(Printed):
     """A problem over knots and its solver.
 
     Attributes:
-        counts: The work done so far.
-        solver: Solves it.
         covered: The problem with boxes in place of clouds, which is tried first, if there are any.
         transcribed: Transcribes the original problem.
     """

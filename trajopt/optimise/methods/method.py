@@ -22,7 +22,6 @@ class Decoded(Value):
     """Path or motion of a solver's result.
 
     Attributes:
-        path: The path.
         trajectory: The motion, if the method determines time too; None leaves time to retiming.
         narrow: Whether the path passes gaps that are too narrow for the margins: little may be rounded off.
         waypoint_knots: The knots of the path that are waypoints: the motion passes through them.
@@ -52,7 +51,6 @@ class Program(Protocol):
 
         Args:
             seed: Knots, shape (N, n) [rad | m].
-            progress: Called after every step.
         """
         ...
 
@@ -117,7 +115,6 @@ class SupportsImprovement(Program, Protocol):
         Args:
             solved: Result of `solve`.
             motion: The motion made of it.
-            progress: Called after every step.
         """
         ...
 

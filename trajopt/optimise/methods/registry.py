@@ -93,7 +93,6 @@ class Choice(Value):
     """A method, and the reason for its choice.
 
     Attributes:
-        method: The method.
         because: Reason, if planning chose it; empty if requested, or the default.
     """
 
@@ -113,7 +112,6 @@ def choose(problem: Problem, method: Method | str | None, *, improve: bool = Fal
     """Return the requested method, or one that can plan the problem.
 
     Args:
-        problem: The problem.
         method: The requested method; None leaves it to the problem.
         improve: Whether shape and time of each path are to be optimised together as well.
 

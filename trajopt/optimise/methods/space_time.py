@@ -89,7 +89,6 @@ class SpaceTimeProgram(Printed):
 
     Attributes:
         method: The method, with its options.
-        problem: The problem.
         base: The problem over knots: its rows without time.
         obstacles: The margins from dynamic obstacles; None if there are none.
         dynamics: Torques, if they are limited.
@@ -158,7 +157,6 @@ class SpaceTimeProgram(Printed):
             too_short: Longest duration at which no motion was found before from the same motion [s].
             proves: Called with motions that hold everything on few samples, if any motion suffices: a proven
                 one needs no finer samples. None takes fine samples always.
-            progress: Called after every step.
         """
         solver = self.solver
         if proves is not None:

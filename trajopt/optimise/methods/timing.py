@@ -39,7 +39,6 @@ def retime_path(
     by the problem, and its tool speeds.
 
     Args:
-        problem: The problem.
         path: Of the group's joints.
         through: Knots that the motion passes through although corners are rounded.
         tolerance: Largest distance of any point of the robot from the path at rounded corners [m].
@@ -77,7 +76,6 @@ def retime_with_stops(
     """Find the fastest trajectory along a path that comes to rest at some of its knots.
 
     Args:
-        problem: The problem.
         path: Of the group's joints.
         stops: Knots between the first and the last, increasing.
         tolerance: Largest distance of any point of the robot from the path at rounded corners [m].

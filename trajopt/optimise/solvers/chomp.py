@@ -149,7 +149,6 @@ def obstacle_functional(at: Linearisation, scale: Floats) -> ObstacleFunctional:
     """Integrate the potential of all rows that are listed near their bounds only.
 
     Args:
-        at: The point.
         scale: A step of ordinary size, shape (n,).
     """
     value, gradient = 0.0, np.zeros_like(at.x)

@@ -177,7 +177,6 @@ def into_bounds(x: Floats, lower: Floats, upper: Floats, metric: SmoothMetric) -
         x: Knots, shape (N, n).
         lower: Lower bounds, shape (N, n).
         upper: Upper bounds, shape (N, n).
-        metric: Defines smoothness.
     """
     joints = np.arange(x.shape[1], dtype=np.int64)
     bent: Floats = x

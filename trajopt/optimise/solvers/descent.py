@@ -89,15 +89,12 @@ class Descent(ABC):
     """State of one run of the solver.
 
     Attributes:
-        nlp: The program.
         limits: Conditions that end a descent.
-        progress: Called after every step.
         region: The current trust region.
         penalty: Current weight of violations.
         fine: Whether samples have their final density; on coarser ones a descent ends as soon as all
             constraints hold.
         failures: Failures of the QP backend.
-        log: Every step.
     """
 
     nlp: Nlp
@@ -164,7 +161,6 @@ class StepwiseDescent(Descent):
     """See `Descent`.
 
     Attributes:
-        steps: Solves the QPs.
         at: Everything at the current point.
     """
 

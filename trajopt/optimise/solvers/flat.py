@@ -86,7 +86,6 @@ def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
 
     Args:
         moves: Which variables may change, shape (N, n).
-        at: The point.
         penalty: Weight of constraint violations.
     """
     free = np.flatnonzero(moves)
@@ -131,9 +130,6 @@ def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
 class FlatSteps:
     """Steps by a general backend; it may keep data that depend on the pattern only.
 
-    Attributes:
-        name: Of the backend.
-
     Raises:
         SolverNotFound: If the backend is unknown.
     """
@@ -169,8 +165,6 @@ class FlatStep:
     """The QP around one point; see `StepProgram`.
 
     Attributes:
-        solver: Solves it.
-        model: The QP.
         shape: Of the knots, (N, n).
     """
 

@@ -73,9 +73,7 @@ class Taper(Value):
         contact_from: Knot from which contact is allowed; inf for none.
         depth: Penetration accepted there [m].
         gives: Pairs for which a share of the margin beyond the requirement suffices.
-        last: The last knot.
         knots: Number of knots over which it grows from its size at an end to its full size.
-        share: The share.
     """
 
     required: Floats
@@ -144,7 +142,6 @@ class FramePart(Value):
             component.
         samples: Samples at which it is evaluated.
         view: The frame and its reference.
-        term: The formula.
         configurations: Number that count as evaluated: terms over the same samples share them.
     """
 
@@ -220,7 +217,6 @@ class TorquePart(Value):
         moments: With the weights of positions.
         velocity: Weights of velocities, shape (S, k).
         acceleration: Weights of accelerations, shape (S, k).
-        dynamics: Evaluates them.
         effort: Limits, shape (n,) [Nm | N]; inf for none.
         listed: Share from which a torque has a row.
     """
@@ -289,8 +285,6 @@ class CompiledProgram:
         scale: A step of ordinary size in each variable, shape (n,).
         sampling: The samples per segment, shape (N - 1,).
         query: Measures distances and places frames.
-        costs: Parts of the costs.
-        constraints: Parts of the constraints.
         support: The knots that each sample depends on, shape (S, k).
     """
 
@@ -331,9 +325,7 @@ class CoreCounts(Protocol):
     """Exact counts of the work done so far.
 
     Attributes:
-        forward_kinematics: Configurations evaluated.
         bounds: Bounds of distances compared.
-        distances: Distances measured.
     """
 
     forward_kinematics: int

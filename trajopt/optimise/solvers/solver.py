@@ -146,9 +146,7 @@ class Solver(Protocol):
         """Minimise from a seed.
 
         Args:
-            nlp: The program.
             x0: Seed, shape (N, n); clipped to the bounds.
-            progress: Called after every step.
 
         Returns:
             The last point; `feasible` tells whether it holds all constraints.
@@ -194,9 +192,7 @@ class Incumbent:
     """The best of the offered points; all on the same samples.
 
     Attributes:
-        nlp: The program.
         seed: The seed, within bounds, shape (N, n).
-        best: The best point.
     """
 
     nlp: Nlp
@@ -244,12 +240,8 @@ def improved(
     """Improve a seed step by step, and return the best point on samples fine enough.
 
     Args:
-        nlp: The program.
         x0: The seed, shape (N, n); clipped to the bounds.
-        update: Makes the steps.
-        max_iterations: Steps at most.
         after_feasible: Steps after the constraints hold, which may still lower the cost.
-        progress: Called after every step.
     """
     incumbent = Incumbent(nlp, np.clip(x0, nlp.lower, nlp.upper))
     at, log = incumbent.best, list[Iteration]()

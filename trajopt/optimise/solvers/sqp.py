@@ -146,9 +146,7 @@ class Sqp:
         Uses coarse samples until the constraints hold there, then fine ones.
 
         Args:
-            nlp: The program.
             x0: Seed, shape (N, n); clipped to the bounds.
-            progress: Called after every step.
 
         Returns:
             The last point; `feasible` tells whether it holds all constraints.
@@ -222,11 +220,8 @@ def native_descent(
 
     Args:
         qp: Name of the QP backend.
-        nlp: The program.
         sampling: The first samples per segment, shape (N - 1,).
         limits: Conditions that end a descent.
-        progress: Called after every step.
-        region: First trust region.
         penalty: First weight of violations.
     """
     if qp not in (AUTO, NAME) or type(region) is not TrustRegion or not isinstance(nlp, CompilableNlp):

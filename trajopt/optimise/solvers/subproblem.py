@@ -46,7 +46,6 @@ class StepProgram(Protocol):
 
         Args:
             lower: Of the knots' change, shape (N, n).
-            upper: Likewise.
             accuracy: Largest excess of the model's value over its minimum. General backends
                 solve to their own tolerance instead.
 
@@ -64,7 +63,6 @@ class StepSolver(Protocol):
 
         Args:
             moves: Which variables may change, shape (N, n).
-            at: The point.
             penalty: Weight of constraint violations.
         """
         ...
@@ -75,7 +73,6 @@ class SoftenedRows:
     """Constraints and costs with a kink: penalty * max(0, lower - r) + penalty * max(0, r - upper).
 
     Attributes:
-        rows: The linearised rows.
         lower: Shape (m,); -inf for none.
         upper: Shape (m,); inf for none.
         penalty: Shape (m,).
@@ -91,7 +88,6 @@ def softened_rows(at: Linearisation, penalty: float) -> list[SoftenedRows]:
     """List constraints and non-smooth costs as softened rows.
 
     Args:
-        at: The point.
         penalty: Weight of constraint violations.
     """
     softened = [
@@ -138,12 +134,7 @@ class BandedSteps:
 
 @dataclass(frozen=True, eq=False)
 class BandedStep:
-    """The QP around one point; see `StepProgram`.
-
-    Attributes:
-        solver: Its options.
-        core: The native program.
-    """
+    """The QP around one point; see `StepProgram`."""
 
     solver: BandedSteps
     core: banded.Program

@@ -26,10 +26,6 @@ class AxisAngle:
 
     t = `atan2(|a x d|, a . d)`, so `t' = -w . (a x d) / |a x d|` for a frame with angular velocity w. If
     the two are parallel the slope is taken as zero, if opposite along any perpendicular.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -94,10 +90,6 @@ class ViewAngle:
     axis, t' = (cos t n - sin t a) . p' / r.
 
     On the axis the slope is taken as zero; straight behind, the point leaves the axis to one side.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -140,12 +132,7 @@ class ViewAngle:
 
 @dataclass(frozen=True, eq=False)
 class ViewDistance:
-    """One component: the distance of the target from the camera [m].
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
-    """
+    """One component: the distance of the target from the camera [m]."""
 
     reduced: ReducedModel
     required: Gaze

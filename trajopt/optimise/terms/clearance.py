@@ -37,7 +37,6 @@ class Clearance:
     The component of a row is the index of its pair.
 
     Attributes:
-        reduced: The robot and its surroundings.
         margin: Clearance to keep, by pair and location; the pairs' own margins when None.
         activation: Pairs farther apart than their margin and this get no row [m].
     """

@@ -29,12 +29,7 @@ TINY = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class FramePlacementError:
-    """Six components: position [m] and rotation [rad] along the axes of the goal placement.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
-    """
+    """Six components: position [m] and rotation [rad] along the axes of the goal placement."""
 
     reduced: ReducedModel
     required: FramePlacement
@@ -181,7 +176,6 @@ class CurveError(Value):
     the frame the components of R_c^T R a that are across a.
 
     Attributes:
-        reduced: The robot and its surroundings.
         required: The curve and the frame that follows it.
         stations: Length along the curve of each knot, shape (N,) [m]; spread evenly when None.
         window: Part of the motion that follows the curve; a single knot is the end.

@@ -50,7 +50,6 @@ def relative_frame(
     """Evaluate a point of a frame and its orientation, seen from a reference that may move.
 
     Args:
-        reduced: The robot and its surroundings.
         motion: The samples.
         frame: Link, tool frame or object.
         reference: "world", link, tool frame or object.

@@ -29,7 +29,6 @@ class GravityShare(Value):
     joint that they follow.
 
     Attributes:
-        reduced: The robot and its surroundings.
         joints: Indices of the joints in the group, shape (k,).
     """
 

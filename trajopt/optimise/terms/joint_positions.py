@@ -338,7 +338,6 @@ def rolling(reduced: ReducedModel, knots: int) -> tuple[Constraint, ...]:
     """Return the constraint that a base's wheels roll, if the group has such a base.
 
     Args:
-        reduced: The model.
         knots: Number of knots of the motion.
     """
     base = reduced.scene.robot.base

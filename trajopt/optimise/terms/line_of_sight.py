@@ -39,10 +39,6 @@ class SightClearance:
     a part, the distance is the negative depth by which the line must be moved aside. The prediction error
     is subtracted from the distance of an object that moves by itself; samples without times have no rows
     of it.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
     """
 
     reduced: ReducedModel

@@ -29,10 +29,6 @@ class PointDistance:
     """Four components [m]: the first point as seen from the second along its frame's axes, and the distance.
 
     If the points coincide the distance is taken to grow along the frame's x axis.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -103,10 +99,6 @@ class RegionCoordinates:
     Components 4 m ... 4 m + 3 are of member m: x, y, z of a box; x, y, z and the distance from the
     centre of a sphere; x, y, the distance from the axis and z of a cylinder; z of a half-space. Only
     the nearest member (by signed distance) has rows at a sample.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
     """
 
     reduced: ReducedModel
@@ -275,10 +267,6 @@ class ArcCoordinates:
 
     With (r, t, z) cylindrical coordinates about the circle's axis, t counted from the middle of the arc.
     On the axis r grows towards the middle of the arc; t jumps opposite to it.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
     """
 
     reduced: ReducedModel

@@ -26,8 +26,6 @@ def constrain(
     """Return the constraints that make a motion hold a requirement.
 
     Args:
-        required: The requirement.
-        reduced: The robot and its surroundings.
         window: Part of the motion in which it must hold.
         inset: Share of each tolerance to keep in reserve.
 
@@ -88,7 +86,6 @@ def penalty(required: Requirement, weight: float, *, loss: Loss = Loss.HINGE, wi
     """Penalise a requirement instead of enforcing it: a `Cost` on the excess over its tolerances.
 
     Args:
-        required: The requirement.
         weight: Of every row, in the unit of each (metres, radians).
         loss: By default a hinge, which is zero within the tolerances.
         window: Part of the motion in which it counts.

@@ -40,7 +40,6 @@ def frame_jacobian(
     """Evaluate and differentiate the Jacobian of a frame.
 
     Args:
-        reduced: The robot and its surroundings.
         motion: The samples.
         frame: Link, tool frame or object.
         length: Length that a radian of rotation counts as [m].
@@ -78,10 +77,6 @@ class SmallestSingularValue:
     """One component: the smallest singular value s of a frame's Jacobian [m/rad; m/m].
 
     s' = u . J' v with its singular vectors u and v; exact if the value is single.
-
-    Attributes:
-        reduced: The robot and its surroundings.
-        required: The requirement.
     """
 
     reduced: ReducedModel

@@ -41,7 +41,6 @@ class SplineBasis:
     Source: de Boor, A Practical Guide to Splines, 2001, chapters IX and X.
 
     Attributes:
-        degree: Of its polynomials.
         breaks: Parameters at which pieces meet, increasing from 0 to 1, shape (m + 1,).
     """
 
@@ -168,7 +167,6 @@ def fitted(
     """Return control points of the spline nearest to given points, by least squares.
 
     Args:
-        basis: The basis.
         parameters: In [0, 1], increasing, the first 0 and the last 1, shape (s,).
         positions: Points there, shape (s, n).
         resting: Control points at either end that coincide with the first or last point: with 3, velocity
@@ -224,8 +222,6 @@ class KnotPlaces:
 
         Args:
             polyline: Knots, shape (N, n) [rad | m].
-            motion: The motion.
-            waypoint_knots: The knots of waypoints.
             begin: Time from which it is on the polyline [s].
         """
         legs = np.linalg.norm(np.diff(polyline, axis=0), axis=1)
@@ -246,7 +242,6 @@ class BsplineNlp(CompilableMotionNlp):
     """The program over control points.
 
     Attributes:
-        basis: The spline.
         places: Places of its parameters along the motion over knots.
     """
 
@@ -280,7 +275,6 @@ def over_control_points(
 
     Args:
         base: The problem over knots.
-        basis: The spline.
         places: Places of its parameters along the motion.
         resting: Control points at either end that have the bounds of the first and last knot.
     """

@@ -119,7 +119,6 @@ class CompilableMotionNlp(MotionNlp):
 
         Args:
             item: The cost or constraint.
-            motion: The samples.
             placed: Whether another part counts the placements of all samples already.
         """
         residual = item.residual
@@ -191,7 +190,6 @@ def _empty(item: Cost | Constraint, motion: Motion, components: int | None = Non
 
     Args:
         item: The cost or constraint.
-        motion: The samples.
         components: With these the bounds are laid out for each sample and component.
     """
     residual = item.residual
@@ -250,7 +248,6 @@ class FrameInCore:
 
     Attributes:
         view: The frame, its point, and the reference that it is seen from.
-        term: The formula.
     """
 
     view: descent.View

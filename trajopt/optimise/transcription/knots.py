@@ -186,7 +186,6 @@ def transcribe(
     """Transcribe a problem into a program over knots.
 
     Args:
-        problem: The problem.
         seed: The knots to start from, shape (N, n): the motion's duration is estimated
             from it, for windows of allowed contact.
         waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
@@ -215,7 +214,6 @@ def transcribe_covered(
         problem: See `transcribe`.
         seed: See `transcribe`.
         waypoint_knots: See `transcribe`.
-        counts: Receives the work done.
 
     Returns:
         The program; None if there is no cloud that boxes can replace, or the evaluator is not the native one.
@@ -329,7 +327,6 @@ def holding_rows(problem: Problem, query: Evaluator, stops: Floats) -> tuple[Con
     the share of gravity, that is enough.
 
     Args:
-        problem: The problem.
         query: Of its reduced model.
         stops: Configurations that the motion passes in any case, shape (k, n) [rad | m].
     """

@@ -82,7 +82,6 @@ class ShrunkMargins(Printed):
     Margins that are larger than the default were requested, and stay.
 
     Attributes:
-        margins: The other.
         share: The share, in (0, 1].
     """
 
@@ -112,7 +111,6 @@ def tapered_margins(
     """Measure the fixed ends and lay the margins along the motion.
 
     Args:
-        query: Measures them.
         knots: Number of knots.
         goal: The group's positions at a fixed goal, shape (n,); None if the goal is not fixed.
         duration: A cautious (long) estimate of the motion's duration, for contact windows [s].
@@ -173,7 +171,6 @@ class StopExcess:
     """Excess of a stop over the bounds that the program keeps.
 
     Attributes:
-        place: Its knot.
         below: Of the lower bound, by component; 0 if it is kept, as for components beyond the last one.
         above: Of the upper bound.
     """
@@ -189,9 +186,6 @@ class TaperedConstraint(Constraint):
 
     The program keeps a part of every tolerance in reserve. A start, a goal or a waypoint that lies in that
     part holds the requirement, and no path could hold more there: near it the bounds widen to its value.
-
-    Attributes:
-        stops: The stops.
     """
 
     stops: tuple[StopExcess, ...] = ()
@@ -212,12 +206,9 @@ def tapered(
     """Return a path constraint as terms that every stop holds if it holds the requirement.
 
     Args:
-        required: The requirement.
         query: Of the reduced model.
         window: Part of the motion in which it must hold.
-        places: The stops' knots.
         stops: Configurations there, shape (k, n) [rad | m].
-        last: The last knot.
     """
     reduced = query.reduced
     kept = constrain(required, reduced, window)

@@ -22,8 +22,6 @@ class MotionNlp(ABC):
     """The program over the variables of a curve; owns the query, so one per thread.
 
     Attributes:
-        problem: The transcribed problem.
-        counts: The work done so far.
         lower: Lower bounds of the variables, shape (N, n).
         upper: Upper bounds, shape (N, n).
         scale: A step of ordinary size, shape (n,).

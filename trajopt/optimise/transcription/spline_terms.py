@@ -95,7 +95,6 @@ class ClearanceInTime(Printed):
     the index of its pair in the timed model.
 
     Attributes:
-        obstacles: The dynamic obstacles.
         margin: Clearance to keep, shape (p,) [m].
         duration: Of the motion [s].
     """

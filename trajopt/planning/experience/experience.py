@@ -356,7 +356,6 @@ class Experience:
         """Return the number of the memory that a new one replaces, if there is no room.
 
         Args:
-            kept: Memories that stay.
             gone: Memories that are removed anyway.
         """
         if len(self._known) - len(gone) < self.most:
@@ -453,7 +452,6 @@ def _won(result: Result, place: int, paths: int) -> bool | None:
     """Return whether the motion came from the recalled path; None if that was not attempted.
 
     Args:
-        result: Result of planning.
         place: The place of the path among those tried first.
         paths: Number of paths tried first.
     """

@@ -57,12 +57,10 @@ class ConfigurationCover:
         """Bound the travel of bodies.
 
         Args:
-            reduced: The robot and its surroundings.
             most: Largest number of boxes to examine, in all calls together, before a question is left
                 undecided.
             apart: Distance below which pairs count as in collision, shape (p,) [m], -inf for pairs that
                 never do; the required clearance when None.
-            counts: Receives the work done.
         """
         self._reduced, self._query = reduced, evaluator(reduced, counts)
         self._levers = pair_levers(reduced)
@@ -163,7 +161,6 @@ class ClosedCut:
     """A value of a joint that every motion to the goal has to pass, and none can.
 
     Attributes:
-        joint: The joint.
         position: The value [rad | m].
         pairs: Links and objects whose contact, or required clearance, closes the cut, most frequent first.
         boxes: Boxes of configurations that were examined.
@@ -181,7 +178,6 @@ def closed_cut(
     """Look for a cut between the start and a goal of joints that no configuration can cross.
 
     Args:
-        problem: The problem.
         apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for pairs without
             one; the required clearance when None.
         shares: Shares of the way from start to goal at which each joint is cut.
@@ -276,7 +272,6 @@ def never_apart(
     Args:
         reduced: The robot and its surroundings; joints outside the group do not move.
         distances: Required distance, by pair of links or objects [m].
-        counts: Receives the work done.
     """
     owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
     left, found = PAIR_BOXES, list[NeverApart]()
@@ -326,7 +321,6 @@ def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
     """Return whether every configuration of a box is proven to be in collision.
 
     Args:
-        reduced: The robot and its surroundings.
         lower: Shape (n,) [rad | m]; finite.
         upper: Shape (n,) [rad | m]; finite.
     """
@@ -343,8 +337,6 @@ def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, uppe
     cause.
 
     Args:
-        required: The requirement.
-        reduced: The robot and its surroundings.
         lower: Shape (n,) [rad | m]; finite.
         upper: Shape (n,) [rad | m]; finite.
     """

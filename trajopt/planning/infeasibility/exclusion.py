@@ -210,7 +210,6 @@ def conflicting(
 
     Args:
         query: Of the robot and its limits; collisions are not considered.
-        requirements: The requirements.
         rng: Draws the starts of the search.
     """
     reduced, begin = query.reduced, random_starts(query.reduced, rng, STARTS)

@@ -49,7 +49,6 @@ class Sweep:
     """An obstacle that no motion within the limits escapes.
 
     Attributes:
-        thing: The obstacle.
         link: Link of the robot, or attached object, that it meets.
         begin: Time at which it first comes too near to the robot at rest at the start [s].
         time: Time at which no motion has escaped [s].
@@ -132,7 +131,6 @@ class InTime:
     Attributes:
         problem: The problem, with one goal.
         timed: Its model among changing objects.
-        counts: Work done.
     """
 
     problem: Problem

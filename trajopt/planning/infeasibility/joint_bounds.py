@@ -131,7 +131,6 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
     """Return the least travel of a joint before it turns back [rad | m].
 
     Args:
-        speed: Its velocity.
         gain: Its acceleration, at most `hardest`.
         hardest: Limit of the acceleration.
         jerk: Limit of the jerk, may be infinite.

@@ -32,7 +32,6 @@ class ClosingPair:
     """A pair that closes a box, at its middle.
 
     Attributes:
-        thing: The changing object.
         link: Link of the robot, or attached object, that it meets.
         depth: Violation of their clearance at that place and time [m].
         travel: Bound of the distance that the two can be moved apart within the box [m].
@@ -49,7 +48,6 @@ class Span:
     """A time for which a changing object is too near.
 
     Attributes:
-        thing: The object.
         link: Link of the robot, or attached object, that it is nearest to at the worst.
         begin: First time at which it is too near [s].
         end: Last such time [s]; infinite if it stays.
@@ -77,7 +75,6 @@ class Occupancy:
 
     Attributes:
         timed: The model among changing objects.
-        counts: Work done.
     """
 
     timed: TimedModel
@@ -184,7 +181,6 @@ class Occupancy:
 
         Args:
             lower: Of the group's joints, shape (n,) [rad | m].
-            upper: The same.
             begin: Start of the interval [s].
             end: Its end, may be the same [s].
             most: Boxes to examine before it is left undecided.

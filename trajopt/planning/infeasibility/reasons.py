@@ -46,7 +46,6 @@ class Obstruction:
     """One obstruction of a motion.
 
     Attributes:
-        kind: Its kind.
         subjects: The two links or objects, the joint, or the requirement.
         amount: Size of the violation: depth or missing clearance [m], excess over a limit [rad, m, Nm,
             N], or violation in the requirement's unit.

@@ -39,9 +39,7 @@ def proof_of_failure(problem: Problem, static: Result, tracker: BudgetTracker) -
     """Return the proof that no motion within the limits solves a problem in time; None if there is none.
 
     Args:
-        problem: The problem, with one goal.
         static: The verified motion without dynamic obstacles.
-        tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends before.
@@ -60,7 +58,6 @@ def explained(failure: Result, static: Result, tracker: BudgetTracker) -> Result
     Args:
         failure: The failure; returned unchanged if its reason is known.
         static: The verified motion without dynamic obstacles.
-        tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends before.
@@ -98,9 +95,7 @@ class _BlockingObstacles:
     """Finds the obstructions of one problem.
 
     Attributes:
-        problem: The problem, with one goal.
         static: The motion without dynamic obstacles.
-        tracker: Counts the work.
     """
 
     problem: Problem

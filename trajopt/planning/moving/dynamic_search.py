@@ -63,7 +63,6 @@ class DynamicSearch:
         search: The call of planning; its problem may have a goal set.
         static: The verified motion without dynamic obstacles.
         work: Of the problem with the goal of that motion.
-        best: The incumbent.
     """
 
     search: PlanSearch
@@ -118,7 +117,6 @@ class DynamicSearch:
 
         Args:
             row: The row of the table.
-            scene: The scene.
             choice: The method; the one of the call when None.
         """
         problem = self.search.problem

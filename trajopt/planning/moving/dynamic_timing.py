@@ -133,7 +133,6 @@ class Waiting:
         """Return the number of successive waits with the robot clear at rest at the start, (1, n).
 
         Args:
-            start: The start.
             since: Time up to which it was sampled already [s].
             waits: Increasing, shape (w,) [s].
         """
@@ -169,7 +168,6 @@ class DynamicTiming:
         """Return the timing of a problem's motions; None if nothing changes with time.
 
         Args:
-            problem: The problem.
             query: Of its reduced model.
         """
         obstacles = DynamicObstacles.of(problem.reduced, WorkCounts(), problem.evaluator)

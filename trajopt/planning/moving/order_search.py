@@ -118,7 +118,6 @@ class Limited:
         Args:
             motion: The motion, which holds the limits.
             cells: Number of cells of its clock.
-            limits: Of its joints.
             inverse_dynamics: Torques of the joints; None if they are not limited.
         """
         edges: Floats = np.linspace(0.0, motion.duration, FINE * cells + 1)
@@ -212,7 +211,6 @@ class TimingStep:
 
     Attributes:
         begin: The cell at whose start it begins.
-        tick: Its first tick.
         rate: Place of the rate at its start.
         change: Change of the rate; None if it is constant.
     """
@@ -239,7 +237,6 @@ class OrderSearch:
     Attributes:
         blocked: Of each cell, the blocked ticks, as bits.
         changes: The changes that can begin at the start of each cell.
-        ticks: Number of ticks.
         at_rest: Whether the motion begins at rest, and so may begin later and at any rate.
         stays: Ticks for which the last cell must not be blocked after the end.
     """
@@ -375,7 +372,6 @@ def ever_over(blocked: Sequence[int], ticks: int, stays: int) -> bool:
 
     Args:
         blocked: Of each cell, the blocked ticks, as bits.
-        ticks: Number of ticks.
         stays: Ticks for which the last cell must not be blocked after the end.
     """
     whole, before, reached = (1 << ticks) - 1, blocked[0], 1

@@ -122,7 +122,6 @@ def blocked_cells(
 
     Args:
         checks: Checks configurations; it has the clearance that pairs keep.
-        along: The path.
         edges: Parameters of the path at which its m cells begin and end, increasing, shape (m + 1,).
         times: When the k intervals begin and end, increasing, shape (k + 1,) [s].
         hurried: Whether the parameter is the time of the fastest motion along the path, no interval is longer

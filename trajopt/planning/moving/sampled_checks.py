@@ -37,11 +37,7 @@ class SampledClearance(NamedTuple):
 
 @dataclass(eq=False)
 class SampledChecks:
-    """Checks configurations for dynamic obstacles; one for each thread.
-
-    Attributes:
-        obstacles: The dynamic obstacles.
-    """
+    """Checks configurations for dynamic obstacles; one for each thread."""
 
     obstacles: DynamicObstacles
     _kept: Floats = field(default_factory=lambda: np.zeros(0))

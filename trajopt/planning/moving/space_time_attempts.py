@@ -23,11 +23,7 @@ from trajopt.values.trajectory import Path, Trajectory
 
 @dataclass(eq=False)
 class BestMotion:
-    """The best result of a search: a verified motion, or the failure that came nearest to one.
-
-    Attributes:
-        result: The result.
-    """
+    """The best result of a search: a verified motion, or the failure that came nearest to one."""
 
     result: Result
 
@@ -83,7 +79,6 @@ class SpaceTimeAttempts:
 
     Attributes:
         program: Makes motions of seeds.
-        work: Judges them.
         static: The verified motion without dynamic obstacles.
         best: The incumbent, which they improve.
     """
@@ -102,7 +97,6 @@ class SpaceTimeAttempts:
         Args:
             work: Of the problem, with one goal.
             static: The verified motion without dynamic obstacles.
-            best: The incumbent.
         """
         problem, method = work.problem, SpaceTime()
         if problem.waypoints or method.objection(problem):
@@ -152,9 +146,6 @@ class SpaceTimeAttempts:
 
     def from_sampled_paths(self, rng: np.random.Generator) -> None:
         """Attempt motions from sampled paths over configurations and times, until there is one.
-
-        Args:
-            rng: Random generator.
 
         Raises:
             Stopped: If the budget runs out.

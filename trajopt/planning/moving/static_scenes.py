@@ -34,7 +34,6 @@ def at_rest(scene: Scene, carriers: frozenset[str], time: float) -> Scene:
     """Return a scene with moving objects at rest at their places of a time, without other dynamic obstacles.
 
     Args:
-        scene: The scene.
         carriers: The moving objects; objects on them are present too, unless they appear or expire.
         time: By the clock of the scene [s].
     """
@@ -49,7 +48,6 @@ def along_tracks(scene: Scene, duration: float) -> Scene:
     """Return a scene with copies of each dynamic obstacle at rest along its track.
 
     Args:
-        scene: The scene.
         duration: Tracks are considered until this time [s].
     """
     return _with_copies(scene, {name: _times(scene, name, duration) for name in scene.changing})

@@ -69,7 +69,6 @@ class PathTiming:
 
     Attributes:
         checks: Checks configurations for dynamic obstacles.
-        limits: Of the joints.
         inverse_dynamics: Torques of the joints; None if they are not limited.
         dwell: Time at rest at the end of a motion [s].
     """
@@ -144,7 +143,6 @@ def followed(clock: Trajectory, steps: Sequence[TimingStep], cell: float) -> Tra
     """Return the motion that steps make of another.
 
     Args:
-        clock: The other motion.
         steps: The steps, from the start of its first cell to the end of the last.
         cell: Time of a cell on its clock [s].
     """
@@ -208,7 +206,6 @@ def waits(seconds: float, cause: str = "what changes with time") -> str:
 
     Args:
         seconds: Delay [s].
-        cause: Its cause.
     """
     return f"waits {seconds:.3f} s before it moves, for {cause}"
 
@@ -219,7 +216,6 @@ def remarks_of(
     """Describe the stops and slower parts of a timing.
 
     Args:
-        steps: The timing.
         pairs: What blocks each cell, or FREE.
         checks: Names the obstacle of each pair.
         rows: Configurations at the ends of the cells.

@@ -80,7 +80,6 @@ def bump(line: Floats, spread: Floats, rng: np.random.Generator) -> Floats:
     Args:
         line: Knots, shape (N, n); the ends stay.
         spread: Standard deviation of the half wave's height in each joint, shape (n,) [rad | m].
-        rng: Draws the heights.
     """
     phase = np.linspace(0.0, np.pi, len(line))[:, None]
     half, whole = np.sin(phase), np.sin(2.0 * phase)
@@ -159,7 +158,6 @@ def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, coun
         blocked: Place of the contact.
         side: 0 for the side that the contact pushes to most, 3 for the one it pushes to least.
         size: Displacement of the point [m].
-        counts: Receives the work done.
 
     Returns:
         Knots, shape (N, n), within the limits; first, last and waypoints as in the line.
@@ -190,7 +188,6 @@ class _TouchingPoint:
     """A point of a body that touches.
 
     Attributes:
-        query: Places it.
         positions: The configuration, shape (n,).
         joint: The joint that carries it.
         local: Its position in the joint's frame, shape (3,) [m].

@@ -81,7 +81,6 @@ def sampled(
     Args:
         context: Goals; the path leads to the one reached first.
         rng: Draws the seed of the search's own generator.
-        counts: Receives the work done.
         check: Called while it searches; may raise to stop.
         checked: Largest number of configurations to check on each leg.
         kept: Part of each pair's margin that is kept, beyond the requirement.

@@ -45,7 +45,6 @@ class SpaceTimeProblem(Printed):
 
     Attributes:
         margins: The dynamic obstacles around the robot, with the margins from them.
-        limits: Of the joints.
         start: Start configuration, at time 0, shape (n,) [rad | m].
         goal: Goal configuration, shape (n,).
         latest: Latest end [s].
@@ -155,7 +154,6 @@ class _Tree:
     """Tree of states that are reachable from its roots, or from which these are reachable.
 
     Attributes:
-        stage: The problem.
         side: 1 for a tree forward in time, -1 for one backward.
         states: Positions and time of each, shape (k, n + 1).
         parents: The state before each; -1 of a root.
@@ -198,11 +196,6 @@ class _Tree:
 
 def searched(stage: SpaceTimeProblem, names: tuple[str, ...], rng: np.random.Generator) -> Trajectory | None:
     """Search a path through space and time.
-
-    Args:
-        stage: The problem.
-        names: Of the joints.
-        rng: Random generator.
 
     Returns:
         A motion of constant speeds between its points; None if none was found.

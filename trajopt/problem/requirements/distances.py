@@ -130,9 +130,6 @@ class LineOfSight(Requirement):
     def obstacles(self, scene: Scene) -> tuple[str, ...]:
         """Return the names of the objects that may not interrupt the line.
 
-        Args:
-            scene: Scene.
-
         Raises:
             FrameNotFound: If an object to ignore does not exist.
         """

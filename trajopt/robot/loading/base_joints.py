@@ -42,8 +42,6 @@ def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
     """Expand joints of several degrees of freedom to chains of simple ones, or fix them.
 
     Args:
-        urdf: The URDF.
-        srdf: The SRDF.
         base: The moving base; every such joint is fixed if None.
 
     Raises:

@@ -45,9 +45,6 @@ def read_mjcf(path: Path) -> tuple[Urdf, Srdf]:
 
     Bodies fixed to the world are part of the robot: each geom of the world becomes a link.
 
-    Args:
-        path: The file.
-
     Returns:
         An equivalent URDF and SRDF.
 
@@ -358,8 +355,6 @@ def geom_shape(model: Any, geom: int, name: str) -> Shape:
     """Return the shape of a geom; for an ellipsoid a hull around it.
 
     Args:
-        model: MuJoCo's model.
-        geom: Its index.
         name: Its name, for errors.
 
     Raises:
@@ -426,7 +421,6 @@ def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str
     by construction.
 
     Args:
-        model: MuJoCo's model.
         owners: The link of each colliding geom.
     """
     bits: dict[str, set[tuple[int, int]]] = {}

@@ -18,8 +18,6 @@ def effort_notes(model: pin.Model, limits: JointLimits, exempt: Collection[str])
     """Return notes on joints without an effort limit, and on those that gravity mostly overloads.
 
     Args:
-        model: Pinocchio's model.
-        limits: Of all joints.
         exempt: Joints without a motor of their own, which are not reported.
     """
     said: list[str] = []

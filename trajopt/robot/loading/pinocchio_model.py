@@ -95,7 +95,6 @@ def links_of_the_world(model: pin.Model, shaped: Collection[str]) -> frozenset[s
     They carry no joint, and no link with a shape is between them and the root, which has none itself.
 
     Args:
-        model: The model.
         shaped: The links with a shape.
     """
     frames, carriers = model.frames, set[int]()
@@ -181,7 +180,6 @@ def placed_model(model: pin.Model, where: Placement) -> pin.Model:
     """Return a copy of a model that is displaced as a whole.
 
     Args:
-        model: The model.
         where: The displacement, in the world.
     """
     moved, change = model.copy(), pin.SE3(where.rotation, where.translation)

@@ -20,9 +20,7 @@ class Semantics:
     """The part of an SRDF that matches the robot.
 
     Attributes:
-        groups: By name.
         states: Joint positions [rad | m] by (group, state) and joint.
-        end_effectors: By name.
         disabled_pairs: Link pairs never checked for collision.
         left_out: The reason for each skipped group or named state, by its name.
         notes: Sentences on everything that was skipped.
@@ -58,8 +56,6 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
     """Return the part of an SRDF that matches the robot.
 
     Args:
-        model: Pinocchio's model.
-        srdf: The semantic description.
         mimics: Mimic joints, each with its leading joint.
 
     Raises:

@@ -17,7 +17,6 @@ class GroupElement:
     """A `<group>` as written, before it is resolved against the kinematic tree.
 
     Attributes:
-        name: The group's name.
         chains: (base link, tip link) pairs.
         joints: Joints listed by name.
         links: Links listed by name; each brings its parent joint.
@@ -46,10 +45,8 @@ class VirtualJoint:
     """A `<virtual_joint>`: the connection of the robot to the world.
 
     Attributes:
-        name: The joint's name.
         kind: "fixed", "planar" or "floating".
         frame: The file's name of the world.
-        child: The robot's link.
     """
 
     name: str

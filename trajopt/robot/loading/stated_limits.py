@@ -93,9 +93,7 @@ def not_stated(name: str, kind: LimitKind, limit: float, unit: str) -> str:
     """Print a chosen limit: "elbow acceleration 229.2 deg/s^2 (no limit stated)".
 
     Args:
-        name: The joint.
         kind: Velocity, acceleration or jerk.
-        limit: The chosen limit.
         unit: "rad" or "m".
     """
     return f"{name} {kind.value} {in_unit(limit, unit + PER_SECOND[kind])} (no limit stated)"

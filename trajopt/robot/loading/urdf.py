@@ -34,7 +34,6 @@ class MeshReference:
     """A mesh file on a link, not loaded yet.
 
     Attributes:
-        path: The file.
         scale: Factors along x, y, z.
     """
 
@@ -73,10 +72,8 @@ class Urdf:
     """The content of a URDF file, except kinematics and inertias.
 
     Attributes:
-        path: The file.
         xml: Its text without collision and visual elements, with joints of several degrees of freedom as
             written.
-        name: The robot's name.
         collisions: Collision elements of all links.
         visuals: Visual elements of all links.
         mimics: Mimicking joints by name.
@@ -332,8 +329,6 @@ def check_count(path: Path, links: int, kind: str = "links") -> None:
     """Check that there are not too many links.
 
     Args:
-        path: The file.
-        links: Their number.
         kind: Their name in the file.
 
     Raises:

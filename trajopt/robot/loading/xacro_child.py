@@ -47,7 +47,6 @@ def readable(path: object, folders: tuple[str, ...], searched: tuple[str, ...]) 
     """Return whether a file may be read: in one of the folders, or in a package below a searched one.
 
     Args:
-        path: The opened file.
         folders: Folders whose files may all be read.
         searched: Folders in which only packages, which have a manifest, may be read.
     """

@@ -35,9 +35,7 @@ def read_xml(path: Path, kind: str, *, root: str = "robot") -> ElementTree.Eleme
     """Return the root of an XML file.
 
     Args:
-        path: The file.
         kind: Its kind, for errors: "URDF" or "SRDF".
-        root: The root's tag.
 
     Raises:
         FileFormatError: If it cannot be read, is not XML, is nested too deeply, or has another root.
@@ -67,8 +65,6 @@ def numbers(
 
     Args:
         path: The file, for errors.
-        element: The element.
-        key: The attribute.
         default: Its text if missing.
         count: Required count; any if None.
 
@@ -104,7 +100,6 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
     read the file's folder, its packages and the package directories.
 
     Args:
-        path: The file.
         arguments: Values of its `<xacro:arg>` by name; others have their defaults.
         package_dirs: Folders of packages, or with packages in them.
 

@@ -136,7 +136,6 @@ class GroupMotions(GroupBase):
         """Grasp an object and lift it; path constraints hold while the object is held.
 
         Args:
-            object_name: The object.
             grasp: A Grasp or several, best first; if empty, grasps are generated from the object's shape.
             plan_only: Whether to plan without moving.
 
@@ -167,7 +166,6 @@ class GroupMotions(GroupBase):
         """Put down a held object; path constraints hold until it is released.
 
         Args:
-            object_name: The object.
             location: Target of the object: a Pose, PoseStamped or PlaceLocation, or several, best first.
             plan_only: Whether to plan without moving.
 
@@ -221,10 +219,6 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
 
     Args:
         message: The message; its pose is of the end effector, its postures are of the fingers.
-        name: The object.
-        scene: The scene.
-        gripper: The gripper.
-        link: The end effector.
         at: Current positions of all joints [rad | m].
 
     Raises:
@@ -247,9 +241,6 @@ def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
     """Convert a Pose, PoseStamped or PlaceLocation, the target of an object, to a place.
 
     Args:
-        location: The message.
-        scene: The scene.
-        link: The end effector.
         at: Current positions of all joints [rad | m].
     """
     whole = is_message(location, "place_pose")

@@ -88,8 +88,6 @@ def goal_constraints(
     If several links have several poses each, the i-th alternative contains the i-th pose of every link.
 
     Args:
-        targets: The targets.
-        settings: Their tolerances.
         frame: Name of the planning frame.
         placed: Returns the placement of a target in the planning frame.
     """
@@ -455,7 +453,6 @@ def jacobian(reduced: ReducedModel, link: str, values: Floats, reference_point: 
 
     Args:
         reduced: The robot in its scene, the group's joints free.
-        link: The link.
         values: Positions of the group's joints, shape (n,) [rad | m].
         reference_point: The point in the link's frame, shape (3,) [m].
 

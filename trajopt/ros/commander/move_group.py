@@ -164,7 +164,6 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         """Attach an object to a link at its current pose.
 
         Args:
-            object_name: The object.
             link_name: The link; if empty, the end effector, or else the group's first link.
             touch_links: Further links that may touch the object.
         """

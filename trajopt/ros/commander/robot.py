@@ -34,9 +34,7 @@ def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> MarkerArra
     """Return a marker for every visual element of links.
 
     Args:
-        scene: The scene.
         positions: Positions of all joints [rad | m].
-        links: The links.
 
     Raises:
         FrameNotFound: If a link is unknown.

@@ -61,7 +61,6 @@ def state_positions(state: object, world: World) -> Floats:
 
     Args:
         state: A RobotState, joint -> position [rad | m], or None for the current state.
-        world: The world.
 
     Raises:
         FileFormatError: If the state is malformed.

@@ -30,7 +30,6 @@ class _Motion:
     Attributes:
         begun: Set once the robot moves, or will not move.
         thread: Waits for the end.
-        answer: The server's answer.
         error: Error message, if there is no answer.
     """
 

@@ -163,7 +163,6 @@ class World:
     other commanders in the block; the argument `world=` does so for one commander.
 
     Attributes:
-        robot: The robot.
         rng: Draws random targets.
         node: Parameters and shutdown hooks of the script.
     """

@@ -46,7 +46,6 @@ class MoveItService:
 
     Attributes:
         kind: Its type in ROS 1; its messages add the suffixes Request and Response.
-        operation: The worker's operation.
     """
 
     kind: str
@@ -148,12 +147,9 @@ class ActionGoal:
     """A goal.
 
     Attributes:
-        name: Its id.
-        server: The action.
         message: The goal message, JSON.
         generation: Format of the goal, feedback and result.
         tell: Called with feedback, as plain data or JSON.
-        cancellation: Ends it.
         cancelled: Whether cancellation was requested.
     """
 
@@ -171,9 +167,6 @@ class ActionGoal:
 
     async def run(self, cell: Cell) -> tuple[GoalOutcome, dict[str, Any]]:
         """Do it; return how it ended, and the result as plain data.
-
-        Args:
-            cell: The cell.
 
         Raises:
             Unusable: If the goal cannot be processed.

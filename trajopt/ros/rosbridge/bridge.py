@@ -43,15 +43,10 @@ class Bridge:
     """Data shared by the clients of one robot.
 
     Attributes:
-        cell: The robot in its scene.
-        description: The robot's files.
         options: Admission of clients, and the ROS distribution.
-        generation: Message format.
         largest: Largest size of a message [bytes].
-        topics: The topics.
         offered: Services that clients offer.
         offered_actions: Actions that clients offer.
-        clients: Connected clients.
     """
 
     def __init__(self, cell: Cell, description: RobotDescription, options: RosbridgeOptions) -> None:

@@ -23,7 +23,6 @@ class Cell:
     """A session of the service.
 
     Attributes:
-        service: The service.
         session: The session: its scene and the state of its robot.
     """
 
@@ -31,7 +30,6 @@ class Cell:
         """Open a persistent session, or resume the one from before a restart.
 
         Args:
-            service: The service, started.
             robot: Name of the robot; the first one if empty.
 
         Raises:
@@ -57,13 +55,11 @@ class Cell:
         """Have a worker process a message; return its response, as JSON.
 
         Args:
-            operation: The operation.
             message: The message, JSON.
             generation: Format of the message and the response.
             difference: A planning scene message, JSON: changes for this request alone.
             seconds: Time limit [s].
             listener: Called with progress, as JSON.
-            cancellation: Cancels the request.
 
         Raises:
             Unusable: If there is no response, with the reason.

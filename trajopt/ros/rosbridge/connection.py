@@ -41,11 +41,7 @@ class Socket(Protocol):
 
 
 class ClientConnection:
-    """One client.
-
-    Attributes:
-        bridge: The bridge.
-    """
+    """One client."""
 
     def __init__(self, bridge: Bridge, socket: Socket) -> None:
         """Wrap a connected socket."""

@@ -37,7 +37,6 @@ class RobotDescription(Value):
     """A robot's files.
 
     Attributes:
-        urdf: The URDF.
         srdf: The SRDF; empty if none.
         packages: Folders of the packages of its meshes, by name.
     """
@@ -52,7 +51,6 @@ class RobotDescription(Value):
 
         Args:
             urdf: The URDF or xacro file.
-            srdf: The SRDF.
             package_dirs: Folders of packages, or that contain packages.
 
         Raises:
@@ -70,7 +68,6 @@ class RobotDescription(Value):
         """Read the files of a loaded robot; generate the SRDF if it has none.
 
         Args:
-            robot: The robot.
             srdf: The SRDF that it was loaded with.
             package_dirs: Folders of packages, or that contain packages.
 

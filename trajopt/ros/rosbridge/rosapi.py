@@ -77,7 +77,6 @@ class RosApi:
         """Answer a call of `/rosapi/NAME`.
 
         Args:
-            name: The name.
             arguments: The arguments, plain data.
 
         Raises:

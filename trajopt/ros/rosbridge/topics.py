@@ -51,13 +51,10 @@ class Topic:
     """A topic.
 
     Attributes:
-        name: Its name.
         kind: Its type in ROS 1; empty while unknown.
         ours: Whether only the server publishes it.
         kept: Whether it exists without clients.
         latched: The last message, sent to later subscribers.
-        clients: Its publishers.
-        heard: Its subscribers.
     """
 
     name: str
@@ -73,11 +70,7 @@ class Topics:
     """All topics."""
 
     def __init__(self, generation: Generation) -> None:
-        """Start without topics.
-
-        Args:
-            generation: Message format.
-        """
+        """Start without topics."""
         self.generation = generation
         self._all: dict[str, Topic] = {}
 
@@ -92,8 +85,6 @@ class Topics:
         """Add a topic that the server publishes.
 
         Args:
-            name: Its name.
-            kind: Its type.
             latched: A first message, sent to later subscribers.
         """
         topic = self._topic(name, kind)
@@ -133,7 +124,6 @@ class Topics:
         """Subscribe a client to a topic; send it the latched message, if any.
 
         Args:
-            client: The client.
             name: Name of the topic.
             kind: Its type; empty for any.
             subscription: The client's name of this subscription.

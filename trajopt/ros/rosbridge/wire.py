@@ -30,20 +30,15 @@ class Incoming(msgspec.Struct):
         service: Name of a service.
         action: Name of an action.
         type: Type of a topic or service.
-        action_type: Type of an action.
-        msg: Published message.
         args: Arguments of a service, or goal of an action.
         values: Response of a client's service, or feedback or result of a client's action.
         result: Whether the service or the goal succeeded.
         status: Final status of a goal (`action_msgs/GoalStatus`).
         latch: Whether the last message is kept for later subscribers.
         throttle_rate: Least time between two messages [ms].
-        compression: Compression of messages.
         fragment_size: Largest message that the client accepts in one piece [bytes].
         timeout: Time limit of a call [s].
-        data: A fragment.
         num: Index of the fragment.
-        total: Number of fragments.
         level: Level of the status messages sent to the client.
     """
 
@@ -136,7 +131,6 @@ def pieces(text: bytes, size: int | None, name: str) -> Iterator[bytes]:
     """Yield a message in pieces of a client's fragment size.
 
     Args:
-        text: The message.
         size: The largest piece [bytes]; None for any.
         name: Name of the message.
     """

@@ -227,7 +227,6 @@ class SessionCalls(Generic[Reply]):
     Arguments and answers are plain data, in the words of the Python API; docs/server.md has them.
 
     Attributes:
-        id: The session's id.
         robot: Name of its robot.
     """
 
@@ -255,8 +254,6 @@ class SessionCalls(Generic[Reply]):
 
         Args:
             operation: Its name, such as "plan".
-            arguments: Plain data.
-            listener: Receives the progress.
             timeout: Time limit of the server [s].
             name: Name for `cancel`.
 

@@ -94,7 +94,6 @@ async def answered(request: Request, ask: Asking) -> Response:
 
     Args:
         request: With `Accept: text/event-stream`, progress and answer are sent as events.
-        ask: Calls the service.
     """
     if EVENTS in request.headers.get("accept", ""):
         return streamed(ask)
@@ -170,7 +169,6 @@ def robot_document(name: str, robot: Robot) -> dict[str, object]:
 
     Args:
         name: Its name on the server.
-        robot: The robot.
     """
     limits = robot.limits
     return {

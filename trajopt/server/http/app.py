@@ -269,7 +269,6 @@ def http_app(
     """Return the application of a service.
 
     Args:
-        service: The service.
         options: Access control.
         metrics: Content of `/metrics`.
     """

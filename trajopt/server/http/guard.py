@@ -91,8 +91,6 @@ class RequestGuard:
         """Guard an application.
 
         Args:
-            app: The application.
-            options: Access control.
             attached: Operations whose body is bytes instead of JSON.
         """
         self._app, self._options, self._attached = app, options, attached
@@ -150,7 +148,6 @@ class Intake:
         """Count the bytes read by an application.
 
         Args:
-            app: The application.
             most: Largest total size [bytes].
         """
         self._app, self._most, self._held = app, most, 0

@@ -106,7 +106,6 @@ class Connections:
         """Wrap an application.
 
         Args:
-            app: The application.
             options: Time-outs and number of connections.
         """
         self._app, self._options = app, options

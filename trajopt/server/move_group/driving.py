@@ -56,7 +56,6 @@ class MotionDriver:
     """Drives a robot along motions, one at a time.
 
     Attributes:
-        robot: The robot.
         executor: The driver of its joints.
     """
 
@@ -66,7 +65,6 @@ class MotionDriver:
         """Take over a robot at rest.
 
         Args:
-            robot: The robot.
             executor: The driver of its joints.
             positions: Of all joints, shape (number of joints,) [rad | m], for the joints that it does not
                 drive.
@@ -242,7 +240,6 @@ def from_place(trajectory: Trajectory, here: Floats, limits: JointLimits) -> Tra
     Args:
         trajectory: With velocities.
         here: Commanded positions of its joints, shape (n,) [rad | m].
-        limits: Of its joints.
     """
     away = np.abs(trajectory.positions[0] - here)
     if away.max() <= MEETING:
@@ -287,7 +284,6 @@ class InProcess:
     """Backend of a world in this process.
 
     Attributes:
-        robot: The robot.
         scene: Its surroundings.
     """
 

@@ -112,7 +112,6 @@ def solved(
     """Plan with a script's settings: of several attempts within the time, the motion of least duration.
 
     Args:
-        problem: The problem.
         settings: Time, attempts and method.
         budget: Time limit, overriding the settings.
         cancel: Set it from another thread to stop.
@@ -158,7 +157,6 @@ def followed_through(
     Args:
         scene: Surroundings of the robot.
         poses: Of the link in the world.
-        link: The link.
         group: The planning group.
         start: Positions of all joints at the start [rad | m].
         settings: Speeds.
@@ -218,7 +216,6 @@ def picked(
         start: Positions of all joints at the start [rad | m].
         grasps: In order of preference.
         group: The arm's planning group.
-        gripper: The gripper.
         constraints: Path constraints while the object is in the hand.
         settings: Speeds and method.
         budget: Time limit.
@@ -301,7 +298,6 @@ def as_far_as_kept(
 
     Args:
         followed: The motion without them.
-        constraints: Path constraints.
         until: Follows the line up to a length [m].
     """
     if not constraints or not followed.verified:

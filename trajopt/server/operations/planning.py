@@ -47,7 +47,6 @@ def answer_of(result: Result, notes: tuple[str, ...] = (), *, certificate: bool 
     """Return a result as plain data.
 
     Args:
-        result: The result.
         notes: Notes on the interpretation of the request.
         certificate: Whether to include the judge's measurements.
     """
@@ -59,8 +58,6 @@ def planned(problem: Problem, watch: Watch, how: Node) -> Result:
     """Plan, and report the progress.
 
     Args:
-        problem: The problem.
-        watch: Of the request.
         how: The members named by `PLANNING`, if present.
     """
     seconds, improve = how["seconds"].number(0.0), how["improve"].flag()

@@ -118,7 +118,6 @@ def edited(state: SessionState, edits: Node) -> SessionState:
     """Return the session's content after edits, in order.
 
     Args:
-        state: The content.
         edits: A list of mappings, each with the name of an edit and its arguments. An attached or detached
             object keeps its present place, unless `placement` or `at` is given.
 
@@ -164,7 +163,6 @@ def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, 
     """Return the session's content after a `moveit_msgs/PlanningScene`, and notes on its interpretation.
 
     Args:
-        state: The content.
         message: The message; it replaces the scene unless it `is_diff`.
 
     Raises:

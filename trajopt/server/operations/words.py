@@ -79,8 +79,6 @@ def called(function: Callable[..., Any], node: Node, **given: object) -> Any:
     """Call a function with the arguments that a mapping has.
 
     Args:
-        function: The function.
-        node: The mapping.
         given: Arguments for those that it leaves out.
 
     Raises:

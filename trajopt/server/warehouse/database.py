@@ -91,9 +91,6 @@ class Database(Forked):
     """The file of a warehouse.
 
     Threads take turns; it is closed before a fork, and reopened in both processes.
-
-    Attributes:
-        path: The file.
     """
 
     def __init__(self, path: Path, *, create: bool) -> None:

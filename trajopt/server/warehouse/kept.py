@@ -69,7 +69,6 @@ class Constraints(Value):
 
     Attributes:
         robot: The robot's name.
-        requirements: The requirements.
         group: Their group; empty for any.
     """
 
@@ -91,8 +90,6 @@ class Entry(Value):
     """Description of a stored value; `Warehouse.load` returns the value.
 
     Attributes:
-        kind: Its kind.
-        name: Its name.
         version: 1 for the first value of that name, then 2, ...; numbers are not reused.
         made: Time of storage (UTC, ISO 8601).
         robot: Name of the robot.
@@ -159,12 +156,10 @@ class Described:
     """Description of an entry.
 
     Attributes:
-        kind: Its kind.
         robot: Name of the robot.
         scene: Fingerprint of its scene, in hexadecimal digits; empty without one.
         goal: The goal in words.
         ends: Final or goal positions of the joints that it determines [rad | m].
-        status: Status of planning.
         duration: Of the motion [s].
         words: All its words, for text search.
     """

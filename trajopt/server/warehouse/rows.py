@@ -38,8 +38,6 @@ class Conditions:
     """Conditions on entries; a missing one is ignored.
 
     Attributes:
-        kind: Their kind.
-        name: Their name.
         robot: Name of their robot.
         goal: Words of their goal; or joints with the final positions of their motion [rad | m].
         within: Tolerance of these positions [rad | m].
@@ -255,12 +253,6 @@ def keep(
     """Write an entry with its members, in one transaction.
 
     Args:
-        database: The file.
-        name: Its name.
-        about: Its description.
-        members: Its members.
-        tags: Tags for search.
-        note: A free note.
         made: Time of storage; now if empty.
 
     Raises:
@@ -329,7 +321,6 @@ class StoredMembers(Members):
         """List the members.
 
         Args:
-            database: The file.
             entry: Number of the entry in it.
             label: The entry in words.
 

@@ -50,9 +50,6 @@ class Warehouse:
 
     A completed call is durable, whatever happens to the process or machine; several processes
     and threads may use one file. `with Warehouse("cell.warehouse") as kept:` closes it.
-
-    Attributes:
-        path: The file.
     """
 
     @checked
@@ -129,7 +126,6 @@ class Warehouse:
         """Store a bundle's file.
 
         Args:
-            path: The file.
             name: Its name; that of its problem if empty.
             tags: Tags for search.
             note: A free note.
@@ -164,8 +160,6 @@ class Warehouse:
         """Return entries, the latest first; all without conditions.
 
         Args:
-            kind: Of this kind.
-            name: Of this name.
             robot: Of the robot of this name.
             goal: With these words in the goal; or joints and final positions of the motion, goal or
                 state [rad | m].
@@ -193,7 +187,6 @@ class Warehouse:
         """Return the description of an entry.
 
         Args:
-            name: Its name.
             kind: Its kind; may be None if the name is unambiguous.
             version: Its version; the last if None.
 
@@ -209,7 +202,6 @@ class Warehouse:
         """Return the value of an entry: for a problem or a plan the bundle.
 
         Args:
-            entry: The entry.
             meshes: A folder for the meshes that a viewer draws.
 
         Raises:
@@ -318,7 +310,6 @@ class Warehouse:
         further versions.
 
         Args:
-            other: The other warehouse.
             entries: The entries; all if None.
 
         Returns:

@@ -55,7 +55,6 @@ def execute(
         followed: The motion.
         position_tolerance: Accepted position error at the end [m].
         rotation_tolerance: Accepted rotation error at the end [rad].
-        options: Of the simulation.
 
     Raises:
         ProblemError: If there is no verified motion.

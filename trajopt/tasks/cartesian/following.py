@@ -325,9 +325,7 @@ def timed_along(
     """Find the fastest timing of a path within all limits of the problem.
 
     Args:
-        problem: The problem.
         on_curve: Measures the error of the tool.
-        path: The joint path.
         tolerance: Largest deviation of the tool from the path, rotations counted as lengths [m].
     """
     query, limits = on_curve.query, problem.limits

@@ -76,7 +76,6 @@ def on_the_curve(
 
     Args:
         problem: Start, scene and limits.
-        required: The curve.
         seed: The seed, at the stations of `knot_stations`.
         tracker: Counts and bounds the work.
     """
@@ -94,7 +93,6 @@ def in_a_tube(
 
     Args:
         problem: Start, scene and limits.
-        required: The curve.
         tube: Radius of the tube [m].
         seed: The seed, at the stations of `knot_stations`.
         tracker: Counts and bounds the work.
@@ -141,7 +139,6 @@ class Detour:
 
     Attributes:
         required: The curve through its knots, with the rotations of the blocked one.
-        way: Configurations on it.
         deviation: Largest distance of a knot from the blocked curve [m].
     """
 

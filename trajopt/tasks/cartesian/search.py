@@ -32,7 +32,6 @@ class Found:
     """A joint path along a curve.
 
     Attributes:
-        way: Configurations along it.
         stop: The reason for its end; None at the end of the curve.
     """
 
@@ -160,7 +159,6 @@ def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Flo
 
     Args:
         on_curve: The curve and the arm.
-        most: Largest number.
         rng: Draws the starts of the search.
     """
     counts = on_curve.query.counts
@@ -411,7 +409,6 @@ def untracked(on_curve: OnCurve, found: CurveTrack, rng: np.random.Generator) ->
 
     Args:
         on_curve: The curve and the arm.
-        found: The track.
         rng: Draws configurations for the search of other branches.
     """
     s, until = found.reached, on_curve.required.until

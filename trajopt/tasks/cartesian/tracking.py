@@ -55,11 +55,8 @@ class OnCurve:
     """Moves configurations to points of a curve with least joint motion.
 
     Attributes:
-        reduced: The robot and its surroundings.
         required: The curve and the frame that follows it.
-        query: Evaluates the kinematics.
         tracker: Ends the work when the budget is used up; unlimited if None.
-        limits: Position limits.
     """
 
     def __init__(

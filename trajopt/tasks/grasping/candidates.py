@@ -22,7 +22,6 @@ class PlannedStages:
     """Motions that end with the object taken, or put down.
 
     Attributes:
-        segments: The motions.
         scene: The scene after them: the object is exactly where they put it.
     """
 
@@ -35,7 +34,6 @@ class PickCandidate:
     """A grasp with configurations of all joints that passed the cheap checks.
 
     Attributes:
-        grasp: The grasp.
         before: Start of the approach, fingers open.
         at: At the object, fingers open.
         lifted: End of the lift.
@@ -148,12 +146,9 @@ def place_candidates(
     """Yield configurations for a place, nearest to a start first, or the reason why one fails.
 
     Args:
-        task: The task.
         held: The scene with the object in the hand.
         start: Positions of all joints before the transfer [rad | m].
-        place: The place.
         opening: Of the fingers that release [m].
-        names: For refusals.
     """
     gripper = task.gripper
     stands_on = supports(held, task.name, held.placement_of(place.frame, start) * place.placement)
@@ -223,7 +218,6 @@ def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
 
     Args:
         reduced: A model with the fingers in their positions.
-        gripper: The gripper.
         tool: Placement of its tool frame in the world.
 
     Returns:

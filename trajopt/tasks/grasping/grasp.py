@@ -226,9 +226,7 @@ def grasps_of(
     gripper are left out; planning finds which of the others can be reached.
 
     Args:
-        scene: The scene.
         name: The object.
-        gripper: The gripper.
         force: Of each finger [N].
         reach: Largest overlap of the pads' centres with the object [m].
 
@@ -269,7 +267,6 @@ def grips(shape: Shape, reach: float) -> Iterator[tuple[float, Placement, str]]:
     In that placement z is the direction of approach and y that of closing.
 
     Args:
-        shape: The shape.
         reach: Largest overlap of the pads' centres with the shape [m].
     """
     raise ModelError(f"no grasps are known of a {type(shape).__name__}; define them yourself")

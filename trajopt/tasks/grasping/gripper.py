@@ -129,7 +129,6 @@ class Gripper(Value):
         would not hold an object in place.
 
         Args:
-            robot: The robot.
             positions: Of all its joints; joints that are not in proportion are left out [rad | m].
         """
         first, lead = self.joint_names[0], self.positions[:, 0]
@@ -155,7 +154,6 @@ class Gripper(Value):
         """Return positions of all joints with the fingers at an opening [rad | m].
 
         Args:
-            robot: The robot.
             positions: Of all joints, shape (number of joints,) [rad | m].
             opening: Distance between the pads [m].
         """

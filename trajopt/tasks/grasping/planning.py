@@ -251,7 +251,6 @@ class PlannedSequence:
     """A planned sequence.
 
     Attributes:
-        segments: Its motions.
         final_scene: The scene after it.
         grasp: The grasp; None if the object was in the hand already.
         place: The place; None if the object stays in the hand.
@@ -268,7 +267,6 @@ class PickPlaceSearch:
     """A search for a sequence, and the rejected candidates.
 
     Attributes:
-        task: The task.
         places: Places of the object; empty to keep it in the hand.
         refusals: The rejected candidates with reasons, in order.
     """

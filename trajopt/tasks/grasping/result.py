@@ -46,7 +46,6 @@ class Segment:
     """One motion of a pick and place, of the arm or of the fingers.
 
     Attributes:
-        stage: Its stage.
         result: The planning result, with the scene of this stage and the judge's certificate.
         rest: Rest at its end before the next motion [s].
     """
@@ -154,7 +153,6 @@ class PickPlaceResult(Value):
             at 0 at the end of the sequence; the scene before if there is no sequence.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
         group: The arm's planning group.
-        gripper: The gripper.
         status: The status of planning: if all candidates failed, of the one that got farthest.
         grasp: The chosen grasp; None without one, or if the object was in the hand already.
         place: The chosen place; None without one.

@@ -47,7 +47,6 @@ class Slip:
 
     Attributes:
         time: First time beyond the limits [s].
-        stage: Its stage.
         worst: The largest shift and the largest turn until the release.
     """
 
@@ -61,7 +60,6 @@ class PickPlaceRollout:
     """A simulated pick and place.
 
     Attributes:
-        result: The executed sequence.
         log: Joints and object over time.
         hold: How well the object was held.
         slip: The slip; None without one.

@@ -51,7 +51,6 @@ def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats
     """Return the displacement of a straight motion in the world, shape (3,) [m].
 
     Args:
-        straight: The motion.
         scene: The scene with its frame.
         positions: Of all joints at the contact with the object [rad | m].
         usual: Its default direction in the world, shape (3,).
@@ -77,11 +76,9 @@ def track_line(
     """Follow a straight line of the tool from a configuration, without rotation.
 
     Args:
-        reduced: The model.
         tool: Frame that follows the line.
         at: The group's positions at its beginning, shape (n,); contact there is ignored.
         away: From beginning to end in the world, shape (3,) [m].
-        tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends.
@@ -130,14 +127,10 @@ def straight_problem(
     """Return the problem of moving the tool on a line, without rotation.
 
     Args:
-        scene: The scene.
         start: Positions of all joints at the beginning [rad | m].
         goal: Positions of all joints at the end [rad | m].
         group: The arm's planning group.
-        tool: The tool frame.
         options: Deviation from the line, and speeds.
-        constraints: Further constraints.
-        name: For reports.
     """
     begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
     line = point_on_line(
@@ -172,7 +165,6 @@ def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
     becomes the margin. Pairs in contact there get none.
 
     Args:
-        reduced: The model.
         positions: The group's positions at the near end of the motion, shape (n,).
     """
     scene = reduced.scene

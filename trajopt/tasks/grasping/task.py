@@ -69,13 +69,9 @@ class PickPlaceTask:
     """The data shared by all candidates.
 
     Attributes:
-        scene: The scene before.
-        name: The object.
         start: Positions of all joints before [rad | m].
         group: The arm's planning group.
-        gripper: The gripper.
         constraints: Path constraints while the object is in the hand.
-        options: Speeds, tolerances, times.
         rng: Draws the starts of inverse kinematics, and the bends of seeds.
         tracker: Counts work and time, and ends the search when the budget is used up.
     """

@@ -32,7 +32,6 @@ def answer_of(
     Args:
         script: The script. It writes its answer to standard output and exits with 0, or writes the reason and
             exits with `REFUSED`.
-        request: The request.
         environment: Environment variables of the script; those of this process if None.
         seconds: Largest CPU time [s]; the wall-clock limit is twice that.
         memory: Largest address space [bytes].

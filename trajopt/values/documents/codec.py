@@ -59,7 +59,6 @@ class Writer:
         """Return a value as a document.
 
         Args:
-            value: The value.
             place: Its name in error messages.
 
         Raises:

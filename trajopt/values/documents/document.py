@@ -19,7 +19,6 @@ class Node:
 
     Attributes:
         value: The parsed value; None if missing.
-        path: The file.
         place: The path to it from the top, such as `world.collision_objects[3].pose`.
     """
 
@@ -145,7 +144,6 @@ def parse_document(text: str, path: Path | str) -> Node:
     """Parse the text of a file, as `read_document` does.
 
     Args:
-        text: The text.
         path: Its file: JSON if the suffix is .json, YAML otherwise.
 
     Raises:
@@ -199,7 +197,6 @@ def write_json(path: Path | str, document: Mapping[str, object], *, indent: int 
     """Write a document as JSON atomically; numbers are written exactly.
 
     Args:
-        path: The file.
         document: The content.
         indent: Spaces for each level; None for one line.
 

@@ -74,7 +74,6 @@ def parse_json(text: str, path: Path | str) -> object:
     """Parse JSON text.
 
     Args:
-        text: The text.
         path: Its file, or the name used in messages.
 
     Raises:
@@ -141,7 +140,6 @@ def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]
     to finish wins. Missing folders are created; a failed block leaves nothing.
 
     Args:
-        path: The file.
         durable: Whether to flush the file to disk, so that it survives a power failure; takes some
             milliseconds.
 

@@ -39,7 +39,6 @@ def parse_yaml(text: str, path: Path | str) -> list[object]:
     """Parse the non-empty documents of a YAML text.
 
     Args:
-        text: The text.
         path: Its file, or the name used in messages.
 
     Raises:

@@ -73,9 +73,6 @@ class UnknownArgument(ProblemError, TypeError):
         """Find the most likely argument.
 
         Args:
-            called: The function.
-            name: The unknown name.
-            known: Its arguments.
             option: The expression that gives an option of this name, as in "budget=Budget(attempts=...)".
         """
         self.name, self.known = name, tuple(known)
@@ -109,7 +106,6 @@ class NameNotFound(ModelError, KeyError):
 
         Args:
             kind: Kind of the named thing.
-            name: Its name.
             known: Known names of this kind.
             left_out: The reason why an entry of this name in a file was skipped.
             objects: Objects that would be valid too; the nearest is named if it is nearer than all known
@@ -276,7 +272,6 @@ class FileFormatError(ModelError):
     """A file (URDF, SRDF, YAML, JSON) has invalid content.
 
     Attributes:
-        path: The file.
         reason: The fault, and its place in the file.
     """
 
@@ -310,7 +305,6 @@ class RequirementNotSupported(SolverError):
 
     Attributes:
         method: Name of the method.
-        requirement: The requirement.
     """
 
     def __init__(self, method: str, requirement: object, reason: str) -> None:
@@ -442,7 +436,6 @@ def unknown_attribute(owner: object, name: str, other_names: Mapping[str, str]) 
     """Return the error of an unknown attribute, with the name to use if it is known.
 
     Args:
-        owner: The object.
         name: The attribute.
         other_names: Name in another library -> the expression to use here.
     """

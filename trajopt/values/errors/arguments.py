@@ -110,7 +110,6 @@ def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> N
     """Refuse arguments that do not match their annotations, like `checked`, from within a function.
 
     Args:
-        function: The function.
         given: Its arguments by name: `locals()` at its beginning.
 
     Raises:

@@ -232,7 +232,6 @@ def solids_near(
 
     Args:
         shape: The cloud; any other shape is returned unchanged.
-        where: Its placement.
         centre: Of the ball, in the reference frame of the placement, shape (3,) [m].
         reach: Its radius [m].
     """

@@ -38,9 +38,7 @@ class GridKinematics:
     """A robot along its motion, at all times of a grid.
 
     Attributes:
-        statement: The statement.
         grid: The times, shape (g,) [s].
-        motion: The coordinates.
         rotation: Of the world's and each joint's frame at each time, shape (g, joints + 1, 3, 3).
         translation: Of their origins, shape (g, joints + 1, 3) [m].
         carried_by: Whether a joint (row) is, or hangs on, another (column); all hang on the world, number 0.

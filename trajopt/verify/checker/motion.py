@@ -16,7 +16,6 @@ class GridMotion:
 
     Attributes:
         positions: At the times of the grid, shape (g, n).
-        velocities: Likewise.
         bounds: Of position, velocity, acceleration and jerk within each cell, shape (g - 1, n) each.
         accelerations: At the start and the end of each piece between knots, shape (k - 1, n) each.
     """

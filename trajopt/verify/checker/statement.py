@@ -36,18 +36,13 @@ class StatedJoint:
     """A joint, which turns about or slides along an axis of its own frame.
 
     Attributes:
-        name: Its name.
         place: Of its frame at position 0, in its parent's.
-        turns: Whether it turns.
         axis: Of any length but zero, shape (3,).
         coordinate: The number of the motion's coordinate that it follows.
         factor: Its position is factor * coordinate + offset.
         offset: Likewise [rad | m].
         lower: Least position [rad | m]; infinite for none, as the others.
         upper: Largest position [rad | m].
-        velocity: Largest velocity.
-        acceleration: Largest acceleration.
-        jerk: Largest jerk.
     """
 
     name: str
@@ -85,9 +80,7 @@ class EndStates:
 
     Attributes:
         positions: Of the coordinates at the start, shape (n,), as the others.
-        velocities: Likewise.
         accelerations: Likewise; not checked if all are 0, except for jumps if jerk is limited.
-        tolerance: Of the positions.
         speed: Of velocities and accelerations, and of the rest at the end.
         rests: Whether it must end at rest.
     """
@@ -106,8 +99,6 @@ class ConvexPart:
 
     Attributes:
         owner: The link or object.
-        place: Its placement.
-        shape: Its shape.
     """
 
     owner: str
@@ -121,12 +112,9 @@ class Statement:
 
     Attributes:
         title: Name of the problem.
-        curve: The motion.
         joints: The joints, each after its parent; joint number i is at i - 1.
-        ends: Its ends.
         excess: By how much limits and tolerances may be exceeded: of positions absolute or relative to the
             limit, the larger; of rates relative; of requirements absolute.
-        parts: All convex parts.
         pairs: Two parts and the clearance that they keep [m].
         excused: Two owners that need not keep apart, and the reason.
         requirements: Requirements, each with its kind.

@@ -32,7 +32,6 @@ class ClearanceFinding:
     """Result of the search for a proof of clearance.
 
     Attributes:
-        search: Findings of the search.
         checks: One for each required clearance, by kind if the scene sets clearances of kinds, and one for
             each contact allowance. After an early end, only violated and unproven ones.
         clearance: Proven lower bound, or the smallest measured distance without a proof [m].
@@ -78,7 +77,6 @@ def judge_clearance(motion: JudgedMotion, distances: PairDistances) -> Clearance
     """Search for a proof of clearance of all pairs, and return the checks.
 
     Args:
-        motion: Motion.
         distances: Workspace for distances of its bodies.
     """
     search = search_clearance(motion, distances)
@@ -208,12 +206,10 @@ def clearance_check(
     """Return the check of a pair's clearance; it holds if proven.
 
     Args:
-        subject: Pair.
         value: Its clearance [m].
         required: Required clearance [m].
         time: Time of the value [s].
         evidence: Evidence for the value.
-        detail: Description.
     """
     return Check(
         kind=CheckKind.CLEARANCE,

@@ -45,7 +45,6 @@ class EndCriterion(Criterion):
     """Start state, and velocities at both ends if the trajectory has velocities.
 
     Attributes:
-        motion: Motion.
         specification: Start positions, velocities and accelerations. Zero or missing accelerations are not
             judged, apart from jumps under a jerk limit.
     """
@@ -111,7 +110,6 @@ class DeadlineCriterion(Criterion):
     """Deadline of a motion, if it has one.
 
     Attributes:
-        motion: Motion.
         finish_by: Deadline at the goal, from the motion's start [s]; None for none.
         follows: Time for which it follows a moving goal at its end [s]; it arrives earlier by this time.
     """
@@ -147,7 +145,6 @@ class PredictionCriterion(Criterion):
     """Coverage of the motion by predictions of finite duration.
 
     Attributes:
-        motion: Motion.
         timings: Timings of the dynamic obstacles.
     """
 
@@ -187,7 +184,6 @@ class MeetingCriterion(Criterion):
 
     Attributes:
         motion: Motion among dynamic obstacles.
-        followed: Moving goals.
         dwell: Time for which it follows them at its end [s].
     """
 

@@ -177,7 +177,6 @@ def _prove(
     """Prove that three sizes stay below their tolerances, at the end or at all times.
 
     Args:
-        motion: Motion.
         moving: Frame relative to the reference.
         when: At the end or at all times.
         tolerance: Tolerances of the three sizes, shape (3,).

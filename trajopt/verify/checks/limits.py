@@ -23,7 +23,6 @@ def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLim
     Limits of mimic joints are the robot's own, not derived from the limits of their source joints.
 
     Args:
-        reduced: Reduced model.
         limits: Limits of the group's joints, or of all movable joints; the robot's by default.
 
     Raises:
@@ -102,7 +101,6 @@ class LimitCriterion(Criterion):
     (from the acceleration before it) and at the end (to rest).
 
     Attributes:
-        motion: Motion.
         limits: Limits of all movable joints, including mimic joints, in the model's order.
         start_accelerations: Accelerations of the group's joints before the motion, shape (n,)
             [rad/s^2 | m/s^2]; zero by default.

@@ -62,7 +62,6 @@ def requirement_check(
     Args:
         when: When it has to hold.
         kind: Kind of the number, such as "position".
-        subject: Frame.
         unit: Unit of the number.
         component: Tightest number at the tightest time.
         proof: Result over all times.
@@ -106,9 +105,7 @@ class Quantity:
     Attributes:
         kind: Kind of the number, such as "region".
         name: Name of the number.
-        subject: Frame or joint.
         unit: Unit of number and bound.
-        limit: Bound.
         least: Whether the bound is a lower one.
         states: Times (c,) -> state from which the number is computed, shape (c, ...).
         number: States -> number, shape (c,).
@@ -188,7 +185,6 @@ def quantities(requirement: Requirement, motion: JudgedMotion) -> tuple[Quantity
 
     Args:
         requirement: Requirement; each kind registers its own numbers.
-        motion: Motion.
 
     Raises:
         ProblemError: If the kind registers neither numbers nor a check.
@@ -237,8 +233,6 @@ def check_requirement(requirement: Requirement, motion: JudgedMotion, when: When
     """Check a requirement on a motion by its numbers, or by its kind's own check.
 
     Args:
-        requirement: Requirement.
-        motion: Motion.
         when: Whether it has to hold at the end or at all times.
 
     Raises:

@@ -46,7 +46,6 @@ def passages(
     Requirements on a part of the motion must also hold at the moments of its ends.
 
     Args:
-        motion: Motion.
         waypoints: Requirements at each waypoint, by name, in order.
         partial: Requirements on parts of the motion.
 
@@ -174,7 +173,6 @@ def part_checks(
 
     Args:
         part: Requirement, with its first and last waypoint.
-        motion: Whole motion.
         passed: Passages by waypoint name.
         check: Judges the requirement on a motion.
 
@@ -252,8 +250,6 @@ class RequirementCriterion(Criterion):
     """Static goals, constraints, waypoints and requirements between them.
 
     Attributes:
-        motion: Motion.
-        specification: Requirements.
         followed: Moving goals, which are judged among dynamic obstacles.
     """
 

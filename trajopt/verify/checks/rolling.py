@@ -53,11 +53,7 @@ class _Straying:
 
 @dataclass(frozen=True, eq=False)
 class RollingCriterion(Criterion):
-    """Drift of a differential-drive base from its planned motion; other bases pass without a check.
-
-    Attributes:
-        motion: Motion.
-    """
+    """Drift of a differential-drive base from its planned motion; other bases pass without a check."""
 
     motion: JudgedMotion
 

@@ -29,12 +29,7 @@ KINDS = (("tool speed", "m/s"), ("tool turning", "rad/s"))
 
 @dataclass(frozen=True, eq=False)
 class ToolSpeedCriterion(Criterion):
-    """Speed limits of one tool.
-
-    Attributes:
-        motion: Motion.
-        limited: Tool and limits.
-    """
+    """Speed limits of one tool."""
 
     motion: JudgedMotion
     limited: ToolSpeed

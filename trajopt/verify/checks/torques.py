@@ -168,7 +168,6 @@ class TorqueCriterion(Criterion):
     At an end at rest, the arm must also hold the posture.
 
     Attributes:
-        motion: Motion.
         limits: Limits of the group's joints.
     """
 

@@ -139,7 +139,6 @@ class Findings:
         accepted: Distances at times at which their contact is accepted.
         contacts: Contacts that are not accepted, and pairs below their clearance.
         gap: First interval without a proof, if the search gave up.
-        windows: Allowance windows.
     """
 
     free: Tally
@@ -174,7 +173,6 @@ def search_clearance(
     distance d - m or more in all of it. If this is not enough, the interval is cut.
 
     Args:
-        motion: Motion.
         distances: Workspace for distances of its bodies.
         measured: Whether to measure margins as well. Otherwise the search ends as soon as the verdict, which
             is the same, is known.

@@ -48,7 +48,6 @@ def prove_over_time(motion: JudgedMotion, excess: Callable[[Floats, Floats], Exc
     """Prove that an excess is never positive, or find a time at which it is.
 
     Args:
-        motion: Motion.
         excess: Bounds the excess over intervals, given the start and end of each, shape (c,) [s].
             No interval spans a jump of velocity.
     """

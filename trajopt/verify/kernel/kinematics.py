@@ -90,7 +90,6 @@ class Kinematics:
     """Workspace for kinematics and dynamics of a model, by the native core; one per thread.
 
     Attributes:
-        reduced: Reduced model.
         parents: Parent joint of each joint.
         revolute: Whether a joint is revolute, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).

@@ -89,8 +89,6 @@ class JudgedMotion:
     """A trajectory of a reduced model, for checks.
 
     Attributes:
-        reduced: Reduced model.
-        trajectory: Trajectory.
         kinematics: Forward kinematics of the model.
         options: Options of the judge.
         position: Positions of the group's joints.
@@ -245,11 +243,7 @@ class JudgedMotion:
 
 
 class TimedMotion(JudgedMotion):
-    """A motion of a timed model.
-
-    Attributes:
-        timed: Timed model.
-    """
+    """A motion of a timed model."""
 
     def __init__(
         self,
@@ -264,7 +258,6 @@ class TimedMotion(JudgedMotion):
         """Join the polynomials of the robot's joints and of the dynamic obstacles' joints.
 
         Args:
-            timed: Timed model.
             trajectory: Trajectory of the group's joints.
             kinematics: Kinematics of the timed model.
             options: Options of the judge.

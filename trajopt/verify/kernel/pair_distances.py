@@ -171,7 +171,6 @@ class PairDistances:
     has no depth, so its convex hull replaces it in contact and around enclosed bodies.
 
     Attributes:
-        reduced: Reduced model.
         first: Index of the first body of each pair, shape (p,).
         second: Index of the second, shape (p,).
         planar: Whether a pair includes a half-space, shape (p,).
@@ -376,7 +375,6 @@ class Surroundings:
         """Return a motion among the dynamic obstacles.
 
         Args:
-            motion: Motion.
             staying: Duration of the rest at its end [s]; irrelevant in a static scene.
             clock: Scene clock at the start of the motion [s].
         """

@@ -43,7 +43,6 @@ class RelativeMotion:
         """Find the joints between the two.
 
         Args:
-            motion: Motion.
             frame: Link, tool frame or object.
             reference: "world", or a link, tool frame or object.
             offset: Point in the frame's coordinates, shape (3,) [m].
@@ -131,7 +130,6 @@ class PointMotion:
         """Find the joints that carry the frame.
 
         Args:
-            motion: Motion.
             frame: Link, tool frame or object.
             offset: Point in the frame's coordinates, shape (3,) [m].
 

@@ -173,11 +173,7 @@ def reach_of(reduced: ReducedModel, hand: str) -> Reach:
 
 
 class Reaching:
-    """Finds it in a thread of its own.
-
-    Attributes:
-        reduced: The robot in its scene.
-    """
+    """Finds it in a thread of its own."""
 
     def __init__(
         self, reduced: ReducedModel, hand: str, listener: Callable[["Reaching", Reach | str], None]
@@ -185,8 +181,6 @@ class Reaching:
         """Start.
 
         Args:
-            reduced: The robot in its scene.
-            hand: The hand's frame.
             listener: Receives the reach, or the reason of a failure, in that thread.
         """
         self.reduced = reduced

@@ -46,8 +46,6 @@ class Gizmo:
         """Add it, hidden.
 
         Args:
-            server: Serves the page.
-            node: Its name.
             length: Of the arrows [m].
             dragged: Receives its placement in the world while it is dragged.
         """
@@ -102,7 +100,6 @@ class GoalDrawing:
         """Prepare it; nothing is shown yet.
 
         Args:
-            server: Serves the page.
             reduced: The robot with its attached objects.
             dragged: Receives the dragged placement of the hand in the world.
         """
@@ -126,7 +123,6 @@ class GoalDrawing:
         """Show a goal.
 
         Args:
-            goal: The goal.
             query: Of the drawn robot.
             now: Drawn positions of the robot, shape (n,) [rad | m].
         """
@@ -167,7 +163,6 @@ class ObjectsDrawing:
         """Draw nothing yet.
 
         Args:
-            server: Serves the page.
             picked: Receives the name of a clicked object.
             dragged: Receives the dragged placement of the chosen object in the world.
         """
@@ -232,7 +227,6 @@ class EditedScene:
 
     Attributes:
         nearest: The nearest pairs as they are drawn, the nearest first.
-        robot: The drawn robot.
     """
 
     def __init__(
@@ -246,8 +240,6 @@ class EditedScene:
         """Draw it.
 
         Args:
-            server: Serves the page.
-            reduced: Robot and scene.
             positions: Of the group's joints, shape (n,) [rad | m].
             picked: Receives the name of a clicked object.
             dragged: Receives the dragged placement of the chosen object in the world.

@@ -94,8 +94,6 @@ def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
     """Resize an object; its allowed contacts stay.
 
     Args:
-        scene: The scene.
-        name: The object.
         sizes: By field [m].
 
     Raises:
@@ -215,7 +213,6 @@ class ObjectsPanel:
         """Add the controls.
 
         Args:
-            server: Serves the page.
             bench: The state of the page.
             ask: Queues a change of the state: its name, and the change.
             choose: Called when an object is chosen, or none.

@@ -67,7 +67,6 @@ class ShownPanel:
         """Add the controls.
 
         Args:
-            server: Serves the page.
             changed: Receives the items to draw.
         """
         plain = Shown()
@@ -110,7 +109,6 @@ class Picture:
         """Draw the robot in its present posture.
 
         Args:
-            server: Serves the page.
             bench: The state of the page.
             dragged: Receives the dragged placement of the hand.
             picked: Receives the clicked object.

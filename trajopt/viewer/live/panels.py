@@ -99,7 +99,6 @@ class Lever:
     """A button.
 
     Attributes:
-        name: Its label.
         refusal: The reason why it is disabled; empty if enabled.
     """
 
@@ -115,11 +114,8 @@ class Lever:
         """Add it to the page.
 
         Args:
-            server: Serves the page.
-            name: Its label.
             hint: Its effect, shown under the mouse.
             pressed: Called on a press, with the page of the press.
-            colour: Its colour.
         """
         self.name, self.refusal, self._hint = name, "", hint
         self._button: GuiButtonHandle = server.gui.add_button(name, hint=hint, color=colour)
@@ -159,7 +155,6 @@ class GoalPanel:
         """Add the controls.
 
         Args:
-            server: Serves the page.
             bench: The state of the page.
             ask: Queues a change of the state: its name, and the change.
         """
@@ -257,7 +252,6 @@ class MotionPanel:
     Attributes:
         planned: Outcome of planning to the present goal; None before.
         motion: The shown motion, or None.
-        playback: The time slider.
     """
 
     def __init__(
@@ -273,8 +267,6 @@ class MotionPanel:
         """Add the controls.
 
         Args:
-            server: Serves the page.
-            desk: Handles requests.
             bench: The state of the page.
             stand: Draws the robot at a posture of the group.
             show_motion: Draws the line of a motion, or none.
@@ -529,8 +521,6 @@ class DrivePanel:
         """Add the controls.
 
         Args:
-            server: Serves the page.
-            desk: Handles requests.
             bench: The state of the page.
             stand: Draws the robot at a posture of the group.
             changed: Called when a run starts or ends.

@@ -38,7 +38,6 @@ class Workbench:
         group: The group that moves.
         hand: The frame that goals are set for.
         turned: Whether a goal of the hand includes its orientation.
-        goal: The goal.
         held: The reason why planning is disabled although the goal is valid; empty if enabled.
     """
 
@@ -214,8 +213,6 @@ def goal_of_hand(
     """Return the goal of a hand pose, in any posture.
 
     Args:
-        reduced: The robot in its scene.
-        hand: The hand's frame.
         placement: Required placement in the world.
         near: Preferred posture of the group, shape (n,) [rad | m].
         turned: Whether the orientation counts; otherwise the position alone.

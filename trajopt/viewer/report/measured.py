@@ -41,7 +41,6 @@ class Line(Value):
     """One curve.
 
     Attributes:
-        name: Its label.
         values: Shape (S,), NaN for gaps.
     """
 
@@ -54,10 +53,7 @@ class Chart(Value):
     """Curves over the same times.
 
     Attributes:
-        title: Its heading.
-        unit: Of the values.
         times: Shape (S,) [s].
-        lines: The curves.
         limits: Limits of the values, each with its name.
         top: Larger values are not drawn; None for no cut.
     """
@@ -75,7 +71,6 @@ class Binding(Value):
     """When something is at its limit.
 
     Attributes:
-        name: The limit.
         spans: From when to when, in order [s].
     """
 
@@ -88,7 +83,6 @@ class Peak(Value):
     """The extremes of a joint.
 
     Attributes:
-        joint: Its name.
         begin: Its first position, in words.
         end: Its last position, in words.
         most: Of velocity, acceleration, jerk and torque: the largest value in words, and its share of the
@@ -106,7 +100,6 @@ class Measured(Value):
     """A measured motion.
 
     Attributes:
-        charts: The plotted curves.
         bindings: The binding limits with their intervals; the longest first.
         peaks: The extremes of each joint.
     """
@@ -140,7 +133,6 @@ def measured(problem: Problem, trajectory: Trajectory) -> Measured:
     """Measure a motion.
 
     Args:
-        problem: Its problem.
         trajectory: The motion of the group's joints.
     """
     times = np.linspace(0.0, trajectory.duration, SAMPLES)
@@ -326,8 +318,6 @@ class Subject(Value):
     """The subject of a report.
 
     Attributes:
-        holds: Its kind.
-        problem: The problem.
         trajectory: The motion, verified or not, or None.
         path: The best path, or None.
         certificate: The judge's verdict on the motion, computed here.

@@ -96,7 +96,6 @@ class GhostAt(Value):
     Attributes:
         name: Name of its node in the scene.
         positions: Of the group's joints, shape (n,) [rad | m].
-        colour: Of all bodies.
     """
 
     name: str
@@ -111,7 +110,6 @@ def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Seque
     drawn, `{drawn: true}`, as messages; it may set the time with `{show}`.
 
     Args:
-        reduced: Robot and scene.
         trajectory: The motion of the group's joints; None for the start alone.
         beside: Translucent copies of the robot.
 
@@ -191,12 +189,7 @@ MOMENT = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Still(Value):
-    """A picture.
-
-    Attributes:
-        jpeg: The file.
-        words: Its caption.
-    """
+    """A picture."""
 
     jpeg: bytes
     words: str
@@ -208,7 +201,6 @@ class Scenery(Value):
 
     Attributes:
         motion: The shown motion, or None.
-        words: Its caption.
         timed: Whether its time is a motion's, not a walk along a path.
         ghosts: Translucent copies of the robot.
     """
@@ -337,7 +329,6 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
     """Return the page.
 
     Args:
-        subject: Its subject.
         shown: The shown robot.
         space: The 3-D page, in HTML; empty for none.
         pictures: Still pictures, for paper and for browsers without 3-D.
@@ -463,7 +454,6 @@ def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictu
     Args:
         what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after
             its meshes are unpacked (`read_bundle`).
-        path: The file.
         moving: Whether to include the 3-D motion, which takes about a megabyte and the extra `view`.
         pictures: Whether to include still pictures, for paper. Without OpenGL they are omitted with a remark.
 

@@ -330,7 +330,6 @@ def strips(bindings: Sequence[Binding], end: float) -> str:
     """Return when each limit binds, a strip each, in SVG.
 
     Args:
-        bindings: The limits.
         end: When the motion ends [s].
     """
     height = TOP + STRIP * len(bindings) + BOTTOM

@@ -35,7 +35,6 @@ class SegmentEnds:
         segment: Of each sample, shape (S,).
         fraction: In it, shape (S,).
         segments: Number of segments, N - 1.
-        query: Evaluates them.
     """
 
     segment: Ints
@@ -88,9 +87,7 @@ class EverySample:
     """One slot for each component at each sample.
 
     Attributes:
-        residual: The measured residual.
         components: Its number of components.
-        segment: Of each slot.
         place: Of each sample, increasing.
     """
 
@@ -123,9 +120,7 @@ class NearestRows:
     Their values are distances inside the bound.
 
     Attributes:
-        item: The constraint.
         link: Of each component, shape (p,); all one link when empty.
-        links: Number of links.
         segments: Number of segments of the motion.
     """
 

@@ -42,7 +42,6 @@ class CasadiProgram:
 
     Attributes:
         x: The variables, shape (v, 1).
-        objective: A scalar.
         functions: Shape (m, 1).
         lower: Of the variables, shape (v,); equal to upper for fixed ones.
         upper: Shape (v,).
@@ -111,7 +110,6 @@ class Nlpsol:
         """Minimise from a seed.
 
         Args:
-            program: The program.
             x0: Seed, shape (v,).
             progress: Called after every iteration, of plugins that report them.
 

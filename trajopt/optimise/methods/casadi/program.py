@@ -92,7 +92,6 @@ class Plain:
 
         Args:
             lower: Lower bounds of the knots, shape (N, n); equal to upper for fixed ones.
-            upper: Upper bounds.
         """
         self._lower, self._upper = lower, upper
         self._moves: Bools = np.any(lower < upper, axis=1)
@@ -141,7 +140,6 @@ class Staged:
 
         Args:
             lower: Lower bounds of the knots, shape (N, n); equal to upper for fixed ones.
-            upper: Upper bounds.
             order: Highest order of the differences in the costs, 1 to 3.
         """
         self._lower, self._upper, self._order = lower, upper, order
@@ -257,7 +255,6 @@ class CasadiTranscription:
 
     Attributes:
         nlp: The same over knots, which evaluates the solution.
-        layout: The variables.
         sampling: Samples per segment, shape (N - 1,).
         callbacks: Measuring callbacks, kept alive with this object.
     """

@@ -21,7 +21,6 @@ class SymbolicKinematics:
     Derivatives of expressions made of them are automatic: `casadi.jacobian(expression, k.q)`.
 
     Attributes:
-        reduced: The model.
         q: The group's positions, symbols, shape (n, 1) [rad | m].
     """
 
@@ -53,7 +52,6 @@ class SymbolicKinematics:
         """Return the rotation of a frame, seen from a reference, shape (3, 3).
 
         Args:
-            frame: Link, tool frame or object.
             reference: "world", link, tool frame or object; it may move.
 
         Raises:
@@ -68,7 +66,6 @@ class SymbolicKinematics:
         """Return a point of a frame, seen from a reference, shape (3, 1) [m].
 
         Args:
-            frame: Link, tool frame or object.
             offset: The point, in the frame [m].
             reference: "world", link, tool frame or object; it may move.
 

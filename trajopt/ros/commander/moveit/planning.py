@@ -73,7 +73,6 @@ class MotionPlanResponse(InPart):
         planning_time: Process time of planning [s].
         error_code: MoveIt's error code, with the reason.
         start_state: State at the start of the motion.
-        planner_id: The planner.
     """
 
     trajectory: RobotTrajectory
@@ -225,7 +224,6 @@ class PlanningComponent(InPart):
         """Plan a motion and verify it.
 
         Args:
-            single_plan_parameters: Parameters of the request.
             multi_plan_parameters: Parameters for several pipelines; only the first are used.
             parameters: Another name of `single_plan_parameters`.
         """
@@ -293,11 +291,7 @@ class PlanningSceneMonitor(InPart):
 
 @speaks_moveit
 class MoveItPy(InPart):
-    """The robot of a world, its groups and its scene.
-
-    Attributes:
-        world: The world.
-    """
+    """The robot of a world, its groups and its scene."""
 
     def __init__(
         self,
@@ -313,7 +307,6 @@ class MoveItPy(InPart):
         """Select a world.
 
         Args:
-            node_name: The script's name.
             name_space: As in MoveIt; ignored, there are no namespaces.
             launch_params_filepaths: As in MoveIt; ignored, the world defines the robot.
             config_dict: As in MoveIt; ignored, the world defines the robot.
@@ -355,7 +348,6 @@ class MoveItPy(InPart):
 
         Args:
             given: The motion; in some versions of MoveIt the name of the group precedes it.
-            robot_trajectory: The motion.
             group_name: Ignored; the motion contains its group.
             blocking: Whether to return after the motion, or after its start.
             controllers: As in MoveIt; ignored, there is one controller.

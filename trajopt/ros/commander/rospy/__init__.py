@@ -67,7 +67,6 @@ def init_node(
     """Record the script's name.
 
     Args:
-        name: The script's name.
         argv: As in ROS; ignored, names are not remapped.
         anonymous: As in ROS; ignored, there is only one script.
         log_level: As in ROS; ignored, the logger `trajopt.ros.commander` has its own.

@@ -165,8 +165,6 @@ def driven(
     """Drive the robot of a session along a trajectory.
 
     Args:
-        message: The trajectory.
-        state: State of the session.
         watch: Watch of the request; after its cancellation the robot follows the next proven stop.
         tell: Makes a feedback document of the state during the execution.
 

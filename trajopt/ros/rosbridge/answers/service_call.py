@@ -72,7 +72,6 @@ class ServiceCall:
     """A request.
 
     Attributes:
-        message: The request message.
         generation: Message format of the client's ROS.
     """
 
@@ -83,7 +82,6 @@ class ServiceCall:
         """Return a message as the answer.
 
         Args:
-            response: The message.
             state: New state of the session; None if unchanged.
         """
         return Answer(encode(response, self.generation), state)
@@ -128,8 +126,6 @@ def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
     Objects attached in the session stay attached unless the message detaches them.
 
     Args:
-        message: The message.
-        state: State of the session.
         place: Name of the message in error messages.
 
     Raises:
@@ -150,7 +146,6 @@ def positions_in(message: object, state: SessionState, place: str) -> Floats:
 
     Args:
         message: The message; joints that the robot does not have are ignored, as in MoveIt.
-        state: State of the session.
         place: Name of the message in error messages.
 
     Raises:

@@ -14,7 +14,6 @@ def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Float
     """Return triangles that show a cloud: an octahedron for each ball, and the outer faces of cubes.
 
     Args:
-        cloud: The cloud.
         most: Largest number of drawn balls or cubes.
 
     Returns:

@@ -40,7 +40,6 @@ def construct_link_constraint(
     """Construct constraints on the pose of a link.
 
     Args:
-        link_name: The link.
         source_frame: The frame of position and orientation.
         cartesian_position: x, y, z [m].
         cartesian_position_tolerance: Radius of the sphere around the position [m].

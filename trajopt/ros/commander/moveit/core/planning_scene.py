@@ -27,7 +27,6 @@ class PlanningScene(InPart):
 
     Attributes:
         name: Name of the scene.
-        robot_model: The robot.
         current_state: A copy of the robot's positions when the scene was entered.
     """
 
@@ -35,8 +34,6 @@ class PlanningScene(InPart):
         """Enter a scene; `PlanningSceneMonitor` does.
 
         Args:
-            robot_model: The robot.
-            world: The world.
             writable: Whether it may be changed.
         """
         self.name, self.robot_model, self.current_state = "", robot_model, RobotState(robot_model)

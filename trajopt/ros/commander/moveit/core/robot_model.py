@@ -78,8 +78,6 @@ class RobotModel(InPart):
 
     Attributes:
         robot: The robot in trajopt.
-        scene: The robot alone.
-        rng: Draws random positions.
     """
 
     def __init__(self, urdf_xml_path: str, srdf_xml_path: str) -> None:

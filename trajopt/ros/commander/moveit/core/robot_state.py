@@ -32,7 +32,6 @@ class RobotState(InPart):
     """Positions of all joints.
 
     Attributes:
-        robot_model: The robot.
         positions: Of all joints, shape (number of joints,) [rad | m].
     """
 
@@ -140,10 +139,8 @@ class RobotState(InPart):
         """Return the Jacobian of a point of a link in world axes, shape (6, n).
 
         Args:
-            joint_model_group_name: The group.
             where: The point, preceded by the link unless it is the group's last link.
             reference_point_position: The point in the link's frame, shape (3,) [m].
-            link_name: The link.
         """
         link = next((each for each in where if isinstance(each, str)), link_name)
         points = [each for each in where if not isinstance(each, str | bool)]
@@ -159,7 +156,6 @@ class RobotState(InPart):
         """Move a group to the nearest configuration with a link at a pose, ignoring collisions.
 
         Args:
-            joint_model_group_name: The group.
             geometry_pose: A Pose, in the root link.
             tip_name: The link.
             timeout: As in MoveIt; ignored, the search is finite.

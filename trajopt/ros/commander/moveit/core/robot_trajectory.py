@@ -8,12 +8,7 @@ from trajopt.ros.commander.moveit.core.robot_state import RobotState
 
 
 class RobotTrajectory(InPart):
-    """A motion.
-
-    Attributes:
-        robot_model: The robot.
-        joint_model_group_name: Name of the group.
-    """
+    """A motion."""
 
     def __init__(self, robot_model: RobotModel) -> None:
         """Create a trajectory without points."""
