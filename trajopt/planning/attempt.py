@@ -97,11 +97,7 @@ def _improved(
     program: SupportsImprovement,
     work: PlanningWorkspace,
 ) -> Result:
-    """Return a shorter motion than a first one, if there is one, else the first; and its duration.
-
-    Raises:
-        Stopped: If the budget runs out and the first motion is not verified.
-    """
+    """Return a shorter motion than a first one, if there is one, else the first; and its duration."""
     along_path = motion.duration if result.verified else None
     result = replace(result, along_path=along_path)
     try:

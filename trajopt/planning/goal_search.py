@@ -128,11 +128,7 @@ class Candidate:
 
 
 def attempt(candidate: Candidate) -> Result:
-    """Make a seed and plan from it.
-
-    Raises:
-        Stopped: If the budget ends before.
-    """
+    """Make a seed and plan from it."""
     work, counts = candidate.workspace, WorkCounts()
     try:
         with work.tracker.stage("seed"):

@@ -106,9 +106,6 @@ def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict
     Args:
         trajectory: Of the group's joints.
         workspace: The judge of the problem's reduced model.
-
-    Raises:
-        ProblemError: If the trajectory is of other joints than the group's, or the goal is a set.
     """
     return workspace.decide(trajectory, _specification(problem))
 

@@ -104,11 +104,7 @@ def plan(
 
 
 def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTracker) -> Recalled | None:
-    """Return the memories for a problem; None without experience.
-
-    Raises:
-        ProblemError: If the given experience cannot remember.
-    """
+    """Return the memories for a problem; None without experience."""
     if experience is None:
         return None
     if not isinstance(experience, Remembers):  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -141,11 +137,7 @@ def _planner(problem: Problem) -> Callable[[PlanSearch], Result]:
 
 
 def bounded(budget: Budget, seconds: float | None) -> Budget:
-    """Return a budget with its seconds, which may be given apart.
-
-    Raises:
-        ProblemError: If they are given twice.
-    """
+    """Return a budget with its seconds, which may be given apart."""
     one_of("budget", budget, Budget)
     if seconds is None:
         return budget
@@ -232,11 +224,7 @@ class EveryGoal:
         return replace(found, of_each_goal=best_first).counted(self.tracker)
 
     def _of(self, name: str, alone: Problem, left: int, run: Callable[[PlanSearch], Result]) -> Result:
-        """Plan to one goal with its part of the budget.
-
-        Raises:
-            Stopped: If nothing of it is left.
-        """
+        """Plan to one goal with its part of the budget."""
         rng = np.random.default_rng(0) if self.rng is None else self.rng.spawn(1)[0]
         part = BudgetTracker(
             shared(self.tracker.remaining(), left), self.tracker.cancel, self.tracker.progress

@@ -138,11 +138,7 @@ def replan(
 
 
 def _from_rest_of_it(here: Problem, rest: Trajectory, tracker: BudgetTracker) -> Result | None:
-    """Return a verified motion near to the rest of one; None if none is found.
-
-    Raises:
-        Stopped: If the budget runs out before.
-    """
+    """Return a verified motion near to the rest of one; None if none is found."""
     method = SpaceTime()
     if here.waypoints or goals_that_move(here) or method.objection(here):
         return None

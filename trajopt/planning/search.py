@@ -116,11 +116,7 @@ class PlanSearch:
         )
 
     def rounds(self) -> Iterator[list[Candidate]]:
-        """Yield the candidates of each round, goals nearest first, until nothing is left to try.
-
-        Raises:
-            Stopped: If the budget ends.
-        """
+        """Yield the candidates of each round, goals nearest first, until nothing is left to try."""
         turns = long_turns(self.problem)
         self.problem, margins = with_possible_margins(self.problem, self.tracker)
         self.remarks = (*turns, *margins)

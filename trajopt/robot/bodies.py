@@ -63,11 +63,7 @@ class RobotBodies:
 
 
 def robot_bodies(collisions: Sequence[LinkGeometry], policy: MeshPolicy) -> RobotBodies:
-    """Make the collision bodies of a robot's links.
-
-    Raises:
-        MeshFileError: If a mesh is missing, empty or unreadable.
-    """
+    """Make the collision bodies of a robot's links."""
     bodies: list[CollisionBody] = []
     counts: Counter[str] = Counter()
     links_by_note: dict[str, list[str]] = {}

@@ -115,11 +115,7 @@ def load(
 
 
 def _root(file: Path) -> str:
-    """Return the root tag of an XML file; empty if it cannot be read.
-
-    Raises:
-        FileFormatError: If it is `<sdf>`, which is not supported.
-    """
+    """Return the root tag of an XML file; empty if it cannot be read."""
     try:
         with file.open("rb") as opened:
             tag = str(next(ElementTree.iterparse(opened, events=("start",)))[1].tag)
@@ -185,9 +181,6 @@ def read_config_folder(folder: Path, package_dirs: Sequence[Path] = ()) -> Confi
     Args:
         folder: The folder, such as `fanuc_moveit_config`.
         package_dirs: Folders of packages, or with packages in them.
-
-    Raises:
-        FileFormatError: If the URDF or SRDF is missing or ambiguous; the message lists the candidates.
     """
     noted = folder / ASSISTANT
     stated = _stated(noted) if noted.is_file() else {}

@@ -89,9 +89,6 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
     Args:
         scale: Factors along x, y, z, as in a URDF.
         policy: How the mesh becomes convex.
-
-    Raises:
-        MeshFileError: If the file is missing or unreadable, or has no triangle.
     """
     if policy.exact or path.suffix.lower() not in ALONE or not path.is_file():
         return cover_mesh(load_mesh(path, scale), policy)
@@ -187,9 +184,6 @@ def convex_pieces(
 
     Returns:
         The pieces. They contain the surface for all options.
-
-    Raises:
-        ShapeError: If the mesh has no face, or an option is out of range.
     """
     if not len(mesh.faces):
         raise ShapeError("mesh", "has no face, so there is nothing to cover")

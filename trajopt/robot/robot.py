@@ -81,11 +81,7 @@ class FrameAttachment:
 
 
 def frame_attachment(name: str, value: FrameAttachment | tuple[str, PlacementLike]) -> FrameAttachment:
-    """Return a frame fixed to a link, also from a pair (link, placement).
-
-    Raises:
-        ShapeError: If it is neither.
-    """
+    """Return a frame fixed to a link, also from a pair (link, placement)."""
     if isinstance(value, FrameAttachment):
         return value
     if not isinstance(value, tuple) or len(value) != 2:  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -579,10 +575,6 @@ def torque_scaled(
     Args:
         scaling: The factor; inf turns limits off.
         joints: The affected joints; all if None.
-
-    Raises:
-        ShapeError: If the factor is not positive.
-        JointNotFound: If one is not a movable joint.
     """
     factor = number("scaling", scaling, infinite=True)
     if factor <= 0.0:
@@ -605,10 +597,6 @@ def jerk_limited(
         joints: The affected joints; all if None. Joints without an acceleration limit, which mimic
             others, get no jerk limit either.
         units: "rad" or "m" of each joint.
-
-    Raises:
-        ShapeError: If the time is not positive.
-        JointNotFound: If one is not a movable joint.
     """
     if rise is not None and number("rise", rise) <= 0.0:
         raise ShapeError("rise", f"is a positive time [s], is {rise:g}")

@@ -120,10 +120,6 @@ def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
     Args:
         group: Name of the planning group.
         start: Positions of all joints, shape (number of joints,) [rad | m].
-
-    Raises:
-        GroupNotFound: If the robot has no such group.
-        MimicOutOfRange: If no position of a joint keeps one that follows it within its limits.
     """
     joints = robot.group(group).joints
     free = {*joints, *(name for name, mimic in robot.mimics.items() if mimic.source in joints)}

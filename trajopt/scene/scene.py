@@ -867,10 +867,6 @@ def robot_objects(
         start: Start of the motion on the clock of that scene [s].
         until: End of the time for which the motion is known [s].
         tolerance: Largest error of the tracks [m].
-
-    Raises:
-        ModelError: If a moving body is a half-space.
-        ShapeError: If a number is invalid.
     """
     owned: dict[str, list[FixedBody]] = {}
     for body in robot.bodies:
@@ -905,11 +901,7 @@ def robot_objects(
 
 
 def _reach(body: FixedBody, frame: Anchor) -> float:
-    """Return the largest distance of a body's points from the origin of a frame on the same joint [m].
-
-    Raises:
-        ModelError: If it is a half-space.
-    """
+    """Return the largest distance of a body's points from the origin of a frame on the same joint [m]."""
     lower, upper = bounding_box(body.shape)
     if not (np.isfinite(lower).all() and np.isfinite(upper).all()):
         raise ModelError(

@@ -119,9 +119,6 @@ class SceneObject(Value):
 def object_placement(name: str, value: PlacementLike | None) -> Placement:
     """Return the placement of an object; the origin if None.
 
-    Raises:
-        ShapeError: If it is not a placement.
-
     Warns:
         UnitWarning: If it is farther away than the largest shape.
     """
@@ -140,9 +137,6 @@ def covered_parts(
     Args:
         shape: One shape at its origin, or several with placements in the object's frame.
         policy: How meshes become convex.
-
-    Raises:
-        ModelError: If it is neither.
 
     Warns:
         UnitWarning: If a mesh is wider than a robot cell.
@@ -173,11 +167,7 @@ def _is_part(item: object) -> bool:
 
 
 def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
-    """Return the parts of an object for a cloud in the world; empty for None.
-
-    Raises:
-        ModelError: If it is not a cloud.
-    """
+    """Return the parts of an object for a cloud in the world; empty for None."""
     if not isinstance(cloud, Points | Voxels | None):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ModelError(f"cloud must be Points, Voxels or None, is {shown(cloud)}")
     return () if cloud is None else ((cloud, IDENTITY),)
@@ -186,11 +176,7 @@ def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
 def replaced_cloud(
     old: SceneObject, cloud: Points | Voxels | None, given: tuple[str, ...] = ()
 ) -> SceneObject:
-    """Return an object with its cloud replaced by another.
-
-    Raises:
-        ModelError: If the value or the object is not a cloud.
-    """
+    """Return an object with its cloud replaced by another."""
     if not all(isinstance(shape, Points | Voxels) for shape, _ in old.parts):
         raise ModelError(
             f"{shown(old.name)} is not a cloud, and would be lost: remove it, or take another name"
@@ -200,11 +186,7 @@ def replaced_cloud(
 
 
 def checked_mass(name: str, mass: float) -> float:
-    """Return the mass of an object [kg].
-
-    Raises:
-        ShapeError: If it is negative or not finite.
-    """
+    """Return the mass of an object [kg]."""
     checked = number(f"mass of {name}", mass)
     if checked < 0.0:
         raise ShapeError(f"mass of {name}", f"is negative: {checked:g} kg")

@@ -595,10 +595,6 @@ def timing_of(
         motion: Motion of its frame; None if it rests.
         appears: Start of its existence [s]; None if it always exists.
         expires: End of its existence [s]; None if it stays.
-
-    Raises:
-        ModelError: If the motion is neither track nor prediction.
-        ShapeError: If it expires before it appears, or a time is not a number.
     """
     if isinstance(motion, Track):
         motion = Prediction(motion)

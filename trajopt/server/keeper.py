@@ -53,9 +53,6 @@ class Keeper:
         Args:
             scene: Its scene; None if unchanged.
             positions: Of its robot [rad | m]; None if unchanged.
-
-        Raises:
-            RequestRefused: If it could not be stored.
         """
         new = session.id not in self._known
         what = {
@@ -68,11 +65,7 @@ class Keeper:
         self._known.add(session.id)
 
     async def forget(self, session: ServiceSession) -> None:
-        """Remove a session from the disk; returns when it is gone.
-
-        Raises:
-            RequestRefused: If it could not be removed.
-        """
+        """Remove a session from the disk; returns when it is gone."""
         self._known.discard(session.id)
         await self._written(session, "forget", {"session": session.id}, session.scene, session.positions)
 
@@ -117,11 +110,7 @@ class Keeper:
         scene: PackedScene,
         positions: Sequence[float],
     ) -> None:
-        """Write by the worker.
-
-        Raises:
-            RequestRefused: If it failed. Faults of the file are logged for the operator of the server.
-        """
+        """Write by the worker."""
         try:
             await self._done(session.id, what, said, scene, positions)
         except RequestRefused as refusal:
@@ -135,11 +124,7 @@ class Keeper:
     async def _done(
         self, owner: str, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
     ) -> Answered:
-        """Run an operation in the worker; operations on one session keep their order.
-
-        Raises:
-            RequestRefused: If it failed.
-        """
+        """Run an operation in the worker; operations on one session keep their order."""
         body = _JSON.encode({**said, "warehouse": str(self._warehouse.path.absolute())})
         assignment = Assignment(f"keeping/{what}", scene, positions, body, self._limits.seconds)
         return await self.pool.submit(owner, assignment).done
@@ -184,11 +169,7 @@ def forget(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def restore(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Return the scene and the positions of a session, with this server's robot in the scene.
-
-    Raises:
-        ModelError: If the robot has changed: names and allowed collisions are of the robot as it was.
-    """
+    """Return the scene and the positions of a session, with this server's robot in the scene."""
     robot, name = state.scene.robot, arguments["session"].text()
     with _warehouse(arguments) as kept, TemporaryDirectory() as folder:
         entry = kept.entry(name, kind=EntryKind.SCENE)

@@ -65,11 +65,7 @@ class WorkerPool:
         return self._size
 
     async def start(self) -> None:
-        """Start the workers; returns when they are ready.
-
-        Raises:
-            WorkerLost: If one does not start.
-        """
+        """Start the workers; returns when they are ready."""
         self._slots = [asyncio.create_task(self._slot()) for _ in range(self._size)]
         if self._eager:
             up = asyncio.gather(*(self._up.acquire() for _ in self._slots))
@@ -92,9 +88,6 @@ class WorkerPool:
 
         Args:
             owner: Id of its session.
-
-        Raises:
-            RequestRefused: If too many requests wait, of this session or in total, or the pool is closed.
         """
         if self._closed:
             raise _closing()

@@ -324,11 +324,7 @@ class Service:
         *,
         driven: bool,
     ) -> None:
-        """Apply changes to a session once they are on disk; a cancelled caller waits for that.
-
-        Raises:
-            RequestRefused: If they could not be stored; then only a driven robot has other positions.
-        """
+        """Apply changes to a session once they are on disk; a cancelled caller waits for that."""
 
         async def settle() -> None:
             if self._keeper is not None and (scene, positions) != (None, None) and session in self.sessions:
@@ -358,11 +354,7 @@ class Service:
 
 
 def _written(arguments: Mapping[str, Any]) -> bytes:
-    """Return plain data as JSON.
-
-    Raises:
-        RequestRefused: If it is something else.
-    """
+    """Return plain data as JSON."""
     try:
         return _JSON.encode(arguments)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:

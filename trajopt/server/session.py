@@ -114,11 +114,7 @@ class Sessions:
         face: str = "",
         stamps: Mapping[str, float] | None = None,
     ) -> ServiceSession:
-        """Add a session; if there are too many, the longest unused one is removed.
-
-        Raises:
-            RequestRefused: If all are in use.
-        """
+        """Add a session; if there are too many, the longest unused one is removed."""
         if len(self._all) >= self._limits.sessions:
             self._forget_one()
         name = secrets.token_urlsafe(ID_BYTES)
@@ -127,11 +123,7 @@ class Sessions:
         return session
 
     def get(self, name: str) -> ServiceSession:
-        """Return a session by its id.
-
-        Raises:
-            RequestRefused: If there is none.
-        """
+        """Return a session by its id."""
         session = self._all.get(name)
         if session is None:
             raise RequestRefused(Why.UNKNOWN, "there is no such session, or it was unused for too long")
@@ -139,11 +131,7 @@ class Sessions:
         return session
 
     def remove(self, name: str) -> None:
-        """Remove a session; its driven robot stops.
-
-        Raises:
-            RequestRefused: If there is none of that id.
-        """
+        """Remove a session; its driven robot stops."""
         session = self.get(name)
         if session.run is not None:
             session.run.cancel()

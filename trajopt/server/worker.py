@@ -101,11 +101,7 @@ class Worker:
             self._channel.send(msgspec.structs.replace(said, cpu=used, memory=memory_used()))
 
     def _answered(self, request: Request, watch: Watch) -> Answered | Rejected:
-        """Do a request.
-
-        Raises:
-            RequestRefused: If it cannot be done.
-        """
+        """Do a request."""
         try:
             answer = self._run(request, watch)
             body = _JSON.encode(answer.document)

@@ -43,11 +43,7 @@ class WorkerProcess:
 
     @staticmethod
     async def started(hello: Hello) -> "WorkerProcess":
-        """Start a worker, and wait until it has loaded its robots.
-
-        Raises:
-            WorkerLost: If it cannot be started, ends early, or takes too long.
-        """
+        """Start a worker, and wait until it has loaded its robots."""
         try:
             process, mine = _started()
         except OSError as error:
@@ -77,11 +73,7 @@ class WorkerProcess:
         self._writer.write(framed(message))
 
     async def receive(self) -> FromWorker:
-        """Return the next message.
-
-        Raises:
-            WorkerLost: If the worker has ended.
-        """
+        """Return the next message."""
         try:
             head = await self._reader.readexactly(LENGTH.size)
             return FROM_WORKER.decode(await self._reader.readexactly(LENGTH.unpack(head)[0]))
@@ -107,11 +99,7 @@ class WorkerProcess:
 
 
 def _started() -> tuple[subprocess.Popen[bytes], socket.socket]:
-    """Start a process, and return it with this end of the socket to it.
-
-    Raises:
-        OSError: If the system has no room for either.
-    """
+    """Start a process, and return it with this end of the socket to it."""
     mine, its = socket.socketpair()
     try:
         with its:

@@ -64,9 +64,6 @@ def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Refere
         trajectory: Of the group's joints, in their order.
         dt: Time step [s].
         settling_time: Time for which the end is held [s].
-
-    Raises:
-        ProblemError: If there are more than a million steps.
     """
     if (trajectory.duration + settling_time) / dt > MOST_STEPS:
         raise ProblemError(
@@ -126,11 +123,7 @@ class ComputedTorque:
 
 
 def in_group_order(reduced: ReducedModel, trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory with its joints in the order of the group.
-
-    Raises:
-        ModelError: If its joints differ from the group's.
-    """
+    """Return a trajectory with its joints in the order of the group."""
     if trajectory.joint_names == reduced.joint_names:
         return trajectory
     if set(trajectory.joint_names) != set(reduced.joint_names):

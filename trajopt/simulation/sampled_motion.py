@@ -101,11 +101,7 @@ def moments_of(motion: SampledMotion, moments: Sequence[float] | None) -> Floats
 
 
 def frame_times(motion: SampledMotion, fps: float) -> Floats:
-    """Return the time of every frame of a film [s].
-
-    Raises:
-        ShapeError: If there are too many.
-    """
+    """Return the time of every frame of a film [s]."""
     if motion.duration * fps > MOST_PICTURES:
         raise ShapeError(
             "fps", f"is {fps:g}, which over {motion.duration:g} s gives more than {MOST_PICTURES} pictures"

@@ -257,9 +257,6 @@ def add_loose(
         report: The model, without the object; its specification is changed.
         where: Its placement in the world.
         fingers: Links with rubber pads.
-
-    Raises:
-        ModelError: If it has no mass or no shape.
     """
     if item.mass <= 0.0:
         raise ModelError(f"object {shown(item.name)} has no mass; pass mass= to Scene.add")

@@ -52,9 +52,6 @@ class DrawnDepth:
 
         Args:
             fixed: Positions of the joints that the group does not move.
-
-        Raises:
-            RenderingUnavailable: If OpenGL does not work.
         """
         lens = camera.intrinsics
         shown = visible_points(reduced, reduced.start_positions[None])
@@ -294,9 +291,6 @@ def open_context(width: int, height: int) -> Any:
 
     MuJoCo selects its backend when it is imported, and cannot change it later; so its context classes are
     used directly.
-
-    Raises:
-        RenderingUnavailable: If no backend works.
     """
     tried: list[str] = []
     for backend in backends():
@@ -324,9 +318,6 @@ class Offscreen:
         Args:
             width: Of the pictures [pixels].
             height: Of the pictures [pixels].
-
-        Raises:
-            RenderingUnavailable: If OpenGL does not work.
         """
         self._size = (width, height)
         self._context = open_context(width, height)

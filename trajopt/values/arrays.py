@@ -86,9 +86,6 @@ def indices(name: str, value: object, width: int, count: int) -> Ints:
 
     Returns:
         A fresh array of shape (any, width).
-
-    Raises:
-        ShapeError: If the shape differs, or an entry is not a whole number from 0 to `count - 1`.
     """
     try:
         given = np.asarray(value)
@@ -116,9 +113,6 @@ def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
     Args:
         name: Name of the argument, for the error.
         value: Anything that numpy can read as whole or real numbers.
-
-    Raises:
-        ShapeError: If an entry is not a number.
     """
     try:
         given = np.asarray(value)
@@ -383,11 +377,7 @@ LARGEST_SIZE = 50.0
 
 
 def length(name: str, value: float) -> float:
-    """Return a length of a shape [m].
-
-    Raises:
-        SizeError: If it is not positive, or larger than `LARGEST_SIZE`.
-    """
+    """Return a length of a shape [m]."""
     checked = number(name, value)
     if checked <= 0.0:
         raise SizeError(name, f"must be positive, is {checked:g} m")

@@ -130,9 +130,6 @@ def examine_with(
         positions: Positions of the group's joints, shape (n,) [rad | m].
         moment: Moment of a motion at which the configuration occurs.
         options: Options of the judge.
-
-    Raises:
-        ShapeError: Unless there is one finite position per joint.
     """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
@@ -172,10 +169,6 @@ def requirements_with(
     Args:
         positions: Positions of the group's joints, shape (n,) [rad | m].
         options: Options of the judge.
-
-    Raises:
-        ShapeError: Unless there is one finite position per joint.
-        NameNotFound: If a requirement names an unknown frame, joint or object.
     """
     motion = motion_at_rest(kinematics, positions, options)
     return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
@@ -187,9 +180,6 @@ def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOpt
     Args:
         positions: Positions of the group's joints, shape (n,) [rad | m].
         options: Options of the judge.
-
-    Raises:
-        ShapeError: Unless there is one finite position per joint.
     """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))

@@ -80,9 +80,6 @@ class GuardedServer(ViserServer):
         Args:
             host: Address to serve on.
             port: Port; the next free one if it is taken.
-
-        Raises:
-            ProblemError: If the installed viser cannot be guarded.
         """
         guard = PageGuard(host)
         with _asking(guard):
@@ -97,9 +94,6 @@ def _asking(guard: PageGuard) -> Generator[None]:
 
     viser has no hook for this, so while it starts, the name `websockets` of its module is bound to a
     namespace whose `serve` consults the guard.
-
-    Raises:
-        ProblemError: If viser started without it: its page would be open to every web page.
     """
     infra: Any = import_module("viser.infra._infra")
     original: Any = infra.websockets

@@ -99,11 +99,7 @@ def plot_motion(
 
 
 def image_path(path: Path | str, known: Iterable[str]) -> Path:
-    """Return the image path, with the suffix .png if it has none.
-
-    Raises:
-        FileFormatError: If the suffix is not a known format.
-    """
+    """Return the image path, with the suffix .png if it has none."""
     target = Path(path) if Path(path).suffix else Path(path).with_suffix(".png")
     if target.suffix[1:].lower() not in known:
         raise FileFormatError(str(target), f"is not an image format; known: {', '.join(sorted(known))}")

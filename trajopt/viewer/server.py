@@ -26,10 +26,6 @@ def open_server(host: str, port: int) -> "GuardedServer":
     Args:
         host: Address to serve on.
         port: Port; the next free one if it is taken.
-
-    Raises:
-        MissingExtra: If viser is not installed.
-        ProblemError: If the port cannot be opened on this host.
     """
     try:
         import viser  # noqa: F401  # pyright: ignore[reportUnusedImport]
@@ -55,11 +51,7 @@ def _unannounced() -> redirect_stdout[StringIO]:
 
 
 def _check_address(host: str, port: int) -> None:
-    """Refuse addresses that cannot be served on: the server would wait for its own start.
-
-    Raises:
-        ProblemError: If the port is not a port number, or the address is not this machine's.
-    """
+    """Refuse addresses that cannot be served on: the server would wait for its own start."""
     if type(port) is not int or not 0 <= port <= LAST_PORT:
         raise ProblemError(f"port must be a whole number from 0 to {LAST_PORT}, is {shown(port)}")
     try:

@@ -44,11 +44,7 @@ class ProblemChange:
 
 
 def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Problem:
-    """Return the problem with one requirement replaced by another, everywhere.
-
-    Raises:
-        ProblemError: If the problem has a set of goals.
-    """
+    """Return the problem with one requirement replaced by another, everywhere."""
     if isinstance(problem.goal, GoalSet):
         raise ProblemError("the goal is a set: use one of the problem's alternatives")
 

@@ -325,11 +325,7 @@ def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
 
 
 def document_in(archive: Members, name: str) -> Node:
-    """Return a JSON document among members.
-
-    Raises:
-        FileFormatError: If it is missing, too large, nested too deeply, not JSON, or not a mapping.
-    """
+    """Return a JSON document among members."""
     place = f"{archive.path}: {name}"
     try:
         text = archive.read(name, most=LARGEST_DOCUMENT).decode()

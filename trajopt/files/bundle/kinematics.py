@@ -78,11 +78,7 @@ _UNALIGNED: Mapping[str, Callable[[Floats], Any]] = {
 
 
 def kinematics_document(model: pin.Model) -> dict[str, object]:
-    """Return a model as plain data with arrays.
-
-    Raises:
-        KeyError: If a joint is of an unsupported kind.
-    """
+    """Return a model as plain data with arrays."""
     joints = [_joint(model, place) for place in range(1, model.njoints)]
     frames = [_frame(frame) for frame in model.frames]
     names = (*_OF_POSITIONS, *_OF_RATES)
@@ -142,10 +138,6 @@ def model_from(node: Node) -> pin.Model:
 
     Args:
         node: The output of `kinematics_document`, with its arrays read.
-
-    Raises:
-        FileFormatError: If the document is incomplete or malformed.
-        ShapeError: If an array has the wrong shape.
     """
     model = pin.Model()
     model.name = node["name"].text()

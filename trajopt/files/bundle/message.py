@@ -163,9 +163,6 @@ def judged_here(result: Result, node: Node) -> Result:
     Args:
         result: The result received from another process.
         node: The place of the result in the message.
-
-    Raises:
-        FileFormatError: If its motion is declared proven but is not.
     """
     if result.trajectory is None:
         return result

@@ -161,11 +161,7 @@ _STARTING = (
 
 
 def in_ur_order(trajectory: Trajectory) -> Trajectory:
-    """Return the motion with its joints in URScript order.
-
-    Raises:
-        ShapeError: If the motion does not move exactly the six joints of one arm of Universal Robots.
-    """
+    """Return the motion with its joints in URScript order."""
     names = trajectory.joint_names
     prefix = next((name.removesuffix(UR_JOINTS[0]) for name in names if name.endswith(UR_JOINTS[0])), "")
     wanted = tuple(prefix + name for name in UR_JOINTS)

@@ -80,10 +80,6 @@ def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
 
     Args:
         reading: Meaning of names; its notes receive deviations from the file.
-
-    Raises:
-        FileFormatError: If the message is malformed, or the region is neither a box nor a sphere.
-        FrameNotFound: If it names an unknown frame.
     """
     region = node.only(field_names(PositionConstraint))["constraint_region"].only(field_names(BoundingVolume))
     primitives, poses = region["primitives"].elements(), region["primitive_poses"].elements()
@@ -152,10 +148,6 @@ def read_orientation(node: Node, scene: Scene, reading: Reading) -> tuple[Orient
 
     Returns:
         The orientation, and the scene with a rotated copy of the frame if needed.
-
-    Raises:
-        FileFormatError: If the message is malformed.
-        FrameNotFound: If it names an unknown frame.
     """
     node.only(field_names(OrientationConstraint))
     link = read_frame_name(node["link_name"], scene)
@@ -206,10 +198,6 @@ def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Require
 
     Args:
         reading: Meaning of names; its notes receive a sentence on the unchecked obstacles.
-
-    Raises:
-        FileFormatError: If the message is malformed, or has neither angle.
-        FrameNotFound: If it names an unknown frame.
 
     Source: MoveIt, `kinematic_constraints::VisibilityConstraint::decide`.
     """

@@ -71,11 +71,7 @@ def read_frame(header: Node, scene: Scene, reading: Reading) -> str:
 
 
 def read_frame_name(node: Node, scene: Scene) -> str:
-    """Return the name of a frame of the robot or of an object that a link carries.
-
-    Raises:
-        FrameNotFound: If it is neither.
-    """
+    """Return the name of a frame of the robot or of an object that a link carries."""
     name = node.text()
     carried = [key for key in scene.objects if scene.holder(key).link != WORLD]
     require(node, FrameNotFound, "frame", name, (*scene.frame_names, *carried))
@@ -88,11 +84,7 @@ def placement_in_world(frame: str, scene: Scene, reading: Reading) -> Placement:
 
 
 def require(node: Node, error: type[NameNotFound], kind: str, name: str, known: Iterable[str]) -> None:
-    """Check that a name is known.
-
-    Raises:
-        NameNotFound: Of the given class, naming the place in the file and similar names.
-    """
+    """Check that a name is known."""
     names = tuple(known)
     if name not in names:
         raise error(f"{kind} (at {node.place} in {node.path})", name, names)
@@ -178,11 +170,7 @@ def transform_of(where: Placement) -> Transform:
 
 
 def read_tolerance(node: Node) -> float:
-    """Return a tolerance, which may be infinite; zero and missing mean `LEAST_TOLERANCE`.
-
-    Raises:
-        FileFormatError: If it is negative or not a number.
-    """
+    """Return a tolerance, which may be infinite; zero and missing mean `LEAST_TOLERANCE`."""
     value = node.number(0.0, infinite=True)
     if value < 0.0:
         raise node.error(f"is negative: {value:g}")

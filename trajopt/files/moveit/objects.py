@@ -52,9 +52,6 @@ def read_object(node: Node, reading: Reading) -> ObjectMessage:
 
     As in MoveIt, an object without a pose takes the pose of its single shape, if it has exactly one; the
     object's id used as a frame then means this pose.
-
-    Raises:
-        FileFormatError: If the message is malformed.
     """
     node.only(field_names(CollisionObject))
     parts = read_parts(node, reading.notes)
@@ -90,10 +87,6 @@ def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scen
     """Return the scene after a collision object message on a world object.
 
     A frame of the robot or of an object is taken at its current pose; the object stays fixed in the world.
-
-    Raises:
-        FileFormatError: If the message cannot be applied.
-        NameNotFound: If it names an unknown frame, or moves an unknown object.
     """
     node, name = message.node, message.name
     if message.operation == "REMOVE":
@@ -132,9 +125,6 @@ def add(
         placement: Of the object in `frame`.
         frame: "world" or a frame of the robot.
         touch_links: Links that may touch the object.
-
-    Raises:
-        FileFormatError: If the object has no shape, or its id is the name of a frame of the robot.
     """
     name = message.name
     if not message.parts:
@@ -302,9 +292,6 @@ def read_parts(node: Node, notes: list[str]) -> tuple[Part, ...]:
     Args:
         node: The collision object message.
         notes: Receives a sentence for every plane, and for every quaternion not of unit length.
-
-    Raises:
-        FileFormatError: If a shape is malformed or of an unsupported kind.
     """
 
     def plane(element: Node) -> Part:

@@ -40,9 +40,6 @@ def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
         node: The matrix; its rows are lists, or mappings with `enabled`.
         scene: The scene with everything that the matrix may name.
         notes: Receives notes on omissions.
-
-    Raises:
-        FileFormatError: If its parts are inconsistent.
     """
     node.only(field_names(AllowedCollisionMatrix))
     names = [name.text() for name in node["entry_names"].elements()]
@@ -210,9 +207,6 @@ def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool 
 
     Args:
         again: Whether an existing frame is moved to the transform.
-
-    Raises:
-        FileFormatError: If it is malformed, has no known parent frame, or exists already.
     """
     # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
     # other way round. In both cases the transform is the pose of the frame in the world.
@@ -249,11 +243,7 @@ def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -
 
 
 def refuse_octomap(node: Node) -> None:
-    """Reject an octomap, because ignoring it would leave out obstacles.
-
-    Raises:
-        FileFormatError: If there is an octomap.
-    """
+    """Reject an octomap, because ignoring it would leave out obstacles."""
     octomap = node.only(field_names(OctomapWithPose))["octomap"]
     if octomap.has("data") and octomap["data"].value:
         raise octomap.error("octomaps are not supported; use boxes, and leave no obstacle out")
@@ -265,10 +255,6 @@ def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
     A padding is the clearance of the link and its attached objects from world objects; as in MoveIt, it does
     not apply between the robot's own links. A scale applies to the link's collision shapes: primitives about
     their origin, meshes about the mean of their vertices.
-
-    Raises:
-        FileFormatError: If a padding is negative, or a scale not positive.
-        FrameNotFound: If a link is unknown.
     """
     robot, scales = scene.robot, dict[str, float]()
     for node in document["link_scale"].elements():

@@ -28,9 +28,6 @@ def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, f
     Args:
         node: The joints of several degrees of freedom of a robot state.
         notes: Receives a sentence for every quaternion not of unit length.
-
-    Raises:
-        FileFormatError: If the base leaves the plane, or a fixed joint is not at its fixed pose.
     """
     positions: dict[str, float] = {}
     for joint, transform in _transforms(node, robot):
@@ -53,9 +50,6 @@ def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
 
     Args:
         node: The joints of several degrees of freedom of the robot state.
-
-    Raises:
-        FileFormatError: If a transform is malformed.
     """
     if robot.base.joints:
         return robot
@@ -77,9 +71,6 @@ def read_workspace(
         group: Name of the planning group.
         world_names: Frame ids of the world.
         notes: Receives a sentence if the box is in another frame and therefore ignored.
-
-    Raises:
-        FileFormatError: If a corner is malformed, or a minimum exceeds a maximum.
     """
     moved = robot.base.joints[:2] if len(robot.base.joints) == len(PLANAR) else ()
     corners = [read_vector(node[key]) for key in ("min_corner", "max_corner")]

@@ -48,11 +48,7 @@ _TURN = 2.0 * np.pi
 
 
 def write_message(path: Path | str, document: dict[str, object]) -> None:
-    """Write a message for `read_document`: JSON if the file name ends in .json, YAML otherwise.
-
-    Raises:
-        FileFormatError: If the file cannot be written.
-    """
+    """Write a message for `read_document`: JSON if the file name ends in .json, YAML otherwise."""
     if Path(path).suffix == ".json":
         text = json.dumps(document, indent=1, allow_nan=False) + "\n"
     else:
@@ -86,11 +82,7 @@ def read_points(node: Node) -> Trajectory:
 
 
 def read_times(node: Node) -> Floats:
-    """Return the times of a list of points, shape (k,) [s].
-
-    Raises:
-        FileFormatError: If there are less than two, or time does not increase from 0.
-    """
+    """Return the times of a list of points, shape (k,) [s]."""
     points = node.elements()
     if len(points) < 2:
         raise node.error(f"a trajectory has two points at least, not {len(points)}")
@@ -132,9 +124,6 @@ def on_whole_nanoseconds(trajectory: Trajectory) -> Trajectory:
 
     Each point is evaluated on the motion at its rounded time. With the original positions at rounded times,
     the interpolating polynomials would have to compensate the rounding and could exceed the limits.
-
-    Raises:
-        ShapeError: If two points are less than a nanosecond apart.
     """
     times = np.round(trajectory.times * NANOSECONDS) / NANOSECONDS
     if (np.diff(times) <= 0.0).any():
@@ -167,9 +156,6 @@ def in_the_plane(node: Node, notes: list[str]) -> tuple[float, float, float]:
 
     Args:
         notes: Receives a sentence for a quaternion not of unit length.
-
-    Raises:
-        FileFormatError: If it is malformed, or lies off the plane.
     """
     where = read_placement(node, notes)
     x, y, z = where.translation.tolist()
@@ -234,9 +220,6 @@ def read_multi_dof(node: Node) -> Trajectory | None:
     """Return the trajectory of planar joints in a `trajectory_msgs/MultiDOFJointTrajectory`, or None.
 
     The yaw starts in (-pi, pi] and continues with the nearest full turn at each point.
-
-    Raises:
-        FileFormatError: If it is malformed, or a transform lies off the plane.
     """
     points = node["points"].elements()
     if not points:
@@ -425,10 +408,6 @@ def read_table(path: Path | str) -> Trajectory:
     Columns may have any order; the joints follow the order of the position columns. Accelerations, or
     velocities and accelerations, may be omitted for all joints. Rows are interpolated by quintic polynomials
     with both, by cubic ones with velocities, else linearly.
-
-    Raises:
-        FileFormatError: If columns are missing, unknown or duplicate, a number is malformed, or time does not
-            increase from 0.
     """
     try:
         lines = [line for line in csv.reader(io.StringIO(read_text(path)), strict=True) if line]

@@ -110,11 +110,7 @@ def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
 
 
 def _grid(motion: JudgedMotion, leaves: Leaves, limits: JointLimits, requirements: Asked) -> Floats:
-    """Return times between which the checker sees that limits and requirements hold, leaves' ends among them.
-
-    Raises:
-        ProblemError: If it does not see that in intervals that are as short as can be.
-    """
+    """Return times between which the checker sees limits and requirements hold; the ends of leaves too."""
     grid = np.unique(np.concatenate((motion.trajectory.times, leaves.begin)))
     shown = (_limits_hold(motion, limits), *requirements.shown)
     begin, end = grid[:-1], grid[1:]

@@ -138,11 +138,7 @@ class RayPool:
         self._busy[actor.plan.remote(list(block.tasks))] = actor, block
 
     def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
-        """Return finished blocks; wait at most a number of seconds.
-
-        Raises:
-            CampaignError: If workers cannot be started, or no machine of the cluster has a core.
-        """
+        """Return finished blocks; wait at most a number of seconds."""
         self._grow()
         running = [*self._starting, *self._busy]
         if not running:
@@ -157,11 +153,7 @@ class RayPool:
             self._ray.kill(actor)
 
     def _grow(self) -> None:
-        """Start actors on new cores.
-
-        Raises:
-            CampaignError: If there has been no worker for a long time.
-        """
+        """Start actors on new cores."""
         now = time.monotonic()
         if self._free or self._busy:
             self._alive = now
@@ -176,11 +168,7 @@ class RayPool:
             self._starting[actor.ready.remote()] = actor
 
     def _ended(self, future: Any) -> Sequence[PlannedBlock | Lost]:
-        """Return the outcomes of blocks; empty if an actor started, failed to start, or was lost before.
-
-        Raises:
-            CampaignError: If workers cannot be started.
-        """
+        """Return the outcomes of blocks; empty if an actor started, failed to start, or was lost before."""
         if future in self._starting:
             actor = self._starting.pop(future)
             _, why = self._told(future, actor)
@@ -199,11 +187,7 @@ class RayPool:
         return (replace(told, block=block),)
 
     def _told(self, future: Any, actor: Any) -> tuple[Any, str]:
-        """Return an actor's answer, and the reason if it was lost.
-
-        Raises:
-            CampaignError: If workers cannot be started.
-        """
+        """Return an actor's answer, and the reason if it was lost."""
         errors = self._ray.exceptions
         try:
             return self._ray.get(future), ""

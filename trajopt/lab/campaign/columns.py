@@ -43,11 +43,7 @@ ROWS_AT_ONCE = 1000
 
 
 def need_parquet() -> None:
-    """Make sure that tables can be written and read.
-
-    Raises:
-        MissingExtra: If pyarrow is not installed.
-    """
+    """Make sure that tables can be written and read."""
     if find_spec("pyarrow") is None:
         raise MissingExtra("pyarrow", "parquet")
 
@@ -108,9 +104,6 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
 
     Returns:
         The number of rows.
-
-    Raises:
-        CampaignError: If it cannot be written.
     """
     import pyarrow.parquet as pq
 
@@ -142,9 +135,6 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
 
     Args:
         columns: Which columns; all when None.
-
-    Raises:
-        CampaignError: If it is missing or damaged.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -159,11 +149,7 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
 
 
 def size_of(path: Path) -> tuple[int, frozenset[str]]:
-    """Return the number of rows of a table, and the names of its columns.
-
-    Raises:
-        CampaignError: If it is missing or damaged.
-    """
+    """Return the number of rows of a table, and the names of its columns."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -185,9 +171,6 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Tab
         rows: Values by column: text, whole numbers, reals, truth values, sequences and
             mappings of these, or None.
         columns: Names and types of all columns.
-
-    Raises:
-        TypeError: If a column has another type.
     """
     import pyarrow as pa
 
@@ -196,11 +179,7 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Tab
 
 
 def _array(values: Sequence[Any], kind: "pa.DataType") -> "pa.Array":
-    """Return values of one type, any of which may be None.
-
-    Raises:
-        TypeError: If the type is not supported in tables of campaigns.
-    """
+    """Return values of one type, any of which may be None."""
     import pyarrow as pa
 
     known = pa.py_buffer(_bits([each is not None for each in values]))

@@ -56,11 +56,7 @@ class Packer:
         self._known: dict[int, tuple[object, str]] = {}
 
     def key(self, value: Robot | Scene | Problem) -> str:
-        """Store a value's document; return its key.
-
-        Raises:
-            ModelError: If it contains code of the caller, which cannot be stored.
-        """
+        """Store a value's document; return its key."""
         known = self._known.get(id(value))
         if known is not None:
             return known[1]
@@ -73,22 +69,14 @@ class Packer:
         return key
 
     def statement(self, problem: Problem) -> dict[str, object]:
-        """Return a problem as plain data, complete except for its scene, which it refers to by key.
-
-        Raises:
-            ModelError: If it contains code of the caller, which cannot be stored.
-        """
+        """Return a problem as plain data, complete except for its scene, which it refers to by key."""
         writer = self._writer(problem)
         document = writer.document(problem, "problem")
         arrays = {name: b64encode(array_bytes(each)).decode() for name, each in writer.arrays.items()}
         return {"document": document, "arrays": arrays}
 
     def write(self, folder: Path) -> None:
-        """Write every document into a folder.
-
-        Raises:
-            FileFormatError: If one cannot be written.
-        """
+        """Write every document into a folder."""
         for key, members in self.members.items():
             write_archive(folder / f"{key}{SUFFIX}", members)
 
@@ -116,11 +104,7 @@ class Library:
         self._made: LruCache[str, object] = LruCache(KEPT)
 
     def robot(self, key: str) -> Robot:
-        """Return a robot.
-
-        Raises:
-            FileFormatError: If its document is missing or damaged, as for the next three.
-        """
+        """Return a robot."""
         return self._one(key, Robot)
 
     def scene(self, key: str) -> Scene:
@@ -176,11 +160,7 @@ class Sent(Members):
         return tuple(self._held)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return the content of a member.
-
-        Raises:
-            FileFormatError: If it was not sent.
-        """
+        """Return the content of a member."""
         if name not in self._held:
             raise self.error(f"has no member {name}")
         return self._held[name]

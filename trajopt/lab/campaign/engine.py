@@ -79,11 +79,7 @@ class EnginePool(Protocol):
         ...
 
     def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
-        """Return finished blocks; wait at most a number of seconds.
-
-        Raises:
-            CampaignError: If there are no workers, and will be none.
-        """
+        """Return finished blocks; wait at most a number of seconds."""
         ...
 
 
@@ -96,11 +92,7 @@ class Engine(Protocol):
 
 
 def check_workers(workers: int) -> None:
-    """Refuse a number of workers that is negative; 0 leaves it to the engine.
-
-    Raises:
-        ProblemError: If it is negative.
-    """
+    """Refuse a number of workers that is negative; 0 leaves it to the engine."""
     if workers < 0:
         raise ProblemError(f"workers must not be negative, is {shown(workers)}")
 

@@ -189,11 +189,7 @@ class CampaignFolder:
 
 
 def check_versions(begun: Mapping[str, str], what: str) -> None:
-    """Check that a campaign continues with the versions of its start.
-
-    Raises:
-        CampaignError: If a version differs: rows of two kinds would have one name.
-    """
+    """Check that a campaign continues with the versions of its start."""
     now = versions()
     changed = [
         f"{name} {then} then, {now.get(name, 'unknown')} now"

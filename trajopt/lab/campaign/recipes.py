@@ -144,11 +144,7 @@ class RandomMotion:
     number: int
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem.
-
-        Raises:
-            ProblemError: If hardly any configuration is free.
-        """
+        """Make the problem."""
         scene = shop.library.scene(self.scene)
         rng = np.random.default_rng((self.seed, self.number))
         found = random_configurations(shop.reduced(scene, self.group), 2, rng=rng)
@@ -256,11 +252,7 @@ def _between(scene: Scene, group: str, start: Any, goal: Any, name: str) -> Prob
 
 
 def _with_base_at(scene: Scene, where: tuple[float, ...]) -> Scene:
-    """Return a scene with its robot's root elsewhere.
-
-    Raises:
-        ProblemError: If the base moves by itself.
-    """
+    """Return a scene with its robot's root elsewhere."""
     robot = scene.robot
     if robot.base.joints:
         raise ProblemError(f"the base of {robot.name} moves by itself: state its joints at the start")

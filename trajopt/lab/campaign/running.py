@@ -142,11 +142,7 @@ class _Run:
         self._state, self._begun = Progress(done, folder.total), time.monotonic()
 
     def go(self) -> None:
-        """Plan until every problem has a row.
-
-        Raises:
-            CampaignError: If rows cannot be written, or no worker is left.
-        """
+        """Plan until every problem has a row."""
         while True:
             while self._pool.idle and (block := self._next()) is not None:
                 self._running += 1
@@ -175,11 +171,7 @@ class _Run:
         return Block(tasks) if tasks else None
 
     def _keep(self, ended: PlannedBlock) -> None:
-        """Write the rows of a block; after a failure the block is planned again.
-
-        Raises:
-            CampaignError: If that fails several times in a row.
-        """
+        """Write the rows of a block; after a failure the block is planned again."""
         count = len(ended.block.tasks)
         self._pace = ended.seconds / count
         try:

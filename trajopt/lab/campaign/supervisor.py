@@ -96,9 +96,6 @@ class WorkerSupervisor:
 
         Returns:
             The results of its first block once complete; None before.
-
-        Raises:
-            CampaignError: If workers cannot be started.
         """
         try:
             while not self._whole and self._pipe.poll():
@@ -114,11 +111,7 @@ class WorkerSupervisor:
         return worked
 
     def run(self, block: Sequence[CampaignTask]) -> Worked:
-        """Plan a block, and return its results.
-
-        Raises:
-            CampaignError: If workers cannot be started.
-        """
+        """Plan a block, and return its results."""
         self.give(block)
         while (worked := self.advance()) is None:
             wait([self._pipe], timeout=max(0.0, min(self._until - time.monotonic(), 1.0)))
@@ -226,11 +219,7 @@ class WorkerSupervisor:
         self._again()
 
     def _ran_over(self) -> None:
-        """Give up the present problem, unless it started later than known.
-
-        Raises:
-            CampaignError: If the worker has not started.
-        """
+        """Give up the present problem, unless it started later than known."""
         if not self._ready:
             raise CampaignError(f"a worker was not ready after {START:g} s")
         at = self._at()
@@ -311,11 +300,7 @@ class LocalPool:
         least.give(block.tasks)
 
     def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
-        """Return finished blocks; wait at most a number of seconds.
-
-        Raises:
-            CampaignError: If workers cannot be started.
-        """
+        """Return finished blocks; wait at most a number of seconds."""
         pipes = {each.pipe: each for each, blocks in self._blocks.items() if blocks}
         soonest = min((each.until for each in pipes.values()), default=0.0) - time.monotonic()
         ready = wait(list(pipes), timeout=max(0.0, min(seconds, soonest)))

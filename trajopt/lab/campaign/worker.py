@@ -54,11 +54,7 @@ def serve(pipe: "Connection[object, object]", marks: int) -> None:
 
 
 def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
-    """Plan problems in an endless loop.
-
-    Raises:
-        EOFError: If the pipe is closed; or an error of a broken pipe.
-    """
+    """Plan problems in an endless loop."""
     shop, begun = Workshop(Library(setup.documents)), 0
     rows, waited, last = list[Row](), 0.0, time.monotonic()
     while True:

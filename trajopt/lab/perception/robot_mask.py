@@ -102,10 +102,6 @@ class RobotMask:
         Args:
             scene: The robot, with its attached objects.
             positions: Of all joints, shape (number of joints,) [rad | m].
-
-        Raises:
-            ObjectNotFound: If there is no such object.
-            ShapeError: If the positions are not one finite number for each joint.
         """
         at = floats("positions", positions, (len(scene.robot.joint_names),))
         named = {scene.object(name).name for name in known}

@@ -165,9 +165,6 @@ def instances_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) -> t
 
     Args:
         problems: By name; or a sequence of problems (with their own names) or names of installed ones.
-
-    Raises:
-        ProblemNotFound: If there is no installed problem of a name.
     """
 
     def fixed(name: str, problem: Problem) -> Instance:
@@ -195,10 +192,6 @@ def find_instances(
         robot: The robot of the problems.
         sets: Names of the sets; all if empty.
         limit: Largest number of problems of each set, lowest numbers first.
-
-    Raises:
-        FileFormatError: If the folder does not exist or has no problem.
-        NameNotFound: If a set does not exist.
     """
     if not folder.is_dir():
         raise FileFormatError(str(folder), "is not a folder")
@@ -216,11 +209,7 @@ def find_instances(
 
 
 def _instance(name: str, scene: Path, robot: Robot) -> Instance:
-    """Return the problem of a scene in a set, with its request and motions.
-
-    Raises:
-        FileFormatError: If it has no request.
-    """
+    """Return the problem of a scene in a set, with its request and motions."""
     number = re.sub(r"\D", "", scene.stem)
     request, motions = (scene.with_name(f"{kind}{number}.yaml") for kind in ("request", "motions"))
     if not request.is_file():

@@ -73,11 +73,7 @@ INVERSE_METHODS: Mapping[str, Callable[[], InverseMethod]] = {
 
 
 def inverse_method(method: str | InverseMethod) -> InverseMethod:
-    """Return a method by name with its default options; a method object is returned unchanged.
-
-    Raises:
-        SolverNotFound: If the name is unknown.
-    """
+    """Return a method by name with its default options; a method object is returned unchanged."""
     if not isinstance(method, str):
         return method
     if method not in INVERSE_METHODS:
@@ -441,9 +437,6 @@ def with_start(reduced: ReducedModel, positions: ArrayLike, name: str = "positio
     Args:
         positions: Of the group's joints, shape (n,) [rad | m].
         name: Name of the positions in errors.
-
-    Raises:
-        ShapeError: If there is not one finite position for each joint of the group.
     """
     place = floats(name, positions, (len(reduced.joint_names),))
     return replace(reduced, start=readonly(reduced.all_positions(place)))

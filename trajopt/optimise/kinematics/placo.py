@@ -178,11 +178,7 @@ class _Search:
 
 @singledispatch
 def state_task(required: Requirement, description: _Description) -> None:
-    """State a requirement as tasks of placo.
-
-    Raises:
-        RequirementNotSupported: If placo has no task for it.
-    """
+    """State a requirement as tasks of placo."""
     raise RequirementNotSupported(NAME, required, f"there is no task for {type(required).__name__}")
 
 

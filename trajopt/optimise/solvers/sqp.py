@@ -41,9 +41,6 @@ def step_solver(name: str) -> StepSolver:
 
     Args:
         name: "auto", "banded", "piqp", "osqp", "proxqp", or any solver that qpsolvers knows.
-
-    Raises:
-        SolverNotFound: If there is no such backend.
     """
     if name == AUTO:
         return ByStructure()

@@ -94,9 +94,6 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
     Args:
         required: Joint positions, with mimic joints stated for their leaders: see `without_followers`.
         reduced: The robot and its group.
-
-    Raises:
-        ProblemError: If a joint outside the group is required to be elsewhere.
     """
     robot = reduced.scene.robot
     inside: list[str] = []

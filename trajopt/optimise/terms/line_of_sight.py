@@ -78,11 +78,7 @@ class SightClearance:
 
 
 def _counted(need: LineOfSight, reduced: ReducedModel) -> tuple[str, ...]:
-    """Return the objects that may not be in between.
-
-    Raises:
-        ProblemError: If one has exact meshes, or is a cloud.
-    """
+    """Return the objects that may not be in between."""
     names = need.obstacles(reduced.scene)
     for name in names:
         shapes = [shape for shape, _ in reduced.scene.object(name).parts]

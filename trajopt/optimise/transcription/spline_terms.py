@@ -116,11 +116,7 @@ class ClearanceInTime(Printed):
         return self.kept + ACTIVATION + self.obstacles.pairs.error_at(self.duration, slice(None))
 
     def linearise(self, motion: Motion) -> Rows:
-        """Measure the near pairs at all samples and differentiate by the group's positions.
-
-        Raises:
-            ProblemError: If the motion's samples have no times.
-        """
+        """Measure the near pairs at all samples and differentiate by the group's positions."""
         if not isinstance(motion, MotionInTime):
             raise ProblemError(f"{self.name}: the motion has no times")
         found = self.obstacles.contacts(

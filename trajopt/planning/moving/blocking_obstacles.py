@@ -40,9 +40,6 @@ def proof_of_failure(problem: Problem, static: Result, tracker: BudgetTracker) -
 
     Args:
         static: The verified motion without dynamic obstacles.
-
-    Raises:
-        Stopped: If the budget ends before.
     """
     motion = static.require()
     found = _BlockingObstacles(problem, motion.trajectory, tracker).refusal(proven=True)
@@ -58,9 +55,6 @@ def explained(failure: Result, static: Result, tracker: BudgetTracker) -> Result
     Args:
         failure: The failure; returned unchanged if its reason is known.
         static: The verified motion without dynamic obstacles.
-
-    Raises:
-        Stopped: If the budget ends before.
     """
     if failure.status is not Status.BLOCKED_IN_TIME:
         return failure

@@ -105,38 +105,22 @@ class SpaceTimeAttempts:
         return SpaceTimeAttempts(method.program(problem, knots), work, static, best)
 
     def hardly_longer(self) -> None:
-        """Attempt a motion near to the static one that ends hardly later.
-
-        Raises:
-            Stopped: If the budget runs out.
-        """
+        """Attempt a motion near to the static one that ends hardly later."""
         if self.enough < inf:
             self._solve(self._motion, self.enough)
             self._too_short = self.enough
 
     def longer(self) -> None:
-        """Attempt a longer motion from the static one.
-
-        Raises:
-            Stopped: If the budget runs out.
-        """
+        """Attempt a longer motion from the static one."""
         self._attempt(self._motion, too_short=self._too_short)
 
     def from_best(self) -> None:
-        """Attempt a shorter motion from the best one, unless that is one of these attempts.
-
-        Raises:
-            Stopped: If the budget runs out.
-        """
+        """Attempt a shorter motion from the best one, unless that is one of these attempts."""
         if self.best.verified and self.best.result is not self._found:
             self._attempt(self.best.result.require().trajectory)
 
     def from_later_start(self) -> None:
-        """Attempt a motion from the static one begun at the first time at which it is clear.
-
-        Raises:
-            Stopped: If the budget runs out.
-        """
+        """Attempt a motion from the static one begun at the first time at which it is clear."""
         if self.best.duration <= FAR * self._motion.duration:
             return
         with self.work.tracker.stage("wait"):
@@ -145,11 +129,7 @@ class SpaceTimeAttempts:
             self._attempt(_begun_later(self._motion, wait))
 
     def from_sampled_paths(self, rng: np.random.Generator) -> None:
-        """Attempt motions from sampled paths over configurations and times, until there is one.
-
-        Raises:
-            Stopped: If the budget runs out.
-        """
+        """Attempt motions from sampled paths over configurations and times, until there is one."""
         for horizon in HORIZONS:
             if not self.best.verified:
                 self._attempt(self._sampled(horizon, rng))

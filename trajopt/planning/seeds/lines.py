@@ -161,9 +161,6 @@ def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, coun
 
     Returns:
         Knots, shape (N, n), within the limits; first, last and waypoints as in the line.
-
-    Raises:
-        NoSeed: If the pair is no longer near, or its point does not move.
     """
     query = context.query(counts)
     point = _TouchingPoint.of(query, blocked)

@@ -87,9 +87,6 @@ def sampled(
 
     Returns:
         Knots, shape (N, n), evenly spaced on each leg, with the stops of the context's line.
-
-    Raises:
-        NoSeed: If a leg was not found, or a path constraint could not be held.
     """
     query, knots = context.query(counts), context.line.knots
     places = (0, *context.line.places, len(knots) - 1)

@@ -92,11 +92,7 @@ class SpaceTimeProblem(Printed):
         return self.margins.rows
 
     def spend(self, count: int) -> None:
-        """Count configurations as checked.
-
-        Raises:
-            Exhausted: If the budget of checks is used up.
-        """
+        """Count configurations as checked."""
         self.check()
         self.checks -= count
         if self.checks < 0:
@@ -112,9 +108,6 @@ class SpaceTimeProblem(Printed):
 
         Args:
             states: Positions and time [s], shape (s, n + 1).
-
-        Raises:
-            Exhausted: If the budget of checks is used up.
         """
         self.spend(len(states))
         return self._obstacles.clear(states[:, :-1], states[:, -1], self.kept, until=self.latest)

@@ -43,11 +43,6 @@ def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
 
     Args:
         base: The moving base; every such joint is fixed if None.
-
-    Raises:
-        JointNotFound: If the base names a joint with one degree of freedom.
-        GroupNotFound: If it names a group that the SRDF does not have.
-        ModelError: If several joints are possible, a name is taken, or no group would move the base.
     """
     root = ElementTree.fromstring(urdf.xml)
     inside = {

@@ -32,12 +32,7 @@ _TO_FIX = (
 
 
 def check_joints(model: pin.Model) -> None:
-    """Check that every joint has one number and valid limits.
-
-    Raises:
-        UnsupportedJoint: If a joint is neither revolute, continuous nor prismatic.
-        ModelError: If there is no joint or no link, or a joint's limits are not numbers or not in order.
-    """
+    """Check that every joint has one number and valid limits."""
     names = list(model.names)[1:]
     if not names:
         raise ModelError("the pinocchio model has no joint that moves")
@@ -125,11 +120,7 @@ def _collision(model: pin.Model, item: pin.GeometryObject) -> LinkGeometry:
 
 
 def described(model: pin.Model, collisions: pin.GeometryModel | None, name: str | None) -> Urdf:
-    """Return a model as the content of a URDF: its name and collision geometry only.
-
-    Raises:
-        ModelError: If a geometry object has no link or an unsupported shape.
-    """
+    """Return a model as the content of a URDF: its name and collision geometry only."""
     objects = () if collisions is None else tuple(collisions.geometryObjects)
     title = name or str(model.name) or "robot"
     elements = tuple(_collision(model, item) for item in objects)
@@ -141,12 +132,7 @@ def described(model: pin.Model, collisions: pin.GeometryModel | None, name: str 
 def group_elements(
     model: pin.Model, groups: Mapping[str, Sequence[str]] | None
 ) -> Mapping[str, GroupElement]:
-    """Return groups given as joint names, or as a pair of links: base and tip of a chain.
-
-    Raises:
-        JointNotFound: If a name is neither a joint nor a link of such a pair.
-        ModelError: If a group is empty or not a sequence of names, or if a pair is ambiguous.
-    """
+    """Return groups given as joint names, or as a pair of links: base and tip of a chain."""
     elements: dict[str, GroupElement] = {}
     links, joints = frozenset(link_names(model)), frozenset(joint_frame_names(model))
     for name, members in (groups or {}).items():

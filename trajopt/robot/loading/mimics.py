@@ -30,9 +30,6 @@ def resolve_mimics(
     Returns:
         Mimic joints by name, in the order of `movable`, each with a source that mimics no other; and notes on
         mimics of unknown joints.
-
-    Raises:
-        MimicCycle: If joints mimic each other in a cycle.
     """
     alone: list[str] = []
     moving: dict[str, Mimic] = {}
@@ -65,9 +62,6 @@ def followed(
 
     Returns:
         Positions, shape (n,), read-only.
-
-    Raises:
-        MimicContradiction: If a given position differs from the implied one.
     """
     result = np.array(floats("positions", positions, (len(joint_names),)))
     refused = frozenset(several("checked", checked, str))

@@ -47,12 +47,6 @@ def read_mjcf(path: Path) -> tuple[Urdf, Srdf]:
 
     Returns:
         An equivalent URDF and SRDF.
-
-    Raises:
-        FileFormatError: If MuJoCo cannot read it within 30 s of CPU time and 4 GB, it has more
-            than 1000 bodies, or no joint.
-        UnsupportedJoint: If it has a ball joint.
-        ModelError: If a geom has an unsupported type.
     """
     model, warnings = _compiled(path)
     said = [f"MuJoCo warns: {' '.join(warning.split())}" for warning in dict.fromkeys(warnings)]
@@ -356,9 +350,6 @@ def geom_shape(model: Any, geom: int, name: str) -> Shape:
 
     Args:
         name: Its name, for errors.
-
-    Raises:
-        ModelError: If its type is not supported.
     """
     x, y, z = (float(value) for value in model.geom_size[geom])
     match int(model.geom_type[geom]):  # numbers of MuJoCo's mjtGeom

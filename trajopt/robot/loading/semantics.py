@@ -57,9 +57,6 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
 
     Args:
         mimics: Mimic joints, each with its leading joint.
-
-    Raises:
-        ModelError: If it is the description of another robot.
     """
     _check_robot(model, srdf)
     groups, missing, said = resolve_groups(model, srdf, frozenset(mimics))

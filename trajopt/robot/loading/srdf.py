@@ -87,11 +87,7 @@ class Srdf:
 
 
 def read_srdf(path: Path) -> Srdf:
-    """Read an SRDF file.
-
-    Raises:
-        FileFormatError: If it is missing, not XML, or an element lacks an attribute.
-    """
+    """Read an SRDF file."""
     root = read_xml(path, "SRDF")
     groups = [_read_group(path, group) for group in root.findall("group")]
     effectors = [_read_end_effector(path, item) for item in root.findall("end_effector")]

@@ -44,10 +44,6 @@ def with_stated(
             `max_position`, `max_effort`, each with its `has_..._limits` flag.
         units: "rad" or "m" of each joint.
         mimics: Names of mimic joints.
-
-    Raises:
-        JointNotFound: If an entry is not a movable joint.
-        ModelError: If no position of a joint is within its limits.
     """
     columns: dict[str, tuple[tuple[str, Floats], ...]] = {
         "has_velocity_limits": (("max_velocity", np.array(limits.velocity)),),
@@ -124,11 +120,7 @@ def _default(
 
 
 def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
-    """Read the `joint_limits` mapping of MoveIt's `joint_limits.yaml`.
-
-    Raises:
-        FileFormatError: If the file is missing, is not YAML, or has no such mapping.
-    """
+    """Read the `joint_limits` mapping of MoveIt's `joint_limits.yaml`."""
     from trajopt.values.documents.yaml_files import read_yaml
 
     documents = read_yaml(path)

@@ -123,12 +123,7 @@ def _link_geometries(
     meshes: MeshNames,
     missing: dict[str, str] | None = None,
 ) -> tuple[LinkGeometry, ...]:
-    """Return the elements of a tag; collect meshes that are not found in `missing`, by link, if given.
-
-    Raises:
-        FileFormatError: If an element is invalid.
-        MeshFileError: If a mesh is not found, and there is no `missing`.
-    """
+    """Return the elements of a tag; collect meshes that are not found in `missing`, by link, if given."""
     materials = {material.get("name"): material for material in root.findall("material")}
     found: list[LinkGeometry] = []
     for link in root.findall("link"):
@@ -208,11 +203,7 @@ def _check_joint(path: Path, joint: ElementTree.Element) -> None:
 
 
 def _rates(path: Path, joint: ElementTree.Element) -> dict[str, float]:
-    """Return the limits of acceleration, of which deceleration may be the smaller one, and jerk (URDF 1.2).
-
-    Raises:
-        FileFormatError: If one is not positive.
-    """
+    """Return the limits of acceleration (the smaller of it and deceleration) and jerk (URDF 1.2)."""
     limit, found = joint.find("limit"), dict[str, float]()
     if limit is None:
         return found
@@ -252,11 +243,7 @@ def _joints(path: Path, root: ElementTree.Element) -> tuple[dict[str, Mimic], di
 
 
 def _angles_of_quaternions(path: Path, root: ElementTree.Element) -> None:
-    """Replace the quaternions of origins (URDF 1.2) by angles, which pinocchio reads.
-
-    Raises:
-        FileFormatError: If a quaternion is zero, or angles are stated, too.
-    """
+    """Replace the quaternions of origins (URDF 1.2) by angles, which pinocchio reads."""
     for origin in root.iter("origin"):
         if (text := origin.attrib.pop("quat_xyzw", None)) is None:
             continue
@@ -279,12 +266,6 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
         path: The file; xacro if its suffix is .xacro.
         package_dirs: Folders with ROS packages, for `package://` names.
         xacro: Arguments of a xacro file by name.
-
-    Raises:
-        MissingExtra: If it is xacro, and the expander is not installed.
-        FileFormatError: If it is missing or not a URDF.
-        MeshFileError: If a collision mesh cannot be found.
-        UnsupportedJoint: If a joint has an unknown type.
     """
     if path.suffix == SUFFIX:
         root = parse_xml(expanded(path, xacro or {}, package_dirs), path, "URDF")
@@ -330,9 +311,6 @@ def check_count(path: Path, links: int, kind: str = "links") -> None:
 
     Args:
         kind: Their name in the file.
-
-    Raises:
-        FileFormatError: If there are more.
     """
     if links > MOST_LINKS:
         raise FileFormatError(
@@ -343,11 +321,7 @@ def check_count(path: Path, links: int, kind: str = "links") -> None:
 
 
 def check_tree(path: Path, root: ElementTree.Element) -> None:
-    """Check that the links form one tree of bounded size with unique names.
-
-    Raises:
-        FileFormatError: If they do not.
-    """
+    """Check that the links form one tree of bounded size with unique names."""
     check_count(path, len(root.findall("link")))
     for tag in ("link", "joint"):
         counted = Counter(element.get("name", "") for element in root.findall(tag))
@@ -393,11 +367,7 @@ def _end(path: Path, joint: ElementTree.Element, tag: str, links: Mapping[str, o
 
 
 def complete(path: Path, root: ElementTree.Element) -> list[str]:
-    """Add missing parts of joints and inertias, and remove unused elements; return notes.
-
-    Raises:
-        FileFormatError: If a joint that needs limits has none, or its mimic has no source.
-    """
+    """Add missing parts of joints and inertias, and remove unused elements; return notes."""
     root.attrib.pop("version", None)
     for material in root.findall("material"):
         root.remove(material)

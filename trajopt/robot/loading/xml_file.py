@@ -36,9 +36,6 @@ def read_xml(path: Path, kind: str, *, root: str = "robot") -> ElementTree.Eleme
 
     Args:
         kind: Its kind, for errors: "URDF" or "SRDF".
-
-    Raises:
-        FileFormatError: If it cannot be read, is not XML, is nested too deeply, or has another root.
     """
     return parse_xml(read_bytes(path), path, kind, root=root)
 
@@ -67,9 +64,6 @@ def numbers(
         path: The file, for errors.
         default: Its text if missing.
         count: Required count; any if None.
-
-    Raises:
-        FileFormatError: If the count differs, or one is not a finite number.
     """
     text = element.get(key, default)
     where = f"<{element.tag} {key}={shown(text)}>"

@@ -166,11 +166,7 @@ class ActionGoal:
         self.cancellation()
 
     async def run(self, cell: Cell) -> tuple[GoalOutcome, dict[str, Any]]:
-        """Do it; return how it ended, and the result as plain data.
-
-        Raises:
-            Unusable: If the goal cannot be processed.
-        """
+        """Do it; return how it ended, and the result as plain data."""
         if self.server.operation:
             result = msgspec.json.decode(await self._driven(cell, self.server.operation, self.message))
         else:
@@ -261,11 +257,7 @@ class OldActions:
             self._takers[f"{name}/cancel"] = self._cancel_taker(name)
 
     def take(self, topic: str, message: msgspec.Raw) -> bool:
-        """Process a message of one of the topics; return whether the topic is one of them.
-
-        Raises:
-            Unusable: If the message cannot be processed.
-        """
+        """Process a message of one of the topics; return whether the topic is one of them."""
         taker = self._takers.get(topic)
         if taker is not None:
             taker(message)

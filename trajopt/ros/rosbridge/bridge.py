@@ -88,11 +88,7 @@ class Bridge:
         self.look()
 
     def offer_service(self, client: Connected, name: str, kind: str) -> None:
-        """Register a service of a client.
-
-        Raises:
-            Unusable: If the server or another client already offers that name.
-        """
+        """Register a service of a client."""
         if name in SERVICES or name.startswith("/rosapi/"):
             raise Unusable(f"{name} is a service of the server itself")
         self.offered.offer(client, name, kind)
@@ -105,21 +101,13 @@ class Bridge:
         return {**{name: plain_name(kind).removesuffix("Action") for name, kind in offered}, **own}
 
     def offer_action(self, client: Connected, name: str, kind: str) -> None:
-        """Register an action of a client.
-
-        Raises:
-            Unusable: If the server or another client already offers that name.
-        """
+        """Register an action of a client."""
         if name in ACTIONS:
             raise Unusable(f"{name} is an action of the server itself")
         self.offered_actions.offer(client, name, kind)
 
     async def call(self, name: str, incoming: Incoming) -> bytes:
-        """Call a service; return its response, as JSON.
-
-        Raises:
-            Unusable: If the call fails, with the reason.
-        """
+        """Call a service; return its response, as JSON."""
         service = SERVICES.get(name)
         if service is not None:
             answer = await self.cell.ask(
@@ -139,11 +127,7 @@ class Bridge:
         return await self.offered.call(name, incoming.args, min(_seconds(incoming.timeout) or most, most))
 
     async def published(self, topic: str, message: msgspec.Raw) -> None:
-        """Process a client's message on a topic of actions, scene edits or point clouds.
-
-        Raises:
-            Unusable: If the message cannot be processed.
-        """
+        """Process a client's message on a topic of actions, scene edits or point clouds."""
         if self._actions.take(topic, message):
             self.look()
             return

@@ -31,9 +31,6 @@ class Cell:
 
         Args:
             robot: Name of the robot; the first one if empty.
-
-        Raises:
-            RobotNotFound: If the robot does not exist.
         """
         self.service, self.session = service, service.create(robot, face=FACE)
 
@@ -60,9 +57,6 @@ class Cell:
             difference: A planning scene message, JSON: changes for this request alone.
             seconds: Time limit [s].
             listener: Called with progress, as JSON.
-
-        Raises:
-            Unusable: If there is no response, with the reason.
         """
         other = b"" if difference is None else b',"difference":' + difference
         body = b'{"ros":"%s","args":%s%s}' % (generation.name.encode(), bytes(message), other)

@@ -44,11 +44,7 @@ class Offers:
         return {name: kind for name, (_, kind) in self._offers.items()}
 
     def offer(self, provider: Provider, name: str, kind: str) -> None:
-        """Register a name of a client.
-
-        Raises:
-            Unusable: If another client offers it, or this client offers too many.
-        """
+        """Register a name of a client."""
         owner = self._offers.get(name)
         if owner is not None and owner[0] is not provider:
             raise Unusable(f"another client offers the {self._what} {name}")
@@ -81,11 +77,7 @@ class OfferedServices(Offers):
         self._calls: dict[str, _Call] = {}
 
     async def call(self, name: str, arguments: msgspec.Raw, seconds: float) -> bytes:
-        """Relay a call to a client; return its response, as JSON.
-
-        Raises:
-            Unusable: If the service does not exist, fails, or exceeds its time limit.
-        """
+        """Relay a call to a client; return its response, as JSON."""
         if name not in self._offers:
             raise Unusable(f"there is no service {name}")
         provider, number = self._offers[name][0], f"call_service:{name}:{next(self._numbers)}"
@@ -102,11 +94,7 @@ class OfferedServices(Offers):
             del self._calls[number]
 
     def answered(self, provider: Provider, response: Incoming) -> None:
-        """Pass on a client's response.
-
-        Raises:
-            Unusable: If it does not match a pending call.
-        """
+        """Pass on a client's response."""
         call = self._calls.get(str(response.id))
         if call is None or call.provider is not provider:
             raise Unusable("service_response: nobody asked for it")
@@ -164,11 +152,7 @@ class OfferedActions(Offers):
         return RelayedGoal(provider, number, name, kind, tell, asyncio.get_running_loop().create_future())
 
     async def pursue(self, goal: RelayedGoal, arguments: msgspec.Raw) -> Incoming:
-        """Have a client pursue a goal; return its result. If this is cancelled, so is the goal.
-
-        Raises:
-            Unusable: If the client leaves.
-        """
+        """Have a client pursue a goal; return its result. If this is cancelled, so is the goal."""
         self._goals[goal.number] = goal
         message = {
             "op": "send_action_goal",
@@ -188,19 +172,11 @@ class OfferedActions(Offers):
             del self._goals[goal.number]
 
     def feedback(self, provider: Provider, incoming: Incoming) -> None:
-        """Pass on the feedback of a client.
-
-        Raises:
-            Unusable: If its goal is not under way.
-        """
+        """Pass on the feedback of a client."""
         self._of(provider, incoming).tell(incoming.values)
 
     def result(self, provider: Provider, incoming: Incoming) -> None:
-        """Pass on the result of a client.
-
-        Raises:
-            Unusable: If its goal is not under way.
-        """
+        """Pass on the result of a client."""
         goal = self._of(provider, incoming)
         if not goal.done.done():
             goal.done.set_result(incoming)

@@ -78,9 +78,6 @@ class RosApi:
 
         Args:
             arguments: The arguments, plain data.
-
-        Raises:
-            Unusable: If the service does not exist, or fails.
         """
         service = self.services.get(name)
         if service is None:
@@ -90,11 +87,7 @@ class RosApi:
         return service(cast("Mapping[str, Any]", arguments))
 
     async def file(self, arguments: object) -> Reply:
-        """Return a file of the robot's packages, as ROS 1's `/file_server/get_file` does.
-
-        Raises:
-            Unusable: If the file does not exist.
-        """
+        """Return a file of the robot's packages, as ROS 1's `/file_server/get_file` does."""
         name = _text(cast("Mapping[str, Any]", arguments if isinstance(arguments, dict) else {}), "name")
         found = await asyncio.to_thread(self._description.file, name.removeprefix("package://"))
         if found is None:

@@ -99,11 +99,7 @@ class Topics:
         return name in self._all and bool(self._all[name].heard)
 
     def advertise(self, client: TopicClient, name: str, kind: str) -> None:
-        """Register a client as a publisher of a topic.
-
-        Raises:
-            Unusable: If the topic has another type, belongs to the server, or the client has too many.
-        """
+        """Register a client as a publisher of a topic."""
         self._publisher(client, name, kind)
 
     def unadvertise(self, client: TopicClient, name: str) -> None:
@@ -129,9 +125,6 @@ class Topics:
             subscription: The client's name of this subscription.
             spacing: Least time between two messages [s]; the shortest of several subscriptions applies.
             fragment_size: Largest piece of a message [bytes].
-
-        Raises:
-            Unusable: If the topic has another type, or the client has too many.
         """
         self._count(client)
         topic = self._topic(name, kind)
@@ -154,11 +147,7 @@ class Topics:
             self._forget(name)
 
     async def publish(self, client: TopicClient, name: str, message: msgspec.Raw, *, latch: bool) -> str:
-        """Pass on a client's message; return the topic's type.
-
-        Raises:
-            Unusable: If the type is unknown, or the message does not match it.
-        """
+        """Pass on a client's message; return the topic's type."""
         topic = self._publisher(client, name, "")
         if not topic.kind:
             raise Unusable(f"the type of {name} is unknown: advertise it first")
@@ -214,11 +203,7 @@ class Topics:
         return topic
 
     def _topic(self, name: str, kind: str) -> Topic:
-        """Return a topic, created if new.
-
-        Raises:
-            Unusable: If it has another type.
-        """
+        """Return a topic, created if new."""
         wanted = plain_name(kind)
         topic = self._all.setdefault(name, Topic(name))
         if wanted and topic.kind and wanted != topic.kind:
@@ -247,11 +232,7 @@ def _published(topic: Topic, message: msgspec.Raw) -> bytes:
 
 
 def no_compression(compression: str | None) -> None:
-    """Refuse unsupported compressions of messages.
-
-    Raises:
-        Unusable: If the compression is unsupported.
-    """
+    """Refuse unsupported compressions of messages."""
     if compression not in COMPRESSIONS:
         known: Iterable[str] = ("none",)
         raise Unusable(f"compression {shown(compression)} is not spoken here; known: {listed(known)}")

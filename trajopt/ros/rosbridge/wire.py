@@ -73,11 +73,7 @@ _DECODER = msgspec.json.Decoder(Incoming)
 
 
 def parsed(text: str | bytes) -> Incoming:
-    """Parse an operation of a client.
-
-    Raises:
-        Unusable: If it is invalid.
-    """
+    """Parse an operation of a client."""
     try:
         incoming = _DECODER.decode(text)
     except (msgspec.MsgspecError, ValueError) as error:
@@ -95,11 +91,7 @@ def written(operation: Mapping[str, Any]) -> bytes:
 
 
 def plain(raw: msgspec.Raw) -> object:
-    """Return a part of an operation as plain data.
-
-    Raises:
-        Unusable: If it is nested too deeply.
-    """
+    """Return a part of an operation as plain data."""
     try:
         return msgspec.json.decode(raw)
     except RecursionError as error:
@@ -159,11 +151,7 @@ class Fragments:
         self._parts: dict[str | int | None, _Parts] = {}
 
     def add(self, fragment: Incoming) -> str | None:
-        """Store a fragment; return the whole message once it is complete.
-
-        Raises:
-            Unusable: If the fragment does not fit its message, or they are too many or too large.
-        """
+        """Store a fragment; return the whole message once it is complete."""
         name, total = fragment.id, fragment.total
         if not 0 < total <= PIECES or not 0 <= fragment.num < total:
             raise Unusable(f"fragment {fragment.num} of {total}: of 1 to {PIECES} pieces, counted from 0")

@@ -63,11 +63,7 @@ def refusal_of(error: TrajoptError) -> RequestRefused:
 
 
 async def body_of(request: Request, most: int, seconds: float) -> bytes:
-    """Return the body of a request.
-
-    Raises:
-        RequestRefused: If it is too large, or does not arrive in time.
-    """
+    """Return the body of a request."""
     too_large = RequestRefused(Why.TOO_LARGE, f"a request has {most} bytes at most")
     stated = request.headers.get("content-length", "0")
     if not stated.isdigit():

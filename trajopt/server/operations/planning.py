@@ -190,10 +190,6 @@ def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str
     """Return the problem of a request, and notes on its interpretation.
 
     It is stated by `problem`, in the words of the Python API, or by `request`, MoveIt's message.
-
-    Raises:
-        FileFormatError: If there is neither, or both, or it is invalid.
-        TrajoptError: If it is not a valid problem.
     """
     state = changed(state, arguments)
     stated = [key for key in ("problem", "request") if arguments.has(key)]
@@ -219,11 +215,7 @@ def reduced_in(state: SessionState, arguments: Node) -> ReducedModel:
 
 
 def trajectory_in(node: Node) -> Trajectory:
-    """Return a trajectory: joint names and points, or MoveIt's `RobotTrajectory`.
-
-    Raises:
-        FileFormatError: If it is neither.
-    """
+    """Return a trajectory: joint names and points, or MoveIt's `RobotTrajectory`."""
     if node.missing:
         raise node.error("is missing")
     return read_joint_trajectory(node) if node.has("joint_trajectory") else read_points(node)

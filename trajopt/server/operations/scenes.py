@@ -164,10 +164,6 @@ def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, 
 
     Args:
         message: The message; it replaces the scene unless it `is_diff`.
-
-    Raises:
-        FileFormatError: If the message is malformed, unsupported, or has an octomap.
-        NameNotFound: If it names an unknown link, frame or object.
     """
     robot, notes = state.scene.robot, list[str]()
     told = read_joint_positions(message["robot_state"], robot, notes)
@@ -220,9 +216,6 @@ def points_in(data: bytes, most: int) -> Floats:
     Args:
         data: float32 numbers, or numpy's .npy.
         most: Points that there may be.
-
-    Raises:
-        RequestRefused: If it is neither, or too many.
     """
     found = _of_numpy(data) if data.startswith(MAGIC) else _of_numbers(data)
     if len(found) > most:

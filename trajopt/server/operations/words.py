@@ -80,10 +80,6 @@ def called(function: Callable[..., Any], node: Node, **given: object) -> Any:
 
     Args:
         given: Arguments for those that it leaves out.
-
-    Raises:
-        FileFormatError: If an argument is unknown or missing.
-        TrajoptError: If the function refuses them.
     """
     known, names = _signature(function), _hints(function)
     arguments = {key: value_of(node[key]) for key in node.only(known.parameters).keys()}

@@ -122,11 +122,7 @@ def _scene(node: Node, state: SessionState, watch: Watch) -> Scene:
 
 
 def _fitting(node: Node, scene: Scene, state: SessionState) -> Scene:
-    """Return a scene after checking that it is of the session's robot.
-
-    Raises:
-        FileFormatError: If it is of another robot, or inconsistent.
-    """
+    """Return a scene after checking that it is of the session's robot."""
     if scene.robot is not state.scene.robot:
         raise node.error("is of another robot than the session's")
     try:

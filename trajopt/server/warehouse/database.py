@@ -94,13 +94,7 @@ class Database(Forked):
     """
 
     def __init__(self, path: Path, *, create: bool) -> None:
-        """Open the file; create it if it does not exist and this is allowed.
-
-        Raises:
-            FileFormatError: If it is missing, cannot be opened, is not a warehouse, or newer than this
-                trajopt.
-            ModelError: If a text has a lone surrogate; also in all transactions.
-        """
+        """Open the file; create it if it does not exist and this is allowed."""
         self.path, self._depth = path, 0
         self._connection: sqlite3.Connection | None = None
         super().__init__()
@@ -129,21 +123,13 @@ class Database(Forked):
 
     @contextmanager
     def reading(self) -> Generator[sqlite3.Connection]:
-        """Yield the connection, with a consistent snapshot for the block.
-
-        Raises:
-            FileFormatError: If the file is damaged.
-        """
+        """Yield the connection, with a consistent snapshot for the block."""
         with self._transaction("BEGIN") as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Generator[sqlite3.Connection]:
-        """Yield the connection in a transaction, which is committed as a whole or rolled back.
-
-        Raises:
-            FileFormatError: If the file cannot be written, or another process writes for too long.
-        """
+        """Yield the connection in a transaction, which is committed as a whole or rolled back."""
         with self._transaction("BEGIN IMMEDIATE") as connection:
             yield connection
 
@@ -213,11 +199,7 @@ class Database(Forked):
         return connection
 
     def _prepared(self, connection: sqlite3.Connection, *, create: bool) -> None:
-        """Check the file, create the tables of a new one, and configure it.
-
-        Raises:
-            FileFormatError: If it is not a warehouse, or is empty and may not become one.
-        """
+        """Check the file, create the tables of a new one, and configure it."""
         connection.execute("PRAGMA trusted_schema = OFF")  # a file from a stranger may have views of its own
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
@@ -241,11 +223,7 @@ class Database(Forked):
         _in_log(connection)
 
     def _is_warehouse(self, connection: sqlite3.Connection) -> bool:
-        """Return whether it is a warehouse; False for an empty file.
-
-        Raises:
-            FileFormatError: If it is something else, or newer.
-        """
+        """Return whether it is a warehouse; False for an empty file."""
         found = _tables(connection)
         application = connection.execute("PRAGMA application_id").fetchone()[0]
         version = connection.execute("PRAGMA user_version").fetchone()[0]

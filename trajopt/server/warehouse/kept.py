@@ -175,12 +175,7 @@ class Described:
 
 
 def described(value: Keepable | Bundle) -> Described:
-    """Describe something.
-
-    Raises:
-        ProblemError: If it is nothing that a warehouse keeps.
-        ModelError: If its scene holds code of the caller's.
-    """
+    """Describe something."""
     match value:
         case Robot():
             words = " ".join((value.name, *value.links, *value.joint_names, *value.groups))

@@ -64,11 +64,7 @@ class Conditions:
     newest: bool = False
 
     def found(self, connection: sqlite3.Connection) -> list[tuple[int, Entry]]:
-        """Return the numbers and the entries, the last that was kept first.
-
-        Raises:
-            EntryNotFound: If no scene of that name is kept.
-        """
+        """Return the numbers and the entries, the last that was kept first."""
         conditions = list(self._conditions(connection))
         tests = " AND ".join(["1", *(test for test, _ in conditions)])
         rows = connection.execute(
@@ -80,11 +76,7 @@ class Conditions:
         return [(row[0], entry_of(connection, row)) for row in rows]
 
     def _ends_there(self, ends: str) -> bool:
-        """Return whether a motion ends at the positions of the goal.
-
-        Raises:
-            sqlite3.DatabaseError: If the column is damaged.
-        """
+        """Return whether a motion ends at the positions of the goal."""
         assert isinstance(self.goal, Mapping)
         try:
             known = {str(joint): float(at) for joint, at in json.loads(ends).items()}
@@ -123,11 +115,7 @@ def moment(when: datetime) -> str:
 
 
 def entry_of(connection: sqlite3.Connection, row: Sequence[object]) -> Entry:
-    """Return the entry of a row of `COLUMNS`.
-
-    Raises:
-        sqlite3.DatabaseError: If a column does not hold a value of its kind.
-    """
+    """Return the entry of a row of `COLUMNS`."""
     number, kind, name, version, made, robot, goal, status, duration, note, mark = row[:11]
     tags = connection.execute("SELECT tag FROM tags WHERE entry = ? ORDER BY tag", (number,))
     try:
@@ -151,11 +139,7 @@ def entry_of(connection: sqlite3.Connection, row: Sequence[object]) -> Entry:
 def the_one(
     connection: sqlite3.Connection, name: str, kind: EntryKind | None, version: int | None
 ) -> tuple[int, Entry]:
-    """Return an entry by name, by default the last version.
-
-    Raises:
-        EntryNotFound: If there is none of that name, kind and version, or the name is ambiguous.
-    """
+    """Return an entry by name, by default the last version."""
     found = Conditions(kind=kind, name=name).found(connection)
     what = "entry" if kind is None else kind.name.lower()
     if not found:
@@ -173,11 +157,7 @@ def the_one(
 
 
 def _scenes(connection: sqlite3.Connection, name: str) -> list[str]:
-    """Return the fingerprints of a scene's versions.
-
-    Raises:
-        EntryNotFound: If no scene of that name is stored.
-    """
+    """Return the fingerprints of a scene's versions."""
     rows = connection.execute(
         "SELECT DISTINCT scene FROM entries WHERE kind = ? AND name = ?", (EntryKind.SCENE.name, name)
     ).fetchall()
@@ -201,12 +181,7 @@ BUNDLED = (EntryKind.PROBLEM, EntryKind.PLAN)
 
 
 def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
-    """Return the members that store a value.
-
-    Raises:
-        ModelError: If it contains code of the caller.
-        FileFormatError: If a mesh cannot be read.
-    """
+    """Return the members that store a value."""
     match what:
         case Result() | Plan() | Problem():
             return bundle_members(what, explained=explained)
@@ -220,11 +195,7 @@ def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
 
 
 def kept_in(members: Members, kind: EntryKind, meshes: Path | str | None = None) -> Any:
-    """Return the value of members: for a problem or a plan the bundle.
-
-    Raises:
-        FileFormatError: If they are invalid.
-    """
+    """Return the value of members: for a problem or a plan the bundle."""
     if kind in BUNDLED:
         return bundle_of(members, meshes)
     value: object = value_of(members, meshes)
@@ -254,10 +225,6 @@ def keep(
 
     Args:
         made: Time of storage; now if empty.
-
-    Raises:
-        ModelError: If a name or tag is invalid.
-        FileFormatError: If the file cannot be written.
     """
     _check_word("name", name)
     marked, mark = checked_tags(tags), _fingerprint(members)
@@ -303,11 +270,7 @@ def _check_word(what: str, word: str) -> None:
 
 
 def checked_tags(tags: Sequence[str]) -> tuple[str, ...]:
-    """Return sorted tags without duplicates.
-
-    Raises:
-        ModelError: If one is empty, too long, or not printable.
-    """
+    """Return sorted tags without duplicates."""
     words = several("tags", tags, str)
     for word in words:
         _check_word("tag", word)
@@ -323,9 +286,6 @@ class StoredMembers(Members):
         Args:
             entry: Number of the entry in it.
             label: The entry in words.
-
-        Raises:
-            FileFormatError: If there are more than an entry can have.
         """
         super().__init__(Path(f"{database.path}: {label}"))
         self._database = database

@@ -375,11 +375,7 @@ class StoredMemories:
             return _version(connection)
 
     def all(self) -> Mapping[int, Memory]:
-        """Return all memories by number.
-
-        Raises:
-            FileFormatError: If one is damaged.
-        """
+        """Return all memories by number."""
         with self._database.reading() as connection:
             rows = connection.execute("SELECT * FROM memories ORDER BY number").fetchall()
         found = dict[int, Memory]()
@@ -398,11 +394,7 @@ class StoredMemories:
     def change(
         self, *, new: Memory | None = None, changed: Iterable[Memory] = (), gone: Iterable[int] = ()
     ) -> tuple[int, Memory | None]:
-        """Add, change and delete memories in one transaction; see `Storage.change`.
-
-        Raises:
-            FileFormatError: If the file cannot be written.
-        """
+        """Add, change and delete memories in one transaction; see `Storage.change`."""
         with self._database.writing() as connection:
             connection.execute(
                 "INSERT INTO numbers VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET last = last + 1", _COUNTED
@@ -430,12 +422,7 @@ def _version(connection: sqlite3.Connection) -> int:
 
 
 def _arrays(document: Mapping[str, object]) -> Mapping[str, Floats]:
-    """Return the arrays of a memory.
-
-    Raises:
-        KeyError: If one is missing.
-        ShapeError: If one has another shape.
-    """
+    """Return the arrays of a memory."""
     start = floats("start", cast("list[float]", document["start"]), (None,))
     knots = floats("knots", cast("list[float]", document["knots"]), (None, len(start)))
     scene = np.array(document["scene"], float).reshape(-1, 6)

@@ -77,11 +77,7 @@ class OnCurve:
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
-        """Time a stage, and count the work of the query in it.
-
-        Raises:
-            Stopped: If the budget is used up.
-        """
+        """Time a stage, and count the work of the query in it."""
         with self.tracker.stage(name):
             try:
                 yield
@@ -153,11 +149,7 @@ class OnCurve:
         return np.asarray(np.maximum(far, turned * self.turn_length), dtype=np.float64)
 
     def __call__(self, positions: Floats, s: Floats) -> Corrected:
-        """Move configurations (S, n) to lengths (S,) along the curve.
-
-        Raises:
-            Stopped: If the budget is used up.
-        """
+        """Move configurations (S, n) to lengths (S,) along the curve."""
         self.tracker.check(self.query.counts)
         limits = self.limits
         q = np.clip(positions, limits.lower, limits.upper)

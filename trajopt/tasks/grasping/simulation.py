@@ -133,10 +133,6 @@ def simulate_handling(
         friction: Of the object; that of rubber pads if None.
         limits: Limits beyond which the object counts as slipped.
         options: Step, gains, settling time; a step of a millisecond if None.
-
-    Raises:
-        PlanningFailed: If there is no verified sequence.
-        ModelError: If the object has no mass, or is in the hand from the beginning.
     """
     segments = result.require()
     if result.grasp is None:

@@ -54,9 +54,6 @@ def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats
         scene: The scene with its frame.
         positions: Of all joints at the contact with the object [rad | m].
         usual: Its default direction in the world, shape (3,).
-
-    Raises:
-        FrameNotFound: If its frame is unknown.
     """
     given = straight.unit
     direction = usual if given is None else scene.placement_of(straight.frame, positions).rotation @ given
@@ -79,9 +76,6 @@ def track_line(
         tool: Frame that follows the line.
         at: The group's positions at its beginning, shape (n,); contact there is ignored.
         away: From beginning to end in the world, shape (3,) [m].
-
-    Raises:
-        Stopped: If the budget ends.
     """
     counts = WorkCounts()
     try:

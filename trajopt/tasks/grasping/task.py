@@ -110,9 +110,6 @@ class PickPlaceTask:
         """Plan one motion within the remaining budget, and judge it.
 
         Among dynamic obstacles it stays clear during the rest at its end too.
-
-        Raises:
-            Stopped: If the budget ends.
         """
         tracker, left = self.tracker, self.tracker.remaining()
         result = plan(
@@ -133,11 +130,7 @@ class PickPlaceTask:
     def configurations(
         self, reduced: ReducedModel, goals: Sequence[Requirement], stage: Stage, candidate: CandidateNames
     ) -> Sequence[Floats] | Refusal:
-        """Search configurations that meet goals, nearest to the start first.
-
-        Raises:
-            Stopped: If the budget ends.
-        """
+        """Search configurations that meet goals, nearest to the start first."""
         tracker, counts = self.tracker, WorkCounts()
         with tracker.stage("inverse kinematics"):
             try:

@@ -281,11 +281,7 @@ def _needed(item: Field[Any]) -> bool:
 
 
 def _check_members(kind: type[Any], given: Mapping[str, Any]) -> None:
-    """Refuse mappings whose members are not of the classes that their annotations name.
-
-    Raises:
-        ModelError: If one is not.
-    """
+    """Refuse mappings whose members are not of the classes that their annotations name."""
     hints = _hints(kind)
     for name, value in given.items():
         hint = hints.get(name)

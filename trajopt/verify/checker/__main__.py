@@ -34,11 +34,7 @@ RULES = {
 
 
 def examined(path: Path) -> tuple[str, str]:
-    """Return the statement of a file in words, and the first fault; an empty one if it is proven.
-
-    Raises:
-        Malformed: If it is not a proof of the format.
-    """
+    """Return the statement of a file in words, and the first fault; an empty one if it is proven."""
     found, data = open_file(path)
     statement = read_statement(found)
     requirements = [

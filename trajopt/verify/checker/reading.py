@@ -30,11 +30,7 @@ class Malformed(Exception):
 
 
 def open_file(path: Path) -> tuple[Fields, bytes]:
-    """Return the statement of a file and the bytes of its witness, once hash and lengths fit.
-
-    Raises:
-        Malformed: If they do not, or the file cannot be read.
-    """
+    """Return the statement of a file and the bytes of its witness, once hash and lengths fit."""
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST_FILE + 1)

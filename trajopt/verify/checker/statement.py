@@ -134,11 +134,7 @@ class Statement:
 
 
 def read_statement(value: Fields) -> Statement:
-    """Read a statement.
-
-    Raises:
-        Malformed: If it is not of the format.
-    """
+    """Read a statement."""
     curve = _curve("motion", value.get("motion"))
     count, joints = len(curve.names), len(take.items("joints", value.get("joints"), MOST_JOINTS))
     part = take.below(len(take.items("parts", value.get("parts"), MOST_PARTS)))

@@ -43,9 +43,6 @@ def read_witness(data: bytes, statement: Statement) -> Witness:
 
     The number of times (u4), these (f8), the number of leaves of each pair (u4), the leaves (u2 for the
     start, i2 three times for the direction); all little-endian, with nothing before, between or after.
-
-    Raises:
-        Malformed: If it has another length, times outside the motion, or leaves that leave a gap.
     """
     count = int(_taken(data, 0, "<u4", 1)[0])
     times = _taken(data, 4, "<f8", count)

@@ -242,9 +242,6 @@ def relative_speeds(goal: Requirement, motion: JudgedMotion, time: float) -> tup
         goal: Goal; each kind that can move registers its own function.
         motion: Motion among dynamic obstacles.
         time: Time of the motion [s].
-
-    Raises:
-        ProblemError: If goals of this kind cannot move.
     """
     del motion, time
     raise ProblemError(f"{goal}: goals of kind {type(goal).__name__} cannot be relative to a moving object")

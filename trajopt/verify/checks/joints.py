@@ -86,11 +86,7 @@ def _(requirement: JointPositions, motion: JudgedMotion, when: When) -> tuple[Ch
 
 
 def joint_rows(motion: JudgedMotion, joints: tuple[str, ...]) -> tuple[Floats, Floats]:
-    """Express positions of named joints by the group's: matrix (m, n) and offset (m,).
-
-    Raises:
-        JointNotFound: If a name is not a movable joint of the robot.
-    """
+    """Express positions of named joints by the group's: matrix (m, n) and offset (m,)."""
     reduced = motion.reduced
     index = reduced.scene.robot.index(joints)
     matrix = np.zeros((len(joints), len(reduced.joint_names)))

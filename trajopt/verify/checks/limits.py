@@ -24,9 +24,6 @@ def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLim
 
     Args:
         limits: Limits of the group's joints, or of all movable joints; the robot's by default.
-
-    Raises:
-        ProblemError: If they belong to other joints.
     """
     moving = reduced.moving_joints
     if limits is not None and limits.joint_names == moving:

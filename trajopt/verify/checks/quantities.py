@@ -185,10 +185,6 @@ def quantities(requirement: Requirement, motion: JudgedMotion) -> tuple[Quantity
 
     Args:
         requirement: Requirement; each kind registers its own numbers.
-
-    Raises:
-        ProblemError: If the kind registers neither numbers nor a check.
-        NameNotFound: If the requirement names an unknown frame, joint or object.
     """
     kind = type(requirement)
     _load(kind)

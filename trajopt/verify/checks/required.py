@@ -48,10 +48,6 @@ def passages(
     Args:
         waypoints: Requirements at each waypoint, by name, in order.
         partial: Requirements on parts of the motion.
-
-    Raises:
-        ProblemError: If a requirement has no check.
-        NameNotFound: If a requirement names an unknown frame, joint or object.
     """
     found: dict[str, Passage] = {}
     earliest = 0.0
@@ -175,9 +171,6 @@ def part_checks(
         part: Requirement, with its first and last waypoint.
         passed: Passages by waypoint name.
         check: Judges the requirement on a motion.
-
-    Raises:
-        KeyError: If a waypoint is not in `passed`.
     """
     missed = [name for name in (part.after, part.until) if name is not None and not passed[name].holds]
     if missed:
@@ -211,11 +204,7 @@ def part_checks(
 
 
 def sampled_check(check: SampledCheck, motion: JudgedMotion) -> Check:
-    """Judge a constraint in user code at samples.
-
-    Raises:
-        ShapeError: If it does not return numbers of the right shape.
-    """
+    """Judge a constraint in user code at samples."""
     times = sampled_times(motion)
     returned = check.evaluate(times, motion.trajectory(times))
     try:

@@ -35,11 +35,7 @@ class ToolSpeedCriterion(Criterion):
     limited: ToolSpeed
 
     def measure(self) -> Iterator[Check]:
-        """Return the largest speeds, and their steadiness if required.
-
-        Raises:
-            FrameNotFound: If the frame is unknown.
-        """
+        """Return the largest speeds, and their steadiness if required."""
         motion, limited = self.motion, self.limited
         moving = PointMotion(motion, limited.frame, offset=limited.offset)
         for which, limit in enumerate((limited.linear, limited.angular)):

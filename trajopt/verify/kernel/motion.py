@@ -371,11 +371,7 @@ MOST_MOMENTS = 1_000_000
 
 
 def steps_in_pieces(motion: JudgedMotion) -> Ints:
-    """Return the number of steps in each piece of a trajectory, shape (k - 1,).
-
-    Raises:
-        ProblemError: If there are too many.
-    """
+    """Return the number of steps in each piece of a trajectory, shape (k - 1,)."""
     times, options = motion.trajectory.times, motion.options
     lengths = np.diff(times)
     steps = np.ceil(lengths / options.sample_step)
@@ -395,9 +391,6 @@ def sampled_times(motion: JudgedMotion) -> Floats:
 
     The step is `sample_step`, or `sample_travel` of joint motion if that is longer: a motion at a
     hundred-thousandth of its speed has no more samples than at a hundredth.
-
-    Raises:
-        ProblemError: If there are too many.
     """
     times, steps = motion.trajectory.times, steps_in_pieces(motion)
     lengths = np.diff(times)

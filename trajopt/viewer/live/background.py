@@ -153,11 +153,7 @@ class Reach(Value):
 
 
 def reach_of(reduced: ReducedModel, hand: str) -> Reach:
-    """Return the reach of the hand: on a level plane through it, and an upright one through it and the base.
-
-    Raises:
-        ShapeError: If no configuration is free of collision.
-    """
+    """Return the reach of the hand on a level plane and on an upright one through the base."""
     found = reach_map(reduced, hand, COUNT, rng=np.random.default_rng(0), cell=CELL)
     now = hand_at(reduced, hand, reduced.start_positions).translation
     base = reduced.scene.placement_of(reduced.scene.robot.links[0], reduced.start).translation

@@ -95,10 +95,6 @@ def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
 
     Args:
         sizes: By field [m].
-
-    Raises:
-        ObjectNotFound: If there is none of that name.
-        ModelError: If it is not a single shape with sizes.
     """
     item = scene.object(name)
     if not sizes_of(scene, name):
@@ -109,12 +105,7 @@ def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
 
 
 def moved(scene: Scene, name: str, where: Placement) -> Scene:
-    """Place an object in the world.
-
-    Raises:
-        ObjectNotFound: If there is none of that name.
-        ModelError: If it is attached to the robot.
-    """
+    """Place an object in the world."""
     if is_carried(scene, name):
         raise ModelError(f"the robot carries {shown(name)}: put it down first")
     return scene.move(name, where, frame=WORLD)

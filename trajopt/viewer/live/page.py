@@ -208,11 +208,7 @@ def live_view(
 
 
 def _still(scene: Scene) -> Scene:
-    """Return a scene in which nothing moves by itself.
-
-    Raises:
-        ProblemError: If something does.
-    """
+    """Return a scene in which nothing moves by itself."""
     if one_of("scene", scene, Scene).changing:
         raise ProblemError(
             "live_view: things in the scene move by themselves; show it with view or watch_run"

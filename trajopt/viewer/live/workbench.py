@@ -48,10 +48,6 @@ class Workbench:
             scene: The robot and its surroundings.
             group: The group that moves; if empty the only one, or the first with a hand.
             start: Its configuration; by default each group in its first named state.
-
-        Raises:
-            GroupNotFound: If there is no such group.
-            ProblemError: If the group has no movable joint, or the start has none of the accepted forms.
         """
         robot = scene.robot
         self.group = group or chosen_group(robot)
@@ -159,11 +155,7 @@ class Workbench:
 
 
 def chosen_group(robot: Robot) -> str:
-    """Return the default group: the only one, or the first with a hand.
-
-    Raises:
-        ProblemError: If there are several, and none ends in a hand.
-    """
+    """Return the default group: the only one, or the first with a hand."""
     arms = [name for name, group in robot.groups.items() if group.joints and group.tip is not None]
     return arms[0] if arms else only_group(robot)
 

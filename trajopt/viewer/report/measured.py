@@ -372,9 +372,6 @@ def subject_of(what: Reported) -> Subject:
     """Return the subject of a report.
 
     A motion of a bundle is judged again, and the prices of its constraints are computed here.
-
-    Raises:
-        FileFormatError: If a bundle is invalid.
     """
     if isinstance(what, Bundle):
         return _of_bundle(what)

@@ -112,9 +112,6 @@ def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Seque
     Args:
         trajectory: The motion of the group's joints; None for the start alone.
         beside: Translucent copies of the robot.
-
-    Raises:
-        MissingExtra: If viser is not installed.
     """
     server = open_server(HOST, 0)
     try:
@@ -233,20 +230,12 @@ def scenery(subject: Subject) -> Scenery:
 
 
 def in_space(subject: Subject, shown: Scenery) -> str:
-    """Return the page in 3-D, in HTML.
-
-    Raises:
-        MissingExtra: If viser is not installed.
-    """
+    """Return the page in 3-D, in HTML."""
     return recorded(subject.problem.reduced, shown.motion, shown.ghosts)
 
 
 def stills(subject: Subject, shown: Scenery) -> tuple[Still, ...]:
-    """Return still pictures: four moments of a motion, or the start.
-
-    Raises:
-        RenderingUnavailable: If OpenGL does not work.
-    """
+    """Return still pictures: four moments of a motion, or the start."""
     from trajopt.simulation.sampled_motion import SampledMotion, moments_of, motion_of
     from trajopt.simulation.studio import Canvas, Studio
 

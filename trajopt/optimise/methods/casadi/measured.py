@@ -98,11 +98,7 @@ class EverySample:
     empty: float = 0.0
 
     def fill(self, motion: Motion) -> Filled:
-        """Measure and put in place.
-
-        Raises:
-            ProblemError: If there is not one row for each component at each sample.
-        """
+        """Measure and put in place."""
         rows = self.residual.linearise(motion)
         sample = np.searchsorted(self.place, rows.place - 1e-9)
         slot = sample * self.components + rows.component

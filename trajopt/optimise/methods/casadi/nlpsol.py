@@ -112,9 +112,6 @@ class Nlpsol:
         Args:
             x0: Seed, shape (v,).
             progress: Called after every iteration, of plugins that report them.
-
-        Raises:
-            BackendFailed: If the plugin raised an error of its own.
         """
         stretched = _Elastic(program, self.penalty)
         whole = stretched.program

@@ -74,10 +74,6 @@ def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Toleranc
     """Return the path and goal tolerances of a goal.
 
     0 selects the controller's default and -1 frees the joint: both mean no bound here.
-
-    Raises:
-        JointNotFound: If a tolerance is of a joint that the trajectory does not move.
-        ProblemError: If a tolerance cannot be monitored.
     """
     if goal.component_path_tolerance or goal.component_goal_tolerance:
         raise ProblemError("tolerances of joints of several degrees of freedom are not supported")
@@ -170,9 +166,6 @@ def driven(
 
     Returns:
         The outcome, and the new state of the session.
-
-    Raises:
-        TrajoptError: If the trajectory is malformed, or its joints do not form a group.
     """
     robot = state.scene.robot
     group = _group_of(message.joint_trajectory, message.multi_dof_joint_trajectory.joint_names, robot)
@@ -211,11 +204,7 @@ def _point(positions: Floats, velocities: Floats, moment: float) -> JointTraject
 
 
 def _group_of(trajectory: JointTrajectory, planar: list[str], robot: Robot) -> Group:
-    """Return the group with exactly the joints of a trajectory.
-
-    Raises:
-        ProblemError: If no group has these joints.
-    """
+    """Return the group with exactly the joints of a trajectory."""
     moved = {*trajectory.joint_names, *(f"{name}{suffix}" for name in planar for suffix in PLANAR)}
     for group in robot.groups.values():
         if moved == set(group.joints):

@@ -83,11 +83,7 @@ def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
 
 
 def _different(state: SessionState, document: Node) -> SessionState:
-    """Apply the planning scene difference of a single request to the session's state.
-
-    Raises:
-        FileFormatError: If the message is malformed, or a whole scene instead of a difference.
-    """
+    """Apply the planning scene difference of a single request to the session's state."""
     if document.missing:
         return state
     message = decode(PlanningScene, document, name="planning_scene_diff")

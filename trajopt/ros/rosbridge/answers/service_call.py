@@ -94,10 +94,6 @@ def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
         kind: Type of the message.
         arguments: The name of the generation as `ros`, and the message as `args`.
         watch: Watch of the request, with the size limits of meshes and trajectories.
-
-    Raises:
-        FileFormatError: If the message does not fit its type.
-        RequestRefused: If it is too large.
     """
     generation = Generation[arguments["ros"].text()]
     check_sizes(arguments["args"].value, watch)
@@ -127,10 +123,6 @@ def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
 
     Args:
         place: Name of the message in error messages.
-
-    Raises:
-        FileFormatError: If it is malformed.
-        NameNotFound: If a link or object is unknown.
     """
     notes, robot, document = list[str](), state.scene.robot, document_of(message, place)
     stated = read_joint_positions(document, robot, notes)
@@ -147,9 +139,6 @@ def positions_in(message: object, state: SessionState, place: str) -> Floats:
     Args:
         message: The message; joints that the robot does not have are ignored, as in MoveIt.
         place: Name of the message in error messages.
-
-    Raises:
-        FileFormatError: If it is malformed.
     """
     robot = state.scene.robot
     stated = read_joint_positions(document_of(message, place), robot, [])

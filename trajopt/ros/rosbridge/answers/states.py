@@ -242,11 +242,7 @@ def point_cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def points_of(message: PointCloud2) -> Floats:
-    """Return the points of a message, shape (n, 3) [m]; unmeasured points are not finite.
-
-    Raises:
-        FileFormatError: If its fields, sizes and data are inconsistent.
-    """
+    """Return the points of a message, shape (n, 3) [m]; unmeasured points are not finite."""
     width, height, step, row = message.width, message.height, message.point_step, message.row_step
     fields = {each.name: each for each in message.fields}
     if not {"x", "y", "z"} <= fields.keys():
