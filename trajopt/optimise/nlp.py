@@ -1,7 +1,6 @@
-"""Nlp: a nonlinear program over knots, as block rows with stencils. It knows no robot.
+"""Nlp: a nonlinear program over knots x, shape (N, n), as block rows with stencils. It knows no robot.
 
-Variables are the knots x, shape (N, n). Every row of a residual touches few knots, so that a solver
-may use the block structure or flatten it into a sparse matrix.
+Every row of a residual touches few knots: a solver may use the structure or flatten it into a sparse matrix.
 """
 
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ class CostRows(Value):
 
     Attributes:
         name: Of the residual; shown in reports.
-        weight: Weight w, shape (m,).
+        weight: Shape (m,).
         kind: Class of the residual, which distinguishes residuals of the same name.
     """
 
@@ -49,13 +48,12 @@ class ConstraintRows(Value):
 
     Attributes:
         name: Of the residual; shown in reports.
-        lower: Lower bounds, shape (m,); -inf for none.
-        upper: Upper bounds, shape (m,); inf for none.
+        lower: Shape (m,); -inf for none.
+        upper: Shape (m,); inf for none.
         tolerance: Largest violation that counts as satisfied, in the residual's unit.
-        reach: Rows farther inside their bounds than this are left out, as far pairs of bodies are; inf
-            if all rows are always there. For solvers that treat distances as a field.
+        reach: Rows farther inside their bounds are left out, as far pairs are; inf if all are always there.
         kind: Class of the residual, which distinguishes residuals of the same name.
-        units: Unit of each component of the residual, or one of all: "m", "rad"; empty if unknown.
+        units: Unit of each component, or one of all: "m", "rad"; empty if unknown.
     """
 
     name: str
@@ -137,10 +135,8 @@ class Nlp(Protocol):
         ...
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
-        """Evaluate and linearise everything at x on given samples.
+        """Evaluate and linearise everything at knots (N, n) on given samples per segment, shape (N - 1,).
 
-        Args:
-            x: Knots, shape (N, n).
-            sampling: Samples per segment, shape (N - 1,); only points on equal samples can be compared.
+        Only points on equal samples can be compared.
         """
         ...

@@ -1,4 +1,4 @@
-"""plan_once(problem, seed): one attempt, one step after the other."""
+"""plan_once(problem, seed): one attempt."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -38,16 +38,15 @@ def plan_once(
     """Plan from one seed: transcribe, solve, retime, verify.
 
     Args:
-        problem: The problem, with one goal.
+        problem: With one goal.
         seed: Knots to start from, shape (N, n) [rad | m].
-        method: Transcription and solver, or a method's name; when None sequential QP over knots, or for a
-            start in motion the method that supports it.
+        method: A method or its name; when None sequential QP over knots, or for a start in motion the method
+            that supports it.
         waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
         program: The problem as transcribed by the method for an earlier seed; transcribed when None.
         workspace: Shared by attempts at this problem; a new one without bounds when None.
         brief: Whether a few steps are enough, if the method can stop early.
-        near: Whether the seed solved a similar problem, so that less polishing suffices, if the method
-            distinguishes such seeds.
+        near: Whether the seed solved a similar problem, so that less polishing suffices.
 
     Returns:
         The motion with its certificate, or the reason why this seed led to none.
@@ -97,7 +96,6 @@ def _improved(
     program: SupportsImprovement,
     work: PlanningWorkspace,
 ) -> Result:
-    """Return a shorter motion than a first one, if there is one, else the first; and its duration."""
     along_path = motion.duration if result.verified else None
     result = replace(result, along_path=along_path)
     try:

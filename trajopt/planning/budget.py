@@ -32,18 +32,16 @@ class Stop(Enum):
 class Budget:
     """Limits of planning.
 
-    Without `seconds`, `work` and `attempts` planning ends when the seeds of the schedule are
-    attempted; with any of them it goes on to other seeds until that limit.
+    Without `seconds`, `work` and `attempts` planning ends with the seeds of the schedule; with any of them it
+    goes on to other seeds until that limit.
 
     Attributes:
         seconds: Time by `clock` [s]. The answer then depends on the machine.
-        work: Configurations that goal search, optimiser and sampling planner may evaluate: an exact
-            number, so that the same problem has the same answer everywhere.
+        work: Configurations to evaluate at most: an exact number, so that the answer is the same everywhere.
         attempts: Largest number of seeds; 1 is the straight line to the nearest goal configuration alone.
-        workers: Threads that attempt seeds, once the straight line has failed (with
-            `improve`: has been attempted). The answer is the same for any number.
-        improve: Whether to go on after the first motion, until the budget is used up, and return the
-            fastest.
+        workers: Threads that attempt seeds, once the straight line has failed (with `improve`: has been
+            attempted). The answer is the same for any number.
+        improve: Whether to use up the budget after the first motion, and return the fastest.
         clock: Returns the time [s]: wall time; `time.process_time` for benchmarks. With any other clock
             planning also ends after `wall_seconds`.
     """
@@ -60,12 +58,6 @@ class Budget:
         return f"Budget({', '.join(f'{item.name}={shown(getattr(self, item.name))}' for item in changed)})"
 
     def __post_init__(self) -> None:
-        """Refuse invalid limits.
-
-        Raises:
-            ProblemError: If a number is not positive, or nothing would ever end the improvement.
-            ShapeError: If the seconds are not a number.
-        """
         if self.seconds is not None and number("seconds", self.seconds, infinite=True) <= 0.0:
             raise ProblemError(f"budget: seconds must be positive, is {self.seconds:g}")
         bounds = {"work": self.work, "attempts": self.attempts}
@@ -81,7 +73,7 @@ class Budget:
 
     @property
     def wall_seconds(self) -> float | None:
-        """Wall-time limit for any `clock`: 10 s after ten times the seconds; None without [s]."""
+        """Wall-time limit [s] for any `clock`: 10 s after ten times the seconds, if given."""
         if self.seconds is None or self.clock is time.monotonic:
             return self.seconds
         return BACKSTOP[0] * self.seconds + BACKSTOP[1]
@@ -113,7 +105,6 @@ class BudgetTracker:
     """Counts work and time of one call of planning, and raises `Stopped` at a limit.
 
     Attributes:
-        budget: The limits.
         cancel: Once set, from any thread, planning stops.
         progress: Called at every stage and step.
         counts: Exact counts of the work.
@@ -146,11 +137,7 @@ class BudgetTracker:
         return self._before + self.counts.get(WORK, 0)
 
     def check(self, counts: WorkCounts | None = None) -> None:
-        """Raise `Stopped` if the budget is used up.
-
-        Args:
-            counts: Work in progress that is not yet counted.
-        """
+        """Raise `Stopped` if the budget is used up; `counts` is work in progress that is not yet counted."""
         budget = self.budget
         going_on = 0 if counts is None else counts.forward_kinematics
         if self.cancel is not None and self.cancel.is_set():
@@ -221,10 +208,7 @@ class BudgetTracker:
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
-        """Check the budget, report the start of a stage, and measure its time.
-
-        The time of a nested stage is not part of the outer stage's.
-        """
+        """Check the budget, report the start of a stage, and measure its time without nested stages."""
         self.check()
         if self.progress is not None:
             self.progress(name, None)
@@ -246,7 +230,6 @@ class BudgetTracker:
         """Return a tracker for another thread: nothing counted yet, the same part of the budget used up.
 
         Args:
-            budget: The limits.
             so_far: Use of the budget when the thread was requested.
             over: Set when its answer is no longer wanted.
         """
@@ -258,12 +241,9 @@ class BudgetTracker:
 
 @dataclass(frozen=True, eq=False)
 class StepWatch:
-    """Called by a solver after its steps; raises `Stopped` at a limit.
-
-    Calls may be delayed, unless there is a progress listener.
+    """Called by a solver after its steps, perhaps delayed without a listener; raises `Stopped` at a limit.
 
     Attributes:
-        tracker: Bounds the work, and reports it.
         counts: Of the program that is solved.
         before: Its counts at the beginning.
     """
@@ -274,7 +254,6 @@ class StepWatch:
 
     @property
     def patience(self) -> int | None:
-        """Configurations that may be evaluated before it must be called; any number when None."""
         tracker = self.tracker
         if tracker.progress is not None:
             return 0
@@ -284,7 +263,6 @@ class StepWatch:
         )
 
     def __call__(self, iteration: Iteration, /) -> None:
-        """Take a step."""
         if self.tracker.progress is not None:
             self.tracker.progress("optimise", iteration)
         self.tracker.check(self.counts.since(self.before))

@@ -40,11 +40,7 @@ from trajopt.verify import Examination, Moment
 
 @dataclass(frozen=True, eq=False)
 class EndpointChecks:
-    """Checks the ends of a problem's motion, and its waypoints.
-
-    Attributes:
-        workspace: Of the problem; makes the results with the reasons for failure.
-    """
+    """Checks the ends of a problem's motion, and its waypoints."""
 
     workspace: PlanningWorkspace
 
@@ -76,8 +72,8 @@ class EndpointChecks:
     def goals(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
         """Return goal configurations, or the reason why there are none.
 
-        For goals of all joints the middle comes first, others within the tolerances only if these
-        leave room or the middle is refused; all others come nearest first.
+        For goals of all joints the middle comes first, others within the tolerances only if these leave room
+        or the middle is refused; all others come nearest first.
         """
         work, problem = self.workspace, self.workspace.problem
         impossible = self._joint_goals_impossible()
@@ -109,7 +105,6 @@ class EndpointChecks:
             work.tracker.count_work(counts)
 
     def _candidates(self, rng: np.random.Generator, counts: WorkCounts) -> GoalCandidates:
-        """Search goal configurations; thoroughly before reporting failure without a proof."""
         work = self.workspace
 
         def search(starts: int) -> GoalCandidates:
@@ -127,7 +122,6 @@ class EndpointChecks:
         return search(MANY_STARTS) if nothing and not self._proofs else found
 
     def _out_of_reach(self, rng: np.random.Generator, counts: WorkCounts, found: GoalCandidates) -> Result:
-        """Return the failure that no configuration holds the requirements at the end, or none was found."""
         work = self.workspace
         if self._proofs:
             status, words = self._proofs[0]
@@ -152,7 +146,6 @@ class EndpointChecks:
         )
 
     def _joint_goals_impossible(self) -> Result | None:
-        """Refuse goals of joints that leave a joint nowhere to be."""
         result, problem = self.workspace.result, self.workspace.problem
         beyond = reasons.joint_goal_beyond_limits(problem)
         if beyond:
@@ -173,7 +166,6 @@ class EndpointChecks:
         return None
 
     def _middle_refused(self, middle: Floats) -> Result | None:
-        """Refuse the middle of a goal of all joints; proven if every part of the goal fails."""
         problem = self.workspace.problem
         lower, upper = joint_box(problem.goals, problem.reduced)
         seen = self.workspace.judge.examine(middle, moment=Moment.END)
@@ -242,7 +234,6 @@ class EndpointChecks:
         return None
 
     def _never_apart(self, seen: Examination) -> Result | None:
-        """Refuse clearances that no configuration can keep, of those that the start undercuts."""
         asked = {(item.first, item.second): item.required for item in seen.collisions if item.required > 0.0}
         if not asked:
             return None
@@ -253,12 +244,10 @@ class EndpointChecks:
         return self.workspace.result(Status.CLEARANCE_IMPOSSIBLE, words) if found else None
 
     def _unheld(self, positions: Floats, status: Status, where: str) -> Result | None:
-        """Refuse a configuration at which a joint is too weak to hold still."""
         weak = self.workspace.judge.overloads(positions, limits=self.workspace.problem.limits)
         return self.workspace.result(status, reasons.overloaded(weak, where)) if weak else None
 
     def _broken(self, positions: Floats, stop: int) -> str:
-        """Return the path constraint that is violated at a configuration; empty if none is."""
         problem = self.workspace.problem
         held = problem.requirements_at(stop)
         if not held:

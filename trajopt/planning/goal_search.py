@@ -42,8 +42,8 @@ class GoalBranch(Value):
     """One possible end of a motion.
 
     Attributes:
-        kind: Kind of its straight line.
-        problem: The problem, with this end as its goal.
+        kind: Of its straight line.
+        problem: With this end as its goal.
         line: Straight legs to it.
         blocked: Contact that ended its straight line.
     """
@@ -67,8 +67,8 @@ class GoalBranch(Value):
 def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method) -> Iterator[GoalBranch]:
     """Yield the possible ends of a motion, nearest first.
 
-    If goal configurations were searched, the program first gets each of them fixed, and only then
-    the nearest with the freedom to choose another: that is harder to solve.
+    If goal configurations were searched, each of them is fixed first, and only then the nearest is free to
+    change: that is harder to solve.
 
     Args:
         stops: For each goal configuration, nearest first: the waypoints' configurations, and itself.
@@ -111,7 +111,7 @@ class Candidate:
 
     Attributes:
         branches: Its possible branches: the end of the seed selects one.
-        brief: Whether it is only solved briefly: a few steps show whether it is promising.
+        brief: Whether a few steps show if it is promising.
         goal_name: Of a goal set: its goal.
     """
 
@@ -123,7 +123,6 @@ class Candidate:
     goal_name: str = ""
 
     def branch_of(self, seed: Floats) -> GoalBranch:
-        """Return the branch whose goal configuration a seed ends at, or nearest to."""
         return min(self.branches, key=lambda each: float(np.abs(each.line.knots[-1] - seed[-1]).max()))
 
 
@@ -193,7 +192,6 @@ class GoalSearch:
 
     @property
     def travel(self) -> float:
-        """Time to the nearest goal configuration at full speed; known once prepared [s]."""
         reduced = self.workspace.problem.reduced
         away = [np.abs(branch.line.knots[-1] - reduced.start_positions) for branch in self._branches]
         return min(float((each / reduced.limits.velocity).max()) for each in away)
@@ -202,7 +200,6 @@ class GoalSearch:
         """Return the candidates of a round.
 
         Args:
-            rows: The round's rows of the schedule.
             incumbent: The best motion, if one was found and a better one is wanted.
         """
         in_turn = zip_longest(*(self._of(row, incumbent) for row in rows))
@@ -245,7 +242,6 @@ class GoalSearch:
         return [candidate for _, candidate in nearest_first[: row.count]]
 
     def _close_to(self, knots: Floats, row: Row) -> list[Candidate]:
-        """Bend the best motion so far."""
         ending_there = [each for each in self._branches if np.array_equal(each.line.knots[-1], knots[-1])]
         free = [each for each in self._branches if each.kind is SeedKind.FREE_END]
         branch = [*ending_there, *free, *self._branches][0]
@@ -280,7 +276,6 @@ def _rank(result: Result) -> float:
 
 
 def _blocked(result: Result) -> tuple[Blocked, ...]:
-    """Return the place of the worst pair's largest violation, if clearance is violated most."""
     solved = result.solve
     if solved is None or solved.feasible:
         return ()

@@ -29,16 +29,7 @@ class Along:
         return self.item.residual.name
 
     def evaluate(self, times: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the violation at each time, and its bounds.
-
-        Args:
-            times: Shape (s,) [s].
-            positions: The group's, shape (s, n) [rad | m].
-
-        Returns:
-            Violation beyond the constraint's bounds, shape (s,), in the residual's unit, the lower
-            bound -inf, and the upper bound: the constraint's tolerance.
-        """
+        """Return the violation at times (s,) and positions (s, n), and its bounds, -inf and the tolerance."""
         count = len(times)
         segment = np.minimum(np.arange(count), count - 2)
         fraction = (np.arange(count) - segment).astype(np.float64)
@@ -76,10 +67,7 @@ class Judged(Printed):
 
     @cached_property
     def certificate(self) -> Certificate:
-        """The checks with their margins and proofs; measured on first use.
-
-        Deciding that a motion holds takes less work than measuring by how much, so planning only decides.
-        """
+        """The checks with their margins and proofs; measured on first use, since planning only decides."""
         return self.known or judge(self.problem, self.trajectory)
 
 
@@ -88,7 +76,7 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
     """Judge a motion by all requirements of a problem; no other result of its planner is used.
 
     Args:
-        problem: The problem, with one goal.
+        problem: With one goal.
         trajectory: Of the group's joints.
         workspace: The judge of the problem's reduced model; a new one when None.
 
@@ -101,22 +89,12 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
 
 
 def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict:
-    """Return whether a motion holds all requirements of a problem, as `decide` does, without reasons.
-
-    Args:
-        trajectory: Of the group's joints.
-        workspace: The judge of the problem's reduced model.
-    """
+    """Return whether a motion holds all requirements of a problem, as `decide` does, without reasons."""
     return workspace.decide(trajectory, _specification(problem))
 
 
 def decide(problem: Problem, trajectory: Trajectory, workspace: Judge) -> tuple[Judged, int]:
     """Decide whether a motion holds all requirements of a problem, as `judge` does, without measuring more.
-
-    Args:
-        problem: The problem, with one goal.
-        trajectory: Of the group's joints.
-        workspace: The judge of the problem's reduced model.
 
     Returns:
         The verdict, with the certificate if it is a refusal, and the number of distances measured.

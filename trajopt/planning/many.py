@@ -16,17 +16,16 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 
 AHEAD = 2
-"""Problems taken ahead for each worker: enough that none waits for another's long one, and few
-enough that the problems may come from an endless generator.
+"""Problems taken ahead for each worker: no worker waits for another's long one, and the problems may come
+from an
+endless generator.
 """
 
 
 class PlansProblem(Protocol):
     """Plans one problem."""
 
-    def __call__(self, problem: Problem, /, *, cancel: Event | None = None) -> Result:
-        """Plan; end soon once `cancel` is set."""
-        ...
+    def __call__(self, problem: Problem, /, *, cancel: Event | None = None) -> Result: ...
 
 
 @checked
@@ -39,16 +38,13 @@ def plan_many(
 ) -> Iterator[Result]:
     """Plan many problems side by side in threads; yield the results in the order of the problems.
 
-    Each result is the result of `planner` alone, for any number of workers. Problems are taken when
-    needed, so they may come from a generator.
+    Each result is the result of `planner` alone, for any number of workers. Problems are taken when needed,
+    so they may come from a generator. Ending the iteration ends the planning.
 
     Args:
         workers: Threads; the number of cores when None.
         planner: Plans one; `functools.partial(to.plan, seconds=1.0)` plans with options.
         bar: Whether a progress bar is shown while standard error is a terminal.
-
-    Returns:
-        The results, each as soon as it and all before it are there. Ending the iteration ends the planning.
 
     Raises:
         ProblemError: If an argument is of the wrong kind, or, at its turn, an item is not a problem;
@@ -92,7 +88,6 @@ def _planned(
 
 @contextmanager
 def _bar(total: int | None, *, shown: bool) -> Generator[Callable[[], None]]:
-    """Show a progress bar; yields a function that advances it."""
     if not (shown and sys.stderr.isatty()):
         yield lambda: None
         return

@@ -47,21 +47,18 @@ def plan(
     """Plan a motion and have it judged.
 
     Among objects that move, appear and expire the motion may begin later, stop or slow down on its way, or go
-    around their paths; the fastest of these is returned. If a deadline is
-    missed (`problem.finish_by`) and no method is named, shape and time are optimised together as well.
+    around their paths; the fastest of these is returned. If a deadline is missed (`problem.finish_by`) and no
+    method is named, shape and time are optimised together as well.
 
     Args:
-        method: Transcription and solver with their options, or a method's name ("chomp"). When None
-            sequential QP over knots, or for a start in motion the method that supports it; the result names
-            it.
-        improve: Whether to look for a shorter motion than the fastest along its path: shape and time are then
-            optimised together as well ("free-duration"), which takes a few times as long to plan. The result
-            reports both durations.
-        every_goal: Whether the goals of a set are all planned to, each by itself, and the results kept for
-            comparison (`result.of_each_goal`). The plan is the fastest of them. A budget's seconds
-            and work are shared out among the goals.
-        seeds: Paths to begin with, the best first, of motions that solved similar problems: each
-            is moved so that it leads from the start to the goal, and attempted before all others.
+        method: A method or its name ("chomp"). When None sequential QP over knots, or for a start in motion
+            the method that supports it; the result names it.
+        improve: Whether to optimise shape and time together as well ("free-duration"), which takes a few
+            times as long to plan. The result reports both durations.
+        every_goal: Whether all goals of a set are planned to, and the results kept (`result.of_each_goal`);
+            the plan is the fastest. A budget's seconds and work are shared out among the goals.
+        seeds: Paths to begin with, the best first: each is moved so that it leads from the start to the goal,
+            and attempted before all others.
         experience: Remembers motions (`trajopt.planning.experience.Experience`): the most similar is tried
             after `seeds`, and its success is recorded.
         seconds: Time limit [s, wall clock]; short for a budget of as many seconds.
@@ -104,7 +101,6 @@ def plan(
 
 
 def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTracker) -> Recalled | None:
-    """Return the memories for a problem; None without experience."""
     if experience is None:
         return None
     if not isinstance(experience, Remembers):  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -132,7 +128,6 @@ def _by_deadline(result: Result, problem: Problem, search: PlanSearch, *, decide
 
 
 def _planner(problem: Problem) -> Callable[[PlanSearch], Result]:
-    """Return the function that runs a search; with dynamic obstacles it has rows of its own."""
     return planned_among_obstacles if problem.scene.changing else PlanSearch.run
 
 
@@ -158,7 +153,6 @@ class Remembers(Protocol):
         """Record the result of a problem, and of its recalled paths.
 
         Args:
-            result: Result of planning.
             recalled: Earlier result of `recall`.
             given: Number of the caller's paths, which were tried before those.
         """
@@ -170,12 +164,12 @@ class EveryGoal:
     """One call of planning that keeps the result of every goal.
 
     Attributes:
-        problem: The problem; its goal is a set.
+        problem: Its goal is a set.
         choice: The method, and the reason for its choice.
         rng: Random generator for each goal; None for the same as when planned alone.
         tracker: Counts the use of the budget, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before, to any goal.
-        results: Of the goals that were planned to, by name.
+        results: By the goal's name.
     """
 
     problem: Problem
@@ -186,22 +180,13 @@ class EveryGoal:
     results: dict[str, Result] = field(default_factory=dict[str, Result])
 
     def __post_init__(self) -> None:
-        """Refuse a single goal.
-
-        Raises:
-            ProblemError: If the goal is not a set.
-        """
         if not self.problem.alternatives:
             raise ProblemError("every_goal compares the goals of a set: make one with any_of({name: goal})")
 
     def planned(self, run: Callable[[PlanSearch], Result]) -> Result:
         """Plan to each goal; return the fastest motion with the results of all.
 
-        Seconds and work are shared out: each goal gets an equal part of the rest, and unused parts go
-        to the following goals. Attempts hold for each goal.
-
-        Args:
-            run: Runs a search to its end.
+        Each goal gets an equal part of the remaining seconds and work; attempts hold for each goal.
         """
         goals, interrupted = self.problem.alternatives, False
         for number, (name, alone) in enumerate(goals.items()):
@@ -224,7 +209,6 @@ class EveryGoal:
         return replace(found, of_each_goal=best_first).counted(self.tracker)
 
     def _of(self, name: str, alone: Problem, left: int, run: Callable[[PlanSearch], Result]) -> Result:
-        """Plan to one goal with its part of the budget."""
         rng = np.random.default_rng(0) if self.rng is None else self.rng.spawn(1)[0]
         part = BudgetTracker(
             shared(self.tracker.remaining(), left), self.tracker.cancel, self.tracker.progress

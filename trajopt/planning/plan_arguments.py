@@ -18,7 +18,7 @@ class Recalled(Value):
 
     Attributes:
         version: Of the memory: the number of its changes by then.
-        memories: The numbers of the memories, the best first.
+        memories: Their numbers, the best first.
         seeds: The knots of their paths, shape (k, n) each [rad | m].
     """
 
@@ -39,7 +39,6 @@ class PlanArguments(Value):
         method: As `plan` takes it: a method, its name, or None.
         improve: Whether a motion faster than along the path was looked for.
         every_goal: Whether all goals of a set were planned to.
-        budget: Limits of planning.
         random: The state of the given generator before planning; None without.
         seeds: Knots of the given or remembered paths, shape (k, n) each [rad | m].
         recalled: The remembered motions and the version of the memory; None without experience. Its

@@ -27,12 +27,11 @@ from trajopt.verify import Judge
 
 
 def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
-    """Return a problem with its start on a running motion.
+    """Return a problem with its start on a running motion: its position, velocity and acceleration at a time.
 
-    The start has the motion's position, velocity and acceleration at that time, so that the plan goes
-    on from it without a jump; joints outside the group are at the problem's own start. After the
-    end of the motion it is at rest. A deadline comes sooner by that time. The scene stays the problem's
-    own: if objects in it move, pass the scene at the start of the new motion (`scene.at`).
+    The plan goes on from there without a jump. Joints outside the group are at the problem's own start. After
+    the end of the motion it is at rest. A deadline comes sooner by that time. If objects in the scene move,
+    pass the scene at the start of the new motion (`scene.at`).
 
     Args:
         problem: The requirements of the motion from there on.
@@ -76,8 +75,9 @@ def _within(rate: Floats, most: Floats) -> Floats:
 
 
 SLOWER = (1.05, 1.25)
-"""Factors on the remaining duration to try if it does not suffice: the cost of even pieces, and
-room to bend around an object. If these fail, the motion is planned from scratch.
+"""Factors on the remaining duration to try if it does not suffice: the cost of even pieces, and room to bend
+around
+an object. If these fail, the motion is planned from scratch.
 """
 MOMENTS = 200
 """Moments of a motion that is led elsewhere."""
@@ -98,10 +98,10 @@ def replan(
 ) -> Result:
     """Plan from a point of a running motion, beginning with the rest of it.
 
-    First shape and timing of the rest are optimised together, in about the same time, to
-    hold the new requirements: that mostly takes a quarter of the time of planning from scratch, and the arm
-    nearly keeps its course. If that gives no verified motion, `plan` plans from there. Both continue the
-    running motion without a jump of position, velocity or acceleration.
+    First shape and timing of the rest are optimised together, in about the same time: that mostly takes a
+    quarter of the time of planning from scratch, and the arm nearly keeps its course. If that gives no
+    verified motion, `plan` plans from there. Both continue the running motion without a jump of position,
+    velocity or acceleration.
 
     Args:
         problem: The requirements from then on, in the scene as it will be then; see `on_the_way`.
@@ -111,9 +111,6 @@ def replan(
         budget: Limits of work, time and cores. A budget that improves plans from scratch immediately.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and step of the solver.
-
-    Returns:
-        A result of `plan`; its problem begins on the running motion.
 
     Raises:
         ShapeError: If the time is before the motion begins, or the motion moves other joints.
@@ -186,7 +183,6 @@ def _soonest(proven: list[Result]) -> Result:
 
 
 def _won(proven: Result, solved: SolveResult | None, goal_name: str, tracker: BudgetTracker) -> Result:
-    """Return the result of a verified motion, with its method; None without a motion."""
     status, steps = (None, 0) if solved is None else (solved.status, len(solved.log))
     won = Attempt(1, SeedKind.RUNNING, Status.SOLVED, status, "", steps, goal_name=goal_name)
     named = replace(proven, solve=solved, goal_name=goal_name, method=SpaceTime.name, because=BECAUSE)
@@ -207,7 +203,6 @@ def _nearest_goal(here: Problem, end: Floats, judge: Judge) -> tuple[str, Proble
 
 
 def _led_to(rest: Trajectory, end: Floats) -> Trajectory:
-    """Return a motion bent evenly, so that it ends elsewhere; it need not be possible."""
     if np.array_equal(rest.positions[-1], end):
         return rest
     share = np.linspace(0.0, 1.0, MOMENTS)

@@ -34,11 +34,10 @@ class Attempt:
     """Record of one seed: optimised, timed and judged as far as it got.
 
     Attributes:
-        number: Its number in the order of attempts, from 1.
+        number: In the order of attempts, from 1.
         kind: Source of the seed.
-        status: Status at the end of the attempt.
         solver: Status of the solver, if it got that far.
-        message: The particulars: which constraint was violated, where and by how much.
+        message: Which constraint was violated, where and by how much.
         iterations: Steps of the solver.
         block: The main obstruction; None if there was none, or none with a location.
         goal_name: Of a goal set: its goal.
@@ -87,8 +86,7 @@ class ComparedGoal:
         status: Status of planning to it.
         duration: Of the verified motion to it [s]; None without.
         path_length: Of its path in joint space [rad | m].
-        clearance: Proven distance to everything that must keep apart [m]; infinite if there
-            is nothing.
+        clearance: Proven distance to everything that must keep apart [m]; may be infinite.
     """
 
     name: str
@@ -128,12 +126,7 @@ SHOWN_ATTEMPTS = 5
 
 
 def improvement(along_path: float, duration: float) -> str:
-    """Return a sentence on the durations along the path and with shape and time optimised together.
-
-    Args:
-        along_path: The first [s].
-        duration: The second [s].
-    """
+    """Return a sentence on the durations [s] along the path and with shape and time optimised together."""
     if duration >= along_path:
         return f"nothing shorter than {along_path:.3f} s along the path was found"
     return f"from {along_path:.3f} s along the path, by {1.0 - duration / along_path:.1%}"
@@ -145,7 +138,6 @@ class Plan:
 
     Attributes:
         path: The path, without time.
-        trajectory: The motion.
         judged: The judge's verdict on it.
         along_path: If shape and time were optimised together: duration of the fastest motion along the
             initial path (of a start in motion: after it has stopped) [s].
@@ -254,7 +246,6 @@ class Result:
     """Result of planning.
 
     Attributes:
-        status: Status at the end.
         message: The particulars: which pair, which joint, by how much.
         path: The solver's path, if it got that far.
         solve: The solver's result, if it got that far.
@@ -266,11 +257,9 @@ class Result:
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
         alternatives: Of a goal set that failed: the result of each goal, nearest first.
         attempts: Record of each seed, in order.
-        won: Of a motion: its attempt, the last one or, with a budget that improves, the
-            one of least cost.
+        won: Of a motion: its attempt, the last one or, with a budget that improves, the one of least cost.
         stopped: Reason for ending planning early; None if it was completed.
-        certainty: Certainty of the status; of a goal set that failed, proven
-            only if the failure of every goal is.
+        certainty: Of the status; of a goal set that failed, proven only if the failure of every goal is.
         method: Name of the method that planned.
         because: Reason why planning chose that method; empty if requested, or the default.
         along_path: As in a plan; None if no faster motion than along the path was looked for.
@@ -337,8 +326,7 @@ class Result:
     def certificate(self) -> Certificate | None:
         """The judge's checks, with their margins and proofs, if planning got that far.
 
-        The proof of a motion is known before; its margins are measured on first
-        use, which takes a few milliseconds.
+        Margins are measured on first use, which takes a few milliseconds.
         """
         return None if self.judged is None else self.judged.certificate
 
@@ -368,16 +356,15 @@ class Result:
 
     @property
     def cost(self) -> float:
-        """Measure by which motions of one problem are compared: the duration [s]; infinite without a plan.
+        """The duration, by which motions of one problem are compared [s]; infinite without a plan.
 
-        The costs of the problem are not used: their sum depends on the program, its
-        knots, goals and method. Time is comparable for all.
+        The sum of the problem's costs would depend on the program, its knots, goals and method.
         """
         return self.trajectory.duration if self.verified and self.trajectory is not None else inf
 
     @property
     def stopped_by_clock(self) -> bool:
-        """Whether time ran out: then, and only then, planning the same problem again may end differently."""
+        """Whether time ran out: then, and only then, planning again may end differently."""
         return self.stopped is Stop.CLOCK
 
     @property
@@ -464,8 +451,8 @@ class Result:
     def save(self, path: FilePath | str) -> None:
         """Write a bundle: one file with robot, scene, problem, motion and verdict, or with the failure.
 
-        See `trajopt.files.bundle.read_bundle` for its content; `trajopt check`, `view` and `replay` take it
-        on a machine without the robot's files.
+        `trajopt check`, `view` and `replay` take it on a machine without the robot's files; see
+        `trajopt.files.bundle.read_bundle`.
 
         Raises:
             ModelError: If the problem holds the caller's code, which no file can hold.
@@ -487,16 +474,12 @@ class Result:
     def explain(self, *, plan_again: bool = False) -> Explanation:
         """Explain a failure: the obstructions, the certainty, and the changes that would help.
 
-        Without planning again it takes milliseconds to a second or two: the nearest free
-        configuration, the requirements that exclude each other, proofs, multipliers.
+        Takes milliseconds to a second or two, without planning again.
 
         Args:
             plan_again: Whether to plan changed problems too, which takes as long as planning some dozens of
-                times: for a failure to find the smallest changes that make it solvable, for a success to
-                find the cost of each limit and constraint in seconds.
-
-        Returns:
-            The explanation: print it, or read its parts.
+                times: for a failure to find the smallest changes that make it solvable, for a success to find
+                the cost of each limit and constraint in seconds.
         """
         from trajopt.why import explain
 

@@ -1,7 +1,7 @@
 """Schedule: the seeds that planning tries, and the sources of motions among dynamic obstacles, as tables.
 
-Within a round seeds do not depend on each other's results, so a round may be tried on any number of cores:
-the order of the table decides, not the order of completion.
+Seeds of a round do not depend on each other's results, so any number of cores may try them: the order of the
+table decides.
 """
 
 from collections.abc import Iterator
@@ -17,11 +17,11 @@ class Row:
     """A row of the table.
 
     Attributes:
-        source: Source of the seeds; None continues the most promising of the briefly solved ones.
+        source: Of the seeds; None continues the most promising of the briefly solved ones.
         branches: First and last (exclusive) index of their goal configurations, nearest first;
             None for all.
         count: Number of seeds; None for all.
-        brief: Whether they are only solved briefly: a few steps show whether a seed is promising.
+        brief: Whether a few steps show if a seed is promising.
         to_any: Whether each seed leads to the goal configuration that it reaches first.
         bends_best: Whether the best motion is bent instead, once there is one.
     """
@@ -38,8 +38,10 @@ Round = tuple[Row, ...]
 """Rows whose seeds are tried in turn."""
 
 NEAREST = 3
-"""Goal configurations that are planned to before lines are bent; after them, in the order of branches, comes
-the nearest once more, with the freedom to choose another."""
+"""Goal configurations that are planned to before lines are bent; after them comes the nearest once more, with
+the
+freedom to choose another.
+"""
 
 OPENING: tuple[Round, ...] = (
     (Row(SeedKind.STRAIGHT, (0, 1)),),
@@ -70,9 +72,7 @@ SOURCES: dict[SeedKind, SeedSource] = {
     SeedKind.BUMP: Bumps(),
     SeedKind.SAMPLED: SampledPaths(),
 }
-"""Sources of the seeds of each kind, except straight lines, whose kind each branch names itself, and the
-caller's paths.
-"""
+"""Sources of the seeds of each kind, except straight lines and the caller's paths."""
 
 GIVEN: Round = (Row(SeedKind.GIVEN, to_any=True),)
 """Seeds before all others, if the caller passes paths."""
@@ -92,7 +92,7 @@ def rounds(*, bounded: bool, given: bool = False) -> Iterator[Round]:
 class MotionSource(Enum):
     """Sources of motions among dynamic obstacles; each value is a description.
 
-    The static motion is the one that the seeds lead to in the scene without dynamic obstacles.
+    The static motion is the one without dynamic obstacles.
     """
 
     DELAY = "the static motion unchanged, or begun later if it then ends hardly later"
@@ -115,7 +115,7 @@ class DynamicRow:
     Attributes:
         improves: Whether it is tried if there is a motion already; it yields faster ones.
         ends: Whether its first motion ends the search: no other motion can be much faster.
-        attempts: Number of seeds that it attempts; 0 if it has none of the schedule.
+        attempts: Seeds of the schedule that it attempts; 0 if it has none.
     """
 
     source: MotionSource
@@ -137,6 +137,8 @@ DYNAMIC: tuple[DynamicRow, ...] = (
     DynamicRow(MotionSource.DETOUR_AROUND_ENDS, attempts=4),
     DynamicRow(MotionSource.ALL_SEEDS, attempts=12),
 )
-"""The order of the sources among dynamic obstacles. Fast sources come before slow ones, and a proof comes
-before the sources that it makes unnecessary. A detour has a straight line and three sampled paths: obstacles
-at rest in all their places often leave no path."""
+"""The order of the sources among dynamic obstacles: fast ones before slow ones, and a proof before the
+sources
+that it makes unnecessary. A detour has a straight line and three sampled paths: obstacles at rest in all
+their places often leave no path.
+"""

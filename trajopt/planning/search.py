@@ -41,13 +41,12 @@ class PlanSearch:
     """One call of planning.
 
     Attributes:
-        problem: The problem; may have a goal set.
+        problem: May have a goal set.
         choice: The method, and the reason for its choice.
         tracker: Counts the use of the budget, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
-        remarks: Other remarks on the problem.
         given: Knots of the paths that are tried first, shape (k, n) each.
-        most: Largest number of attempts, fewer than the budget's; None for the budget's.
+        most: Largest number of attempts; None for the budget's.
         attempts: Record of each seed.
     """
 
@@ -97,13 +96,6 @@ class PlanSearch:
         most: int | None = None,
         on_incumbent: Callable[[Result], None] | None = None,
     ) -> "PlanSearch":
-        """Return a new search of the same call, for another problem or by another method.
-
-        Args:
-            choice: The method; the same when None.
-            most: Most attempts; the budget's number when None.
-            on_incumbent: Called with each verified motion that is better than the last.
-        """
         chosen = choice or self.choice
         return PlanSearch(problem, chosen, self.rng, self.tracker, on_incumbent, given=self.given, most=most)
 
@@ -140,7 +132,6 @@ class PlanSearch:
                 nearest_first = [goal for goal in nearest_first if not self._walled_in(goal)]
 
     def in_threads(self, candidates: Sequence[Candidate]) -> bool:
-        """Whether a round is worth several threads: the first rarely fails."""
         return self._rounds > 1 and min(self.tracker.budget.workers, len(candidates)) > 1
 
     @property
@@ -150,7 +141,6 @@ class PlanSearch:
 
     @property
     def done(self) -> bool:
-        """Whether there is a motion and no better one is wanted, or all attempts are used up."""
         budget = self.tracker.budget
         found = self.incumbent is not None and not budget.improve
         return found or (self._most is not None and len(self.attempts) >= self._most)
@@ -198,7 +188,6 @@ class PlanSearch:
         return narrow is not None
 
     def _failure(self, stopped: Stop | None) -> Result:
-        """Return the failure that came nearest; of a goal set, with the reasons of all."""
         failures = {goal.goal_name: self._refusals.get(goal.goal_name) or goal.nearest for goal in self.goals}
         known = {name: failure for name, failure in failures.items() if failure is not None}
         attempted = [goal for goal in self.goals if goal.nearest is not None]
@@ -226,13 +215,7 @@ class PlanSearch:
 
 
 def failure_of_all(problem: Problem, first: Result, known: Mapping[str, Result]) -> Result:
-    """Return the failure of a goal set: proven only if every goal's failure is.
-
-    Args:
-        problem: The problem with the goal set.
-        first: The failure that is reported first.
-        known: The failures by the goal's name.
-    """
+    """Return the failure of a goal set, proven only if every goal's failure is; `first` is reported first."""
     certainties = {failure.certainty for failure in known.values()}
     proven = len(known) == len(problem.alternatives) and certainties == {Certainty.PROVEN}
     nearest_first = sorted(known, key=lambda name: known[name] is not first)
@@ -267,18 +250,13 @@ POLL = 0.005
 def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker) -> Iterator[Result]:
     """Attempt candidates; yield their results in the order given, their work added to the tracker.
 
-    Args:
-        tracker: Of the whole of planning; its budget limits the number of workers.
-
-    Raises:
-        Stopped: If the budget ends; ending the iteration ends the attempts.
+    Ending the iteration ends the attempts. The budget limits the number of workers.
     """
     from concurrent.futures import ThreadPoolExecutor, wait
 
     over, so_far = Event(), tracker.so_far
 
     def alone(candidate: Candidate) -> Result:
-        """Attempt with a workspace and programs of this thread's own: their queries belong to one thread."""
         mine = BudgetTracker.elsewhere(tracker.budget, so_far, over)
         work = PlanningWorkspace(candidate.workspace.problem, mine)
         branches = tuple(copy(branch) for branch in candidate.branches)
@@ -308,10 +286,8 @@ reduced.
 def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Problem, tuple[str, ...]]:
     """Return the problem with the default margin for pairs whose requested margin no configuration keeps.
 
-    A margin is a wish: an impossible one must not prevent a motion.
-
-    Returns:
-        The problem itself if there are none, and a sentence on each pair.
+    A margin is a wish: an impossible one must not prevent a motion. Returns the problem itself if there are
+    none, and a sentence on each pair.
     """
     reduced = problem.reduced
     pairs, asked_for = reduced.pairs, ~shrinkable(reduced.pairs)
@@ -347,11 +323,7 @@ TURN = 2.0 * np.pi
 def long_turns(problem: Problem) -> tuple[str, ...]:
     """Return a sentence on each joint without limits whose goal is more than half a turn away.
 
-    The goal is kept, since turns may be intended, as when a cable is unwound; but the same
-    angle is nearer.
-
-    Args:
-        problem: The problem; of a goal set each goal is considered.
+    Turns may be intended, as when a cable is unwound; but the same angle is nearer.
     """
     found: dict[str, None] = {}
     start, turning = _turning(problem)
@@ -372,7 +344,6 @@ def long_turns(problem: Problem) -> tuple[str, ...]:
 
 
 def _turning(problem: Problem) -> tuple[dict[str, float], set[str]]:
-    """Return the start of the group's joints, and which of them turn without limits."""
     reduced = problem.reduced
     free = np.isinf(reduced.limits.lower) & np.isinf(reduced.limits.upper)
     return (

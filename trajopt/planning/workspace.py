@@ -27,8 +27,7 @@ from trajopt.verify import CheckKind, Judge
 PATH_TOLERANCES = (PATH_TOLERANCE, 1e-3)
 """Largest distances of the timed motion from the checked path, tried in turn if the judge refuses it [m]."""
 EXACT_TOLERANCE = 1e-4
-"""The same, a third time, for problems with waypoints, which may be at corners of the path, and for narrow
-gaps [m]."""
+"""The same, a third time, for waypoints, which may be at corners of the path, and for narrow gaps [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +35,6 @@ class MotionCandidate(Printed):
     """A motion that is ready to be judged.
 
     Attributes:
-        trajectory: The motion.
         timed: Report of retiming; None if the method determined time itself.
         remarks: Its changes because of changing objects, in sentences.
     """
@@ -80,9 +78,9 @@ class PlanningWorkspace(Printed):
         return self.problem.evaluator(self.problem.reduced)
 
     def timed(self, decoded: Iterable[Decoded]) -> Iterator[MotionCandidate | RetimeFailure]:
-        """Time the path of a method; each time another motion is needed, time it again, nearer to the path.
+        """Time the path of a method, nearer to the path each time another motion is needed.
 
-        A motion that is already that near would be the same again, and is not made twice.
+        A motion that is already that near is not made twice.
         """
         for item in decoded:
             if item.trajectory is not None:
@@ -110,7 +108,6 @@ class PlanningWorkspace(Printed):
                 yield from self._stopping(item)
 
     def _stopping(self, item: Decoded) -> Iterator[MotionCandidate | RetimeFailure]:
-        """Time a path with a stop at each waypoint: no corner at a joint's limit can be passed otherwise."""
         with self.tracker.stage("retime"):
             retimed = retime_with_stops(
                 self.problem, item.path, item.waypoint_knots, tolerance=PATH_TOLERANCES[-1], query=self.query
@@ -135,10 +132,7 @@ class PlanningWorkspace(Printed):
             yield motion
 
     def retimed(self, motion: MotionCandidate, by: float = np.inf) -> Iterator[MotionCandidate]:
-        """Yield a motion among changing objects, timed so that it seems clear, the soonest first.
-
-        Args:
-            by: Latest end [s].
+        """Yield motions among changing objects that seem clear and end by a time [s], the soonest first.
 
         Raises:
             Stopped: If the budget ends before.
@@ -147,10 +141,7 @@ class PlanningWorkspace(Printed):
         yield from self._counted(self._timing, self._timing.timings(motion.trajectory, by), motion)
 
     def delayed(self, motion: MotionCandidate, by: float) -> Iterator[MotionCandidate]:
-        """Yield a motion among changing objects unchanged, and begun later, if that seems clear.
-
-        Args:
-            by: Latest end [s].
+        """Yield a motion unchanged, or begun later, if it seems clear and ends by a time [s].
 
         Raises:
             Stopped: If the budget ends before.
@@ -171,7 +162,6 @@ class PlanningWorkspace(Printed):
     def _counted(
         self, timing: DynamicTiming, timings: Iterator[TimedOnPath], motion: MotionCandidate
     ) -> Iterator[MotionCandidate]:
-        """Yield a motion as it was timed; the work is counted."""
         while True:
             before = replace(timing.counts)
             with self.tracker.stage("wait"):
@@ -243,13 +233,9 @@ class PlanningWorkspace(Printed):
         """Return a result with the current counts.
 
         Args:
-            status: Status at the end.
-            message: The particulars.
-            certainty: Certainty of the status; proven by default if the motion is verified.
+            certainty: Proven by default if the motion is verified.
             path: The path, if there is no motion.
-            solve: The solver's result.
             motion: The motion; its path and remarks are the result's.
-            judged: The verdict on the motion.
             stopped: Reason for ending planning early.
         """
         proven = judged is not None and judged.verified

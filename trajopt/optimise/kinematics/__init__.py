@@ -1,8 +1,7 @@
 """Kinematics alone, without a motion to plan.
 
-Every function takes a reduced model: the robot in its scene with one group's joints free. It is
-`problem.reduced` of a problem, or `trajopt.optimise.kinematics.reduce_model(scene, "panda_arm",
-robot.positions("ready"))`.
+Every function takes a reduced model, the robot in its scene with one group's joints free: `problem.reduced`,
+or `reduce_model(scene, "panda_arm", robot.positions("ready"))`.
 """
 
 from trajopt.optimise.kinematics.forward import Placements as Placements

@@ -36,7 +36,6 @@ def frame_of(reduced: ReducedModel, name: str) -> str:
 def requirements_of(
     reduced: ReducedModel, name: str, requirements: Requirement | Sequence[Requirement]
 ) -> tuple[Requirement, ...]:
-    """Return requirements as a tuple, after checking that their frames and joints exist."""
     wanted = (requirements,) if isinstance(requirements, Requirement) else tuple(sequence(name, requirements))
     for item in wanted:
         if not isinstance(cast("object", item), Requirement):

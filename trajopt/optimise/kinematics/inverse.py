@@ -31,15 +31,9 @@ class InverseMethod(Protocol):
         ...
 
     def search(self, projection: Projection) -> Callable[[Floats], Floats] | None:
-        """Return a function that moves starts, (S, n) -> (S, n), to candidate solutions of the requirements.
+        """Return a function that moves starts, (S, n) -> (S, n), to candidates; None for projection alone.
 
-        The caller checks its results: it moves them into the limits, and the projection measures them.
-
-        Args:
-            projection: Has the robot and the requirements, `reduced` and `goals`.
-
-        Returns:
-            The search; None for the projection itself.
+        The caller moves them into the limits and measures their violation.
 
         Raises:
             RequirementNotSupported: If the method cannot state a requirement.
@@ -55,7 +49,6 @@ class LevenbergMarquardt:
 
     @checked
     def search(self, projection: Projection) -> None:
-        """Leave the search to the projection; see `InverseMethod.search`."""
         del projection
 
 
@@ -73,7 +66,7 @@ INVERSE_METHODS: Mapping[str, Callable[[], InverseMethod]] = {
 
 
 def inverse_method(method: str | InverseMethod) -> InverseMethod:
-    """Return a method by name with its default options; a method object is returned unchanged."""
+    """Return a method by name with default options; a method object is returned unchanged."""
     if not isinstance(method, str):
         return method
     if method not in INVERSE_METHODS:
@@ -82,23 +75,21 @@ def inverse_method(method: str | InverseMethod) -> InverseMethod:
 
 
 STARTS = 64
-"""Configurations that the search starts from; twice as many cost a third more time."""
+"""Starts of a search; twice as many cost a third more time."""
 MANY_STARTS = 1024
 """Starts before the search fails: some goals are reached from one start in five hundred."""
 WAVES = 3
-"""Largest number of waves of starts, while no solution is free."""
+"""Most waves of starts while no solution is free."""
 PUSHES = 3
-"""Largest number of waves around the solutions with the shallowest collisions, while none is free."""
+"""Most waves around the solutions with the shallowest collisions, while none is free."""
 PUSH = 0.8
-"""Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
+"""Standard deviation of these starts [rad | m]; 0.2 to 0.8 find about as much."""
 SAME = 1e-2
-"""Solutions nearer to each other than this in every joint are one [rad | m]."""
+"""Solutions that differ by less in every joint are one [rad | m]."""
 AS_FAR = 0.01
-"""Relative difference below which times to configurations count as equal: times at full speed, without
-acceleration, are not more precise.
-"""
+"""Relative difference of travel times that count as equal: acceleration is ignored."""
 HOLDABLE = 1.0 - 2e-6
-"""Largest share of an effort limit for holding still: the rest has to move the joint."""
+"""Largest share of an effort limit for holding still: the rest moves the joint."""
 
 LEVENBERG_MARQUARDT = LevenbergMarquardt()
 """The default method."""
@@ -106,15 +97,14 @@ LEVENBERG_MARQUARDT = LevenbergMarquardt()
 
 @dataclass(frozen=True, eq=False)
 class GoalCandidates(Value):
-    """Result of the search.
+    """Result of the search; each list is nearest to the start first.
 
     Attributes:
-        free: Configurations that hold the goal and the requirements and can be held, nearest to the start
-            first.
-        blocked: Configurations that hold the goal but collide or come too near, nearest to the start first.
+        free: Configurations that hold goal and requirements and can be held.
+        blocked: Configurations that hold the goal but collide or come too near.
         blocking: The pair of owners that blocks the nearest of these, and their distance [m].
-        overloaded: Configurations that hold the goal and keep clear, but need more torque to hold still than
-            the effort limits allow, smallest excess first.
+        overloaded: Clear configurations that need more torque to hold still than the effort limits allow,
+            smallest excess first.
         required: Required clearance of the blocking pair [m].
         nearest: The configuration with the smallest violation, shape (n,) [rad | m].
         nearest_miss: Smallest violation of the goal if none holds it [m and rad].
@@ -147,14 +137,13 @@ def goal_candidates(
     """Search configurations that hold all goals.
 
     Args:
-        query: Of the robot and its surroundings; its counts receive the work done.
+        query: Its counts receive the work done.
         goals: Requirements to hold together.
         rng: Draws the starts after the first, which is the start configuration.
-        starts: Number of starts of a wave.
+        starts: Starts of a wave.
         method: Moves starts until they hold the goals.
-        effort: Effort limits within which the joints must hold the arm and its payload still, shape (n,)
-            [Nm | N]; not required when None.
-        check: Called before every wave of starts; may raise to stop.
+        effort: Effort limits for holding still, shape (n,) [Nm | N]; not considered when None.
+        check: Called before every wave; may raise to stop.
     """
     reduced = query.reduced
     projection = Projection(reduced, goals, query)
@@ -213,10 +202,8 @@ def random_starts(
     """Return the start configuration and others drawn evenly within the limits, shape (count, n).
 
     Args:
-        reduced: The robot and its limits.
-        count: Number of configurations.
-        box: Lower and upper bounds of shape (n,) [rad | m] to draw within. Joints whose range in the box is
-            narrow are drawn from all of it.
+        box: Bounds to draw within, shape (n,) each [rad | m]; joints with a narrow range in it are drawn from
+            all of it.
     """
     limits = reduced.limits
     if box is not None:
@@ -240,7 +227,6 @@ def _around(found: Floats, depth: Floats, count: int, rng: np.random.Generator) 
 
 
 def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats) -> Floats:
-    """Turn joints by whole turns towards the start, if the goals do not fix the turn."""
     turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning_joints(reduced))
     moved = np.flatnonzero((turned != found).any(axis=1))
     if len(moved) > 0:
@@ -250,10 +236,9 @@ def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats)
 
 
 def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
-    """Sort configurations by travel time at full velocity, then by total travel.
+    """Sort by the slowest joint's time at full speed, then by total travel.
 
-    The slowest joint alone determines the time: for a goal of a single joint all configurations are equally
-    far, and the other joints should not move without need.
+    For a goal of one joint all configurations are equally far; the others should not move without need.
     """
     travel = np.abs(found - reduced.start_positions) / reduced.limits.velocity
     times = travel.max(axis=1, initial=0.0)
@@ -276,10 +261,7 @@ def _distinct(found: Floats) -> Floats:
 
 
 def _deepest(query: Evaluator, found: Floats) -> tuple[Floats, Ints]:
-    """Return the largest lack of clearance [m] (0 for none) and its pair, both of shape (k,).
-
-    Without required clearance that is the depth of the deepest contact.
-    """
+    """Return the largest lack of clearance [m], 0 for none, and its pair, both of shape (k,)."""
     pairs = query.reduced.pairs
     least = pairs.required.copy()
     for pair, allowance in pairs.allowances:
@@ -299,10 +281,8 @@ def holding_load(query: Evaluator, positions: Floats, effort: Floats | None) -> 
     """Return the largest share of an effort limit that holding still needs, shape (k,).
 
     Args:
-        query: Of the reduced model.
         positions: Shape (k, n) [rad | m].
-        effort: Effort limits of the group's joints, shape (n,) [Nm | N]; None returns zeros, as do loads
-            within the limits.
+        effort: Of the group's joints, shape (n,) [Nm | N]; None returns zeros, as do loads within limits.
     """
     if effort is None or not (largest_gravity_torques(query.reduced) > effort).any():
         return np.zeros(len(positions))
@@ -310,12 +290,9 @@ def holding_load(query: Evaluator, positions: Floats, effort: Floats | None) -> 
 
 
 def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Floats) -> Floats:
-    """Return the goal with whole turns added so that each revolute joint travels least.
+    """Return the goal with whole turns added, within the limits, so that each joint travels least.
 
     Args:
-        start: Shape (n,) [rad | m].
-        goal: Shape (n,).
-        limits: Turns stay inside the position limits.
         revolute: 1 for joints that turn, 0 for joints that slide, shape (n,).
     """
     turn = 2.0 * np.pi * revolute
@@ -355,8 +332,7 @@ class InverseSolutions(Value):
     Attributes:
         free: Configurations that hold the goal and touch nothing, shape (n,) each, nearest first.
         colliding: Configurations that hold the goal but collide, nearest first.
-        nearest: If none is free: faults of the nearest that collides, or else of the
-            configuration that came nearest to the goal.
+        nearest: If none is free: faults of the nearest that collides, or that came nearest to the goal.
     """
 
     free: tuple[Floats, ...]
@@ -392,19 +368,18 @@ def inverse_kinematics(
 ) -> InverseSolutions:
     """Search configurations within limits that hold a goal: `frame_placement(...)` or any other.
 
-    The frame may be a link, a tool frame or an attached object; tolerances are the requirement's, per axis.
-    Several requirements hold together: `[frame_placement(...), joint_positions({"joint7": 0.5})]`
-    finds solutions with the redundant joint at that value. See `docs/decisions/goal-configurations.md`.
+    Several requirements hold together: `[frame_placement(...), joint_positions({"joint7": 0.5})]` finds
+    solutions with the redundant joint at that value. See `docs/decisions/goal-configurations.md`.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
-        goal: One requirement or several.
-        near: Configuration of the group to be near, shape (n,); the start of the reduced model when None.
-            Distance is the time of the slowest joint at full speed.
+        goal: One requirement or several; a frame may be a link, a tool frame or an attached object.
+        near: Configuration to be near, shape (n,) [rad | m], by the time of the slowest joint; the model's
+            start when None.
         rng: Draws the starts of the search; a fixed seed when None.
-        starts: Number of starts of a wave; more find more solutions.
-        method: Search method: "levenberg-marquardt", which takes every requirement, "placo", or your own
-            method. Its answers are always checked.
+        starts: Starts of a wave; more find more solutions.
+        method: "levenberg-marquardt", which takes every requirement, "placo", or your own method; results are
+            always checked.
 
     Raises:
         ProblemError: If no goal is given.
@@ -432,11 +407,5 @@ def inverse_kinematics(
 
 
 def with_start(reduced: ReducedModel, positions: ArrayLike, name: str = "positions") -> ReducedModel:
-    """Return the model with another start of the group's joints; all others stay in place.
-
-    Args:
-        positions: Of the group's joints, shape (n,) [rad | m].
-        name: Name of the positions in errors.
-    """
     place = floats(name, positions, (len(reduced.joint_names),))
     return replace(reduced, start=readonly(reduced.all_positions(place)))

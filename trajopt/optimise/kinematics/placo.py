@@ -1,7 +1,7 @@
 """Inverse kinematics by placo's quadratic programs, one start after the other.
 
-Placo receives a URDF of the reduced model: joints outside the group are fixed, tolerances of joint
-positions narrow its joint limits, and every frame that a requirement names is a link.
+Placo reads a URDF of the reduced model: other joints are fixed, required joint positions narrow the limits,
+and every named frame is a link.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,9 +41,9 @@ class Placo:
     """Placo's `KinematicsSolver`: frame placements, axis alignments and joint positions.
 
     Attributes:
-        steps: Largest number of quadratic programs from each start.
+        steps: Most quadratic programs from each start.
         converged: A start has converged when no joint moves farther in a step [rad | m].
-        regularization: Weight of the squared step, which keeps programs regular at singularities.
+        regularization: Weight of the squared step; keeps programs regular at singularities.
     """
 
     steps: int = 40
@@ -52,7 +52,6 @@ class Placo:
     name = NAME
 
     def search(self, projection: Projection) -> Callable[[Floats], Floats]:
-        """Return the search; see `InverseMethod.search`."""
         description = _Description(projection.reduced, projection.goals)
         for goal in projection.goals:
             state_task(goal, description)
@@ -62,7 +61,7 @@ class Placo:
 
 @dataclass(eq=False)
 class _Description:
-    """Input of placo: a URDF, and tasks to be stated after reading it."""
+    """Input of placo: a URDF, and tasks to state after reading it."""
 
     reduced: ReducedModel
     goals: Sequence[Requirement]
@@ -80,7 +79,7 @@ class _Description:
         return link
 
     def box(self) -> tuple[Floats, Floats]:
-        """Return the range of the group's joints, shape (n,) each [rad | m]: limits and joint positions."""
+        """Return the range of the group's joints by limits and requirements, shape (n,) each [rad | m]."""
         limits = self.reduced.limits
         lower, upper = joint_box(self.goals, self.reduced)
         lower, upper = np.maximum(lower, -UNBOUNDED), np.minimum(upper, UNBOUNDED)
@@ -155,7 +154,6 @@ class _Search:
             task(self._solver)
 
     def __call__(self, start: Floats) -> Floats:
-        """Search from one start, shape (n,); return the final configuration."""
         now = np.clip(start, *self._range)
         for joint, value in zip(self._joints, now.tolist(), strict=True):
             self._robot.set_joint(joint, value)
@@ -215,7 +213,6 @@ def _(required: AxisAlignment, description: _Description) -> None:
 
 
 def _moved(axis: Floats, turns: bool, amount: float) -> Placement:
-    """Return the placement of a joint's child relative to its placement at zero."""
     if not turns:
         return Placement(IDENTITY.rotation, readonly(amount * axis))
     x, y, z = (np.sin(0.5 * amount) * axis).tolist()
@@ -223,7 +220,6 @@ def _moved(axis: Floats, turns: bool, amount: float) -> Placement:
 
 
 def _axes(tolerance: Floats, free: float) -> str:
-    """Return the names of the axes that are not free."""
     return "".join(axis for axis, room in zip("xyz", tolerance.tolist(), strict=True) if room < free)
 
 

@@ -1,7 +1,6 @@
 """Projection of configurations onto requirements: Levenberg-Marquardt on a batch of starts.
 
-Residuals and derivatives are the program's own terms, so every requirement with a term can be a goal, alone
-or with others, and each solution satisfies the program.
+Residuals are the program's own terms, so each solution satisfies the program.
 """
 
 from collections.abc import Sequence
@@ -24,9 +23,9 @@ STEPS = 12
 MOST_STEPS = 40
 """Steps while no start has led to a solution."""
 AIM = 0.2
-"""Share of each tolerance that the search keeps in reserve, so that it ends inside the tolerance."""
+"""Share of each tolerance kept in reserve."""
 NARROW = 1e-2
-"""Components whose bounds are nearer to each other than this aim at the middle, always [m | rad]."""
+"""Components with nearer bounds than this aim at the middle [m | rad]."""
 DAMPING = 0.03
 """Damping by squared error; 0.01 to 0.1 find as much, 0.5 and 0.001 a third less."""
 LEAST_DAMPING = 1e-8
@@ -47,7 +46,7 @@ class Projected:
 
     Attributes:
         positions: Shape (S, n) [rad | m], inside the limits.
-        violation: Violation of the requirements at each, shape (S,) [m and rad]; 0 if it holds them.
+        violation: At each, shape (S,) [m and rad]; 0 if the requirements hold.
     """
 
     positions: Floats
@@ -75,8 +74,8 @@ class _Asked:
 
     Attributes:
         accepted: Bounds within which the requirement holds.
-        lower: Lower bound that the search aims at.
-        upper: Upper bound that it aims at; equal to the lower to aim at a value.
+        lower: Lower bound to aim at.
+        upper: Upper bound to aim at; equal to the lower to aim at a value.
     """
 
     accepted: Constraint
@@ -119,12 +118,7 @@ class Projection:
     """
 
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Evaluator) -> None:
-        """Transcribe the requirements.
-
-        Args:
-            goals: Requirements to hold together.
-            query: Evaluates the kinematics.
-        """
+        """Transcribe the requirements."""
         self.reduced, self.goals = reduced, tuple(goals)
         self._query = query
         self._limits: JointLimits = reduced.limits
@@ -140,14 +134,10 @@ class Projection:
         ]
 
     def __call__(self, begin: Floats) -> Projected:
-        """Search from many starts.
+        """Search from many starts, shape (S, n) [rad | m].
 
-        Damping in proportion to the squared error needs no trial steps and still converges
-        quadratically. Source: Sugihara, Solvability-unconcerned inverse kinematics by the
-        Levenberg-Marquardt method, IEEE T-RO 2011.
-
-        Args:
-            begin: Shape (S, n) [rad | m].
+        Damping by the squared error needs no trial steps and converges quadratically. Source: Sugihara,
+        Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE T-RO 2011.
         """
         limits = self._limits
         positions = np.clip(begin, limits.lower, limits.upper)
@@ -167,7 +157,7 @@ class Projection:
         return Projected(positions, violation)
 
     def measure(self, positions: Floats) -> Projected:
-        """Move the end points of another search, (S, n), into the limits and measure the violation."""
+        """Move configurations (S, n) of another search into the limits and measure the violation."""
         inside = np.clip(positions, self._limits.lower, self._limits.upper)
         return Projected(inside, self.violation(inside))
 

@@ -18,7 +18,7 @@ from trajopt.values.errors.arguments import checked
 BATCH = 4096
 """Configurations drawn in a batch."""
 MOST_DRAWS = 200
-"""Largest number of draws for each configuration wanted; and at least a few batches."""
+"""Most draws for each configuration wanted; at least a few batches."""
 
 Progress = Callable[[int], None]
 """Called with the number found so far."""
@@ -59,13 +59,13 @@ def random_configurations(
 ) -> RandomConfigurations:
     """Draw configurations evenly within limits and keep the valid ones.
 
-    Without requirements they are spread evenly over all valid configurations. With requirements each draw is
-    projected to the nearest configuration that holds them (`docs/decisions/goal-configurations.md`), so
-    their density is not uniform.
+    With requirements each draw is projected onto them, so their density is not uniform
+    (`docs/decisions/goal-configurations.md`).
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
         count: Number of configurations to find.
+        rng: Draws them.
         margin: Clearance to keep from everything [m]; the scene's own margins when None.
         requirements: Requirements to hold.
         progress: Called with the number found so far.
@@ -100,17 +100,12 @@ class Sampler:
     def __init__(
         self, query: Evaluator, requirements: Sequence[Requirement], margin: Floats, rng: np.random.Generator
     ) -> None:
-        """Create a sampler.
-
-        Args:
-            requirements: Requirements to hold.
-            margin: Clearance to keep, one for each pair, shape (p,) [m].
-        """
+        """Create a sampler; `margin` is the clearance of each pair, shape (p,) [m]."""
         self._query, self._margin, self._rng = query, margin, rng
         self._projection = Projection(query.reduced, requirements, query) if requirements else None
 
     def draw(self, count: int) -> RandomConfigurations:
-        """Draw a number of configurations and return those that are valid, in the order drawn."""
+        """Draw a number of configurations and return the valid ones, in the order drawn."""
         positions = draw_positions(self._query.reduced.limits, count, rng=self._rng)
         if self._projection is not None:
             ended = self._projection(positions)

@@ -1,4 +1,4 @@
-"""Self-motion of a redundant arm: the configurations that hold the same goal, one next to the other."""
+"""Self-motion of a redundant arm: neighbouring configurations that hold the same goal."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ STEP = 0.05
 SMALLEST_SHARE = 1 / 16
 """A step that must be shorter than this share of `step` ends the sweep."""
 MOST = 2000
-"""Configurations of a sweep, at most, each way."""
+"""Most configurations of a sweep, each way."""
 RANK_TOLERANCE = 1e-6
 """Singular values below this share of the largest count as zero."""
 
@@ -58,9 +58,9 @@ def self_motion(
 ) -> SelfMotion:
     """Sweep along the null space of a goal, both ways, until limits end it or it closes.
 
-    From each configuration a step along the null space of the goal's Jacobian is corrected by projection
-    (predictor and corrector; Allgower and Georg, Introduction to numerical continuation methods, ch. 2).
-    If the null space has several dimensions, the sweep keeps its first direction.
+    Steps along the null space of the goal's Jacobian are corrected by projection (Allgower and Georg,
+    Introduction to numerical continuation methods, ch. 2). In a null space of several dimensions the sweep
+    keeps its first direction.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.

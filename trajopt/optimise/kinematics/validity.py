@@ -29,9 +29,8 @@ class Validity(Value):
         positions: Of the group's joints, shape (n,) [rad | m].
         examination: Collisions and joints out of their limits.
         margin: Required clearance [m].
-        checks: The checks of the requirements, including satisfied ones.
-        left_out: Objects that change with time, which are not checked: `scene.still_at(time)` freezes
-            them at a moment.
+        checks: Of all requirements, including satisfied ones.
+        left_out: Objects that change with time, which are not checked; `scene.still_at(time)` freezes them.
     """
 
     positions: Floats
@@ -98,8 +97,8 @@ def validity(
 ) -> Validity:
     """Judge a configuration: collisions, limits and requirements.
 
-    Objects that change with time (move, appear, expire) are not checked, and named in `left_out`; a model of
-    `scene.still_at(time)` has them at their placements of that moment.
+    Objects that change with time (move, appear, expire) are not checked, and named in `left_out`; use a model
+    of `scene.still_at(time)` to check them.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
@@ -122,7 +121,6 @@ def judged_validity(
     *,
     margin: float = 0.0,
 ) -> Validity:
-    """Judge a configuration with a given judge; see `validity`."""
     if number("margin", margin) < 0.0:
         raise ShapeError("margin", f"is negative: {margin:g} m")
     place = floats("positions", positions, (len(reduced.joint_names),))
@@ -140,24 +138,14 @@ def _broken(check: Check) -> bool:
 
 
 def clear(query: Evaluator, positions: Floats, margin: Floats) -> Bools:
-    """Return the configurations at which no pair is nearer than its margin, as a mask.
-
-    Args:
-        positions: Shape (S, n) [rad | m].
-        margin: Clearance to keep, one for each pair, shape (p,) [m].
-
-    Returns:
-        Shape (S,).
-    """
+    """Return a mask (S,) of the configurations (S, n) at which pairs keep their margins (p,) [m]."""
     free = np.ones(len(positions), dtype=np.bool_)
     free[query.close_pairs(positions, margin).sample] = False
     return free
 
 
 def pair_margins(reduced: ReducedModel, margin: float | None) -> Floats:
-    """Return the clearance of each pair: the scene's own when None, else the same for all, shape (p,) [m].
-
-    It is at least the required clearance of the pair.
+    """Return the clearance of each pair, at least the required one, shape (p,) [m]; by default the scene's.
 
     Raises:
         ShapeError: If the margin is negative or not finite.
@@ -174,14 +162,7 @@ SHOWN: Mapping[str, Callable[[float], str]] = {"m": in_length, "rad": in_degrees
 
 
 def missed_at(reduced: ReducedModel, required: Sequence[Requirement], positions: Floats) -> str:
-    """Return the violation of requirements at a configuration as text: the largest of each unit.
-
-    Args:
-        positions: The configuration, shape (n,) [rad | m].
-
-    Returns:
-        "12 mm", "12 mm and 0.9 deg", or "0.2" without a unit.
-    """
+    """Return the largest violation of each unit: "12 mm", "12 mm and 0.9 deg", or "0.2" without a unit."""
     motion = Motion.single(positions, evaluator(reduced))
     missed: dict[str, float] = {"m": 0.0, "rad": 0.0, "": 0.0}
     for item in without_followers(required, reduced):

@@ -1,4 +1,4 @@
-"""B-spline: control points of a spline through joint space, solved by sequential QP, timed afterwards."""
+"""B-spline: control points of a spline through joint space, by sequential QP, timed afterwards."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ from trajopt.values.errors import ProblemError, shown
 DEGREES = (3, 5)
 """Degrees offered: continuous curvature, and continuous fourth derivative."""
 SAMPLES = 4
-"""Samples of the seed in each of its segments, to fit the spline to."""
+"""Samples of each segment of the seed, to fit the spline to."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,9 @@ class Bspline:
             raise ProblemError(f"a spline needs at least one piece, not {self.pieces}")
 
     def objection(self, problem: Problem) -> str:
-        """Refuse a start in motion, curves, and differences in a part of the motion."""
         return moving_start(problem) or followed_curve(problem) or windowed_differences(problem)
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "BsplineProgram":
-        """Transcribe a problem over control points; see `Method.program`."""
         base = transcribe(problem, seed, waypoint_knots)
         basis = SplineBasis(self.degree, np.linspace(0.0, 1.0, self.pieces + 1))
         ends, last = np.array((0.0, 1.0)), problem.knots - 1
@@ -66,7 +64,6 @@ class Bspline:
 
 
 def windowed_differences(problem: Problem) -> str:
-    """Return the objection to costs of differences that count in a part of the motion only."""
     for cost in problem.costs or ():
         if isinstance(cost.residual, Velocity | Acceleration | Jerk) and cost.window != WHOLE:
             name = shown(cost.residual.name)
@@ -81,7 +78,6 @@ class BsplineProgram(NlpProgram[BsplineNlp]):
     solver: Solver
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed; see `Program.solve`."""
         segments = len(seed) - 1
         polyline = SplineBasis(1, np.linspace(0.0, 1.0, segments + 1))
         parameters = polyline.parameters(np.full(segments, SAMPLES))
@@ -89,5 +85,4 @@ class BsplineProgram(NlpProgram[BsplineNlp]):
         return self.solver.solve(self.nlp, control, progress=progress)
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
-        """Return the path through points of the spline; see `Program.decode`."""
         return (Decoded(self.nlp.decode(solved.x)),)

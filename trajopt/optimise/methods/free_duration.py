@@ -1,4 +1,4 @@
-"""Free duration: shape and time of a motion optimised together, from the timed path of another method."""
+"""Free duration: shape and time of a motion optimised together, from another method's timed path."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -23,7 +23,7 @@ from trajopt.values.trajectory import Path, Trajectory
 SEED_TOLERANCE = 5e-3
 """Largest distance of the timed seed from its path [m]."""
 CROWDING = 0.8
-"""Relative shortness of the pieces at the ends against the middle: 0 for equal ones, below 1."""
+"""Relative shortness of the pieces at the ends: 0 for equal ones, below 1."""
 
 
 def _solver() -> Sqp:
@@ -38,10 +38,10 @@ def _solver() -> Sqp:
 
 @dataclass(frozen=True)
 class FreeDuration:
-    """Minimises the duration itself, under limits of velocity, acceleration, jerk and torque.
+    """Minimises the duration under limits of velocity, acceleration, jerk and torque.
 
-    Sequential QP over knots makes the seed a path, which is timed; from that motion the shape and the
-    time of a spline are optimised. The timed path remains if nothing faster is found.
+    Shape and time of a spline are optimised from the timed path of sequential QP over knots, which remains if
+    nothing faster is found.
 
     Attributes:
         pieces: Polynomial pieces of the spline.
@@ -55,10 +55,7 @@ class FreeDuration:
     name: str = "free-duration"
 
     def objection(self, problem: Problem) -> str:
-        """Refuse requirements without rows over the spline.
-
-        A start in motion with limits of tool speeds is supported: the motion that brakes first holds them.
-        """
+        """Accept a start in motion with limits of tool speeds: the motion that brakes first holds them."""
         if problem.tool_speeds and not problem.starts_moving:
             return "holds no limits of tool speeds"
         return followed_curve(problem) or windowed_differences(problem)
@@ -66,7 +63,6 @@ class FreeDuration:
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
     ) -> "FreeDurationProgram":
-        """Transcribe the problem over knots first; see `Method.program`."""
         first = self.seed.program(problem, seed, waypoint_knots)
         stop = stopping_motion(problem) if problem.starts_moving else None
         if stop is not None:
@@ -103,7 +99,6 @@ class FreeDurationProgram(Printed):
 
     @property
     def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,) [rad | m]."""
         return self.first.scale
 
     @property
@@ -111,10 +106,9 @@ class FreeDurationProgram(Printed):
         return self.first.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve over knots, from a seed; see `Program.solve`.
+        """Solve over knots, after bringing a start in motion to rest.
 
-        A start in motion first comes to rest, and the motion goes on from there. If the stopping point cannot
-        be left, `improve` begins with the path from the start itself.
+        If the stopping point cannot be left, `improve` begins with the path from the start itself.
         """
         if self.stop is None:
             return self.first.solve(seed, progress=progress)
@@ -138,7 +132,6 @@ class FreeDurationProgram(Printed):
     def improve(
         self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
     ) -> SolveResult:
-        """Optimise shape and time together, from a motion; see `SupportsImprovement.improve`."""
         (path,) = (item.path for item in self.first.decode(solved))
         nlp = self._program(path, motion, self._rested(solved))
         control = nlp.fitted(*_samples(nlp.spline.basis, motion))
@@ -148,11 +141,10 @@ class FreeDurationProgram(Printed):
         return MovingResult(freed.status, freed.x, freed.at, freed.log, decoded)
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
-        """Return the motion; see `Program.decode`."""
         return (solved.decoded,) if isinstance(solved, MovingResult) else self.first.decode(solved)
 
     def _rested(self, solved: SolveResult) -> float:
-        """Return the time of a motion at the first knot, after stopping if the start is in motion [s]."""
+        """Return the time at the first knot, after stopping if the start is in motion [s]."""
         return self.stop.duration if self.stop is not None and isinstance(solved, MovingResult) else 0.0
 
     def _program(self, path: Path, motion: Trajectory, begin: float) -> FreeDurationNlp:
@@ -170,7 +162,7 @@ class FreeDurationProgram(Printed):
 
 
 def _basis(pieces: int) -> SplineBasis:
-    """Return cubic pieces, shorter towards both ends, at which the acceleration rises from zero."""
+    """Return cubic pieces, shorter towards both ends, where the acceleration rises from zero."""
     even = np.linspace(0.0, 1.0, pieces + 1)
     return SplineBasis(3, even - np.sin(2.0 * np.pi * even) / (2.0 * np.pi) * CROWDING)
 

@@ -15,7 +15,7 @@ from trajopt.values.errors.arguments import checked
 SHARES = (0.4, 0.16, 0.064)
 """Shares of the excess margins to try in narrow gaps. The last leaves about half a millimetre, the size of
 the
-corners that retiming rounds off a path.
+corners that retiming rounds off.
 """
 
 
@@ -39,12 +39,10 @@ class Knots:
         return self.solver.name
 
     def objection(self, problem: Problem) -> str:
-        """Refuse a start in motion; every term has rows over knots."""
         return moving_start(problem)
 
     @checked
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
-        """Transcribe a problem over knots; see `Method.program`."""
         counts = WorkCounts()
         covered = transcribe_covered(problem, seed, waypoint_knots, counts)
         if covered is not None:
@@ -74,20 +72,17 @@ class KnotsProgram(Printed):
 
     @property
     def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,) [rad | m]."""
         return (self.covered or self.nlp).scale
 
     def starting_at(self, positions: Floats) -> "KnotsProgram":
-        """Return the program with another first knot: the stopping point of a start in motion."""
         covered = None if self.covered is None else self.covered.starting_at(positions)
         return replace(self, covered=covered, transcribed=lambda: self.nlp.starting_at(positions))
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed; see `Program.solve`.
+        """Solve with boxes around the clouds first: a path clear of the boxes is clear of the clouds.
 
-        First with boxes that contain the clouds: a path clear of the boxes is clear of the clouds. If only
-        margins are violated in the end, a gap may be too narrow for them: smaller margins are tried, never
-        below the required clearance.
+        If only margins are violated in the end, smaller ones are tried, never below the required clearance: a
+        gap may be too narrow for them.
         """
         log = list[Iteration]()
         if self.covered is not None:
@@ -110,16 +105,13 @@ class KnotsProgram(Printed):
         return replace(wide, log=tuple(log))
 
     def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed that is nearly a solution; see `SupportsNearSeeds`."""
         solver = self.solver.near() if isinstance(self.solver, HasNearForm) else self.solver
         return replace(self, solver=solver, transcribed=lambda: self.nlp).solve(seed, progress=progress)
 
     def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Take a few steps if the solver has a brief form, else all; see `SupportsEarlyStop`."""
         solver = self.solver.brief() if isinstance(self.solver, HasBriefForm) else self.solver
         return solver.solve(self.nlp, seed, progress=progress)
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
-        """Return the path through the knots; see `Program.decode`."""
         nlp, narrow = self.covered or self.nlp, isinstance(solved, NarrowResult)
         return (Decoded(nlp.decode(solved.x), narrow=narrow, waypoint_knots=nlp.waypoint_knots),)

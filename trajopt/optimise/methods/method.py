@@ -23,8 +23,8 @@ class Decoded(Value):
 
     Attributes:
         trajectory: The motion, if the method determines time too; None leaves time to retiming.
-        narrow: Whether the path passes gaps that are too narrow for the margins: little may be rounded off.
-        waypoint_knots: The knots of the path that are waypoints: the motion passes through them.
+        narrow: Whether gaps are too narrow for the margins: little may be rounded off.
+        waypoint_knots: Knots of the path that the motion passes through.
     """
 
     path: Path
@@ -47,18 +47,15 @@ class Program(Protocol):
         ...
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed.
+        """Solve from a seed of knots, shape (N, n) [rad | m].
 
         Args:
-            seed: Knots, shape (N, n) [rad | m].
+            progress: Called after every step.
         """
         ...
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
-        """Return the motions of a result, the best first.
-
-        The next is used if the judge refuses the one before.
-        """
+        """Return the motions of a result, best first; the next is used if the judge refuses one."""
         ...
 
 
@@ -77,7 +74,6 @@ class NlpProgram(Printed, Generic[N_co]):
 
     @property
     def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,) [rad | m]."""
         return self.nlp.scale
 
     @property
@@ -137,7 +133,7 @@ class Method(Protocol):
 
         Args:
             problem: The problem, with one goal.
-            seed: A seed, shape (N, n): the motion's duration is estimated from it.
+            seed: Shape (N, n): the motion's duration is estimated from it.
             waypoint_knots: The knot of each waypoint.
 
         Raises:

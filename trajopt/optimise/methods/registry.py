@@ -17,7 +17,7 @@ from trajopt.values.errors import ProblemError, SolverNotFound, shown
 from trajopt.values.errors.arguments import checked
 
 GROUP = "trajopt.methods"
-"""The entry-point group that names methods, so any package can add some."""
+"""Entry-point group through which packages add methods."""
 
 
 def _sqp(backend: str) -> Method:
@@ -58,8 +58,8 @@ def method_names() -> tuple[str, ...]:
 def method_named(name: str) -> Method:
     """Return a method with its default options.
 
-    Methods of other packages are found in the entry-point group `trajopt.methods`: each entry is a class
-    or function that returns a `Method` when called without arguments.
+    Each entry of the group `trajopt.methods` is a class or function that returns a `Method` when called
+    without arguments.
 
     Raises:
         SolverNotFound: If the name is unknown.
@@ -93,14 +93,13 @@ class Choice(Value):
     """A method, and the reason for its choice.
 
     Attributes:
-        because: Reason, if planning chose it; empty if requested, or the default.
+        because: Reason, if planning chose it; empty if requested or the default.
     """
 
     method: Method
     because: str = ""
 
     def objection(self, problem: Problem) -> str:
-        """Return the reason why it cannot plan the problem; empty if it can."""
         words = self.method.objection(problem)
         if not words:
             return ""
@@ -112,7 +111,7 @@ def choose(problem: Problem, method: Method | str | None, *, improve: bool = Fal
     """Return the requested method, or one that can plan the problem.
 
     Args:
-        method: The requested method; None leaves it to the problem.
+        method: None leaves the choice to the problem.
         improve: Whether shape and time of each path are to be optimised together as well.
 
     Raises:

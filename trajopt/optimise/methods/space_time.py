@@ -1,4 +1,4 @@
-"""Space-time: shape and time of a motion planned together, in absolute time, among moving objects."""
+"""Space-time: shape and time of a motion planned together among moving objects."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -25,24 +25,25 @@ from trajopt.values.trajectory import Trajectory
 SMOOTH = (Velocity, Acceleration, Jerk)
 """Terms that make a motion short and smooth."""
 PIECES, PIECES_AMONG_CHANGES = 1, 2
-"""Pieces for each knot of a path, which bends at its knots. Among changing objects there are twice as many,
-since a motion that waits for an object bends in time as well as in space.
+"""Pieces for each knot of a path, which bends at its knots; among changing objects twice as many, since a
+motion
+that waits bends in time as well.
 """
 MOST_PIECES = 4
-"""Limit of their number: time and memory grow with it."""
+"""Most pieces: time and memory grow with them."""
 STRETCHES = (1.0, 1.25, 1.6, 2.5)
-"""Parts of a seed's duration that are tried in turn: room to accelerate, and for slower things to pass."""
+"""Multiples of a seed's duration that are tried in turn: room to accelerate and to let obstacles pass."""
 SHRINK = 0.8
 """Factor on the next duration while motions are found; after a failure, the geometric mean is tried."""
 PRECISION = 0.97
 """Relative precision of the shortest duration: about the cost of pieces of equal length."""
 GAIN = 0.02
-"""Least predicted share of violation that a step must remove, if the caller proves motions and has other ways
-to
-try: a descent with smaller steps mostly ends far from a motion.
+"""Least predicted share of violation that a step must remove if the caller has other ways to try: a descent
+with
+smaller steps rarely ends in a motion.
 """
 UNHURRIED = 1.25
-"""Duration of a seed without time, as a multiple of the least that the joint limits allow: room for bends."""
+"""Duration of a seed without time, as a multiple of the least that the joint limits allow."""
 
 Proves = Callable[[Trajectory], bool]
 """Returns whether a motion is proven."""
@@ -57,8 +58,8 @@ def _solver() -> Sqp:
 class SpaceTime:
     """Plans shape and time together among moving objects: it can wait, hurry, go around and step aside.
 
-    A motion of given duration is a program whose limits are linear; the duration is reduced while
-    motions are found, each program beginning at the last motion.
+    A motion of given duration is a program with linear limits; the duration is reduced while motions are
+    found, each program beginning at the last motion.
 
     Attributes:
         solver: Of the program of each duration.
@@ -75,7 +76,6 @@ class SpaceTime:
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
     ) -> "SpaceTimeProgram":
-        """Transcribe the problem; see `Method.program`."""
         base = transcribe(problem, seed, waypoint_knots)
         limited = np.isfinite(problem.limits.effort).any()
         dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
@@ -88,9 +88,8 @@ class SpaceTimeProgram(Printed):
     """A problem over the control points of a spline over time.
 
     Attributes:
-        method: The method, with its options.
         base: The problem over knots: its rows without time.
-        obstacles: The margins from dynamic obstacles; None if there are none.
+        obstacles: The margins from dynamic obstacles, if any.
         dynamics: Torques, if they are limited.
         polyline: Knots to which windows and margins refer, shape (N, n) [rad | m].
         waypoint_knots: The knot of each waypoint.
@@ -106,7 +105,6 @@ class SpaceTimeProgram(Printed):
 
     @property
     def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,) [rad | m]."""
         return self.base.scale
 
     @property
@@ -115,26 +113,23 @@ class SpaceTimeProgram(Printed):
 
     @property
     def solver(self) -> Sqp:
-        """Solver of each duration: if the costs only make motions short and smooth, any motion suffices.
+        """Solver of each duration: any motion suffices if the costs only make motions short and smooth.
 
-        The shortest duration from a short and smooth seed gives such a motion; other costs
-        are minimised.
+        The shortest duration from such a seed gives such a motion; other costs are minimised.
         """
         smooth = all(isinstance(cost.residual, SMOOTH) for cost in self.problem.costs or ())
         return replace(self.method.solver, until_feasible=True) if smooth else self.method.solver
 
     @property
     def until(self) -> float:
-        """When a motion has to be over: by its deadline, while it is known how things move [s]."""
+        """Latest end: the deadline, or the end of the predictions of obstacles [s]."""
         known = inf if self.obstacles is None else self.obstacles.checks.timed.until - self.problem.dwell
         return known if self.problem.finish_by is None else min(known, self.problem.finish_by)
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed; see `Program.solve`."""
         return self.solve_from(_timed(seed, self.problem), progress=progress)
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
-        """Return the motion; see `Program.decode`."""
         assert isinstance(solved, MovingResult)
         return (solved.decoded,)
 
@@ -151,12 +146,13 @@ class SpaceTimeProgram(Printed):
         """Solve from a motion: with the same duration, a longer one if necessary, then ever shorter ones.
 
         Args:
-            motion: Of the group's joints, to the end of the result; it need not hold any limit.
+            motion: Of the group's joints; it need not hold any limit.
             longest: Longest duration to try [s].
             enough: Shortest duration to try [s].
-            too_short: Longest duration at which no motion was found before from the same motion [s].
+            too_short: Longest duration that failed before from the same motion [s].
             proves: Called with motions that hold everything on few samples, if any motion suffices: a proven
                 one needs no finer samples. None takes fine samples always.
+            progress: Called after every step.
         """
         solver = self.solver
         if proves is not None:
@@ -196,7 +192,7 @@ class SpaceTimeProgram(Printed):
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Result of one duration: its program, the solver's result, and the motion if it is one."""
+    """Result of one duration; the motion is None if none was found."""
 
     nlp: SpaceTimeNlp
     solved: SolveResult

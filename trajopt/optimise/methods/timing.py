@@ -35,8 +35,8 @@ def retime_path(
 ) -> Retimed | RetimeFailure:
     """Find the fastest trajectory along a path within every limit of a problem, from rest to rest.
 
-    The limits are the joints' (velocity, acceleration, jerk and torque, including the payload), scaled
-    by the problem, and its tool speeds.
+    Limits are the joints' velocity, acceleration, jerk and torque (with the payload), scaled by the problem,
+    and its tool speeds.
 
     Args:
         path: Of the group's joints.
@@ -108,11 +108,7 @@ def retime_with_stops(
 
 
 def tool_limits(query: Evaluator, limited: Sequence[ToolSpeed]) -> ToolLimits | None:
-    """Return the limited speeds of tools as retiming wants them; None if there are none.
-
-    Args:
-        query: Of the reduced model.
-        limited: The tools and their limits.
+    """Return the limited speeds of tools for retiming; None if there are none.
 
     Raises:
         FrameNotFound: If a frame is unknown.
@@ -158,12 +154,9 @@ def _speeds(query: Evaluator, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
 def stopping_motion(problem: Problem) -> Trajectory:
     """Return a motion that brings a start in motion to rest as soon as the limits allow.
 
-    It has three pieces of constant jerk: a rising, a constant and a falling deceleration. All joints brake
+    It has three pieces of constant jerk: rising, constant and falling deceleration. All joints brake
     together, so that the arm nearly keeps its direction; if that takes a joint out of its limits, each brakes
     by itself.
-
-    Args:
-        problem: The problem; its start is in motion.
     """
     begin = np.stack((problem.reduced.start_positions, problem.start_velocities, problem.start_accelerations))
     return stop_from(begin, with_jerk(problem.limits))
@@ -172,6 +165,6 @@ def stopping_motion(problem: Problem) -> Trajectory:
 def with_jerk(limits: JointLimits) -> JointLimits:
     """Return limits with finite jerk for every joint, so that acceleration is continuous after a stop.
 
-    If none is stated, the acceleration rises within the shortest duration of a motion.
+    By default the acceleration rises within the shortest duration of a motion.
     """
     return replace(limits, jerk=readonly(np.minimum(limits.jerk, limits.acceleration / SHORTEST)))

@@ -1,14 +1,13 @@
 """CHOMP: covariant Hamiltonian optimisation for motion planning.
 
-Source: Zucker et al., IJRR 32 (2013), 1164-1193; the defaults are from MoveIt's implementation, and their
-sizes refer to its fixed motion of 3 s and its metric with a largest inverse entry of 1. Differences from
-the paper, and their reasons, are in docs/decisions/chomp-and-stomp.md.
+Source: Zucker et al., IJRR 32 (2013), 1164-1193; the defaults are of MoveIt's implementation, for its motion
+of 3 s and its metric with a largest inverse entry of 1. Differences: docs/decisions/chomp-and-stomp.md.
 
 The obstacle functional is F(x) = sum over rows of c(d) |x_{t+1} - x_t| / samples, with the potential (eq. 21)
 c(d) = -d + e/2 below 0, (d - e)^2 / 2e up to e, and 0 beyond: d is the distance of a row inside its bound, e
-the reach to which rows are listed. Lengths are measured in configuration space, in ordinary steps: the solver
-knows no workspace. The gradient is exact for the sum: its second part keeps a path from being
-stretched or bunched at high potential (the projection and curvature terms of eq. 24).
+the reach to which rows are listed. Lengths are in configuration space, in ordinary steps. The gradient is
+exact for the sum: its second part keeps a path from being stretched or bunched at high potential (the
+projection and curvature terms of eq. 24).
 """
 
 from collections.abc import Iterator
@@ -31,9 +30,9 @@ from trajopt.values.errors.arguments import check_arguments, checked
 MOTION_SECONDS = 3.0
 """Duration that the published weights refer to [s]."""
 STILL = 1e-5
-"""A step shorter than this, in ordinary steps, changes nothing."""
+"""Smaller steps change nothing [ordinary steps]."""
 SHORTEST = 1e-9
-"""Length of a segment below which it has no direction, in ordinary steps."""
+"""Shorter segments have no direction [ordinary steps]."""
 
 
 @checked
@@ -41,8 +40,8 @@ SHORTEST = 1e-9
 class Chomp:
     """The solver; its fields are its options.
 
-    Constraints that list all their rows (poses, tilts, your own) are held by projection; constraints that
-    list rows near their bounds only (clearances) by the obstacle functional.
+    Constraints that list all their rows (poses, tilts, your own) are held by projection; those that list rows
+    near their bounds only (clearances) by the obstacle functional.
 
     Attributes:
         max_iterations: Largest number of steps.
@@ -72,12 +71,7 @@ class Chomp:
         return "chomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a seed; see `Solver.solve`.
-
-        Returns:
-            The best point met, never worse than the seed: feasible before infeasible, then by
-            cost, or by violation if none was feasible.
-        """
+        """Return the best point met: feasible first, then by cost, or violation if none was feasible."""
         check_arguments(Chomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
         descent = _Descent(self, nlp, metric, self.obstacle_weight)
@@ -86,7 +80,7 @@ class Chomp:
 
 @dataclass(eq=False)
 class _Descent:
-    """One call of the solver, with the current weight of its obstacle functional."""
+    """One run, with the current weight of its obstacle functional."""
 
     options: Chomp
     nlp: Nlp
@@ -175,19 +169,14 @@ def obstacle_functional(at: Linearisation, scale: Floats) -> ObstacleFunctional:
 
 
 def obstacle_potential(inside: Floats, reach: float) -> tuple[Floats, Floats]:
-    """Return the potential and its derivative.
-
-    Args:
-        inside: Distance of each row inside its bound, shape (m,); negative outside.
-        reach: Distance from which the potential is zero, > 0.
-    """
+    """Return the potential and its derivative at distances inside the bound (m,), negative outside."""
     near = np.clip(inside, 0.0, reach)
     potential = np.where(inside < 0.0, -inside + reach / 2.0, (near - reach) ** 2 / (2.0 * reach))
     return potential, np.where(inside < 0.0, -1.0, (near - reach) / reach)
 
 
 def _sides(block: ConstraintRows) -> Iterator[tuple[Floats, float]]:
-    """Yield the distances of rows inside each of their bounds, and the sign of the derivative by the row."""
+    """Yield the distances of rows inside each bound, and the sign of the derivative by the row."""
     for inside, sign in ((block.rows.value - block.lower, 1.0), (block.upper - block.rows.value, -1.0)):
         if np.isfinite(inside).any():
             yield inside, sign

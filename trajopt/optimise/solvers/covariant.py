@@ -9,7 +9,7 @@ from trajopt.optimise.nlp import ConstraintRows, Linearisation
 from trajopt.values.arrays import Bools, Floats
 
 ORDER = 2
-"""Of the differences: acceleration, as published."""
+"""Order of the differences: acceleration, as published."""
 RIDGE = 1e-6
 """Added to the diagonal: without any fixed knot, A alone would not be invertible."""
 
@@ -19,8 +19,8 @@ class SmoothMetric:
     """The inverse of A over the free knots, for each joint, with its largest entry scaled to 1.
 
     A = K'K with K the second differences of the knots, at rest before the first and after the last. Its
-    inverse spreads a change of one knot smoothly over its neighbours (Zucker et al., CHOMP, IJRR 2013,
-    section 3.1; Kalakrishnan et al., STOMP, ICRA 2011, section II).
+    inverse spreads a change of one knot smoothly (Zucker et al., CHOMP, IJRR 2013, section 3.1; Kalakrishnan
+    et al., STOMP, ICRA 2011, section II).
 
     Attributes:
         inverse: Shape (n, N, N); zero for fixed knots; in squares of ordinary steps.
@@ -35,12 +35,9 @@ class SmoothMetric:
         return np.einsum("nts,sn->tn", self.inverse, change)
 
     def average(self, change: Floats) -> Floats:
-        """Return a change smoothed: every column of the inverse scaled to a largest entry of 1/N.
+        """Return a change (N, n) smoothed: every column of the inverse scaled to a largest entry of 1/N.
 
         Source: Kalakrishnan et al., ICRA 2011, table I (the matrix M).
-
-        Args:
-            change: Shape (N, n).
         """
         peaks = self.inverse.max(axis=1, keepdims=True)
         columns = np.divide(self.inverse, peaks, out=np.zeros_like(self.inverse), where=peaks > 0.0)
@@ -59,12 +56,7 @@ class SmoothMetric:
 
 
 def smooth_metric(moves: Bools, scale: Floats) -> SmoothMetric:
-    """Build the metric of a program.
-
-    Args:
-        moves: Which variables may change, shape (N, n).
-        scale: A step of ordinary size, shape (n,).
-    """
+    """Build the metric of a program; `moves` marks the variables that may change, shape (N, n)."""
     knots, joints = moves.shape
     padded = np.eye(knots)[np.clip(np.arange(-1, knots + 1, dtype=np.int64), 0, knots - 1)]
     differences = np.diff(padded, n=ORDER, axis=0)
@@ -78,13 +70,13 @@ def smooth_metric(moves: Bools, scale: Floats) -> SmoothMetric:
 
 
 ROUNDS = 6
-"""Number of checks of a corrected step for newly violated rows and bounds."""
+"""Checks of a corrected step for newly violated rows and bounds."""
 DAMPING = 1e-6
 """Added to the diagonal, relative to its mean: rows may be dependent."""
 
 
 def always_listed(block: ConstraintRows) -> bool:
-    """Return whether a constraint has all its rows at every point; others are fields, known near bounds."""
+    """Return whether a constraint has all its rows at every point; others only near their bounds."""
     return not np.isfinite(block.reach)
 
 
@@ -149,7 +141,7 @@ class LinearRows:
         return moved.reshape(step.shape)
 
     def _lack(self, step: Floats) -> Floats:
-        """Return the distance of each row outside its bounds after a step of shape (N n,), shape (m,)."""
+        """Return the distance of each row outside its bounds after a step (N n,), shape (m,)."""
         predicted = self.value + self.matrix @ step
         return np.clip(predicted, self.lower, self.upper) - predicted
 
@@ -162,21 +154,14 @@ class LinearRows:
 
     @cached_property
     def _product(self) -> Floats:
-        """Every row times the metric's inverse times every row, shape (m, m)."""
         return self.matrix @ self.smoothed.T
 
 
 def into_bounds(x: Floats, lower: Floats, upper: Floats, metric: SmoothMetric) -> Floats:
-    """Bend knots back between their bounds, smoothly, then clip the small rest.
+    """Bend knots (N, n) back between their bounds, smoothly, then clip the small rest.
 
-    Source: Zucker et al., CHOMP, IJRR 2013, section 3.3.
-
-    In every joint the excess is smoothed by the metric and scaled to remove the largest excess.
-
-    Args:
-        x: Knots, shape (N, n).
-        lower: Lower bounds, shape (N, n).
-        upper: Upper bounds, shape (N, n).
+    In every joint the excess is smoothed by the metric and scaled to remove the largest. Source: Zucker et
+    al., CHOMP, IJRR 2013, section 3.3.
     """
     joints = np.arange(x.shape[1], dtype=np.int64)
     bent: Floats = x

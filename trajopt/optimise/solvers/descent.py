@@ -1,7 +1,7 @@
 """Descents of the SQP: steps that reduce cost plus penalty times violation.
 
-`StepwiseDescent` takes them for any program and any backend; `NativeDescent` takes the same steps in one
-call of the core, for programs that need no Python.
+`StepwiseDescent` works with any program and backend; `NativeDescent` takes the same steps in the core, for
+programs that need no Python.
 """
 
 from abc import ABC, abstractmethod
@@ -23,8 +23,8 @@ class TrustRegion:
         radius: Half the edge now.
         smallest: Below this it has collapsed.
         largest: It never grows beyond this.
-        accept: A step is taken when it brings at least this share of the predicted improvement.
-        good: The box grows when it brings at least this share.
+        accept: Least share of the predicted improvement with which a step is taken.
+        good: The box grows from this share on.
         grow: Factor on growth.
         shrink: Factor on rejection.
     """
@@ -60,9 +60,9 @@ class TrustRegion:
 
 
 ACCURACY = 0.2
-"""How well a step's QP is solved, as a share of the gain that is worth a step."""
+"""Accuracy of a step's QP, as a share of the gain that is worth a step."""
 QP_FAILURES = 3
-"""Failures of the QP backend that smaller steps are tried after."""
+"""Failures of the QP backend after which smaller steps are tried."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class DescentLimits:
 
     Attributes:
         steps: Steps at most, over all descents of a run.
-        relative_gain: A step must be predicted to reduce the merit by this share of it.
-        absolute_gain: And by this much.
+        relative_gain: Least predicted reduction of the merit by a step, as a share of it.
+        absolute_gain: And as a value.
     """
 
     steps: int
@@ -80,7 +80,6 @@ class DescentLimits:
     absolute_gain: float
 
     def enough(self, merit: float) -> float:
-        """Return the least reduction of a merit that is worth a step."""
         return max(self.relative_gain * merit, self.absolute_gain)
 
 
@@ -90,7 +89,7 @@ class Descent(ABC):
 
     Attributes:
         limits: Conditions that end a descent.
-        region: The current trust region.
+        progress: Called after every step.
         penalty: Current weight of violations.
         fine: Whether samples have their final density; on coarser ones a descent ends as soon as all
             constraints hold.
@@ -158,7 +157,7 @@ def merit(at: Linearisation, penalty: float) -> float:
 
 @dataclass(eq=False, kw_only=True)
 class StepwiseDescent(Descent):
-    """See `Descent`.
+    """Steps for any program and backend; see `Descent`.
 
     Attributes:
         at: Everything at the current point.
@@ -169,12 +168,10 @@ class StepwiseDescent(Descent):
 
     @property
     def x(self) -> Floats:
-        """The point, shape (N, n)."""
         return self.at.x
 
     @property
     def sampling(self) -> Ints:
-        """Samples per segment, shape (N - 1,)."""
         return self.at.sampling
 
     @property

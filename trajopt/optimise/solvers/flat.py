@@ -23,9 +23,7 @@ def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:
 
 @dataclass(frozen=True, eq=False)
 class Subproblem:
-    """The QP around one point, for any trust region.
-
-    The QP's variables are the free variables' step, then one slack for every finite bound.
+    """The QP around one point, for any trust region: the free variables' step, then a slack for every bound.
 
     Attributes:
         hessian: Of the squared costs, shape (f, f).
@@ -82,12 +80,7 @@ def _beside(left: csc_matrix, right: csc_matrix) -> csc_matrix:
 
 
 def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
-    """Build the QP of a step around a point.
-
-    Args:
-        moves: Which variables may change, shape (N, n).
-        penalty: Weight of constraint violations.
-    """
+    """Build the QP of a step around a point; `moves` marks the variables that may change, shape (N, n)."""
     free = np.flatnonzero(moves)
     column = np.full(moves.size, -1, dtype=np.int64)
     column[free] = np.arange(len(free))
@@ -142,11 +135,9 @@ class FlatSteps:
         self._backend = qp_backend(self.name)
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> "FlatStep":
-        """Build the QP around a point; see `StepSolver`."""
         return FlatStep(self, subproblem(moves, at, penalty), at.x.shape)
 
     def solve(self, qp: Qp) -> QpSolution | None:
-        """Return a minimiser, or None if the backend failed."""
         try:
             # After a rejected step only the bounds are new.
             if self._taken is not None and qp.same_pattern(self._taken):
@@ -181,7 +172,6 @@ class FlatStep:
         return self.solver.name
 
     def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:
-        """Return the best step between bounds of shape (N, n); see `StepProgram`."""
         free = self.model.free
         low, high = lower.ravel()[free], upper.ravel()[free]
         solution = self.solver.solve(self.model.qp(low, high))

@@ -22,7 +22,6 @@ Block = CostRows | ConstraintRows
 
 
 def role_of(block: Block) -> descent.Role:
-    """Return the core's code of the rows' role."""
     if isinstance(block, CostRows):
         return descent.cost(KINDS[block.loss], block.weight)
     return descent.bounds(block.lower, block.upper, block.tolerance)
@@ -51,8 +50,8 @@ class Samples(Value):
     """Samples of a curve: each is a weighted mean of few knots.
 
     Attributes:
-        knots: The knots of each, shape (S, k).
-        weight: Their weights, shape (S, k).
+        knots: Shape (S, k).
+        weight: Shape (S, k).
         place: Along the motion, in knots, shape (S,).
     """
 
@@ -73,7 +72,7 @@ class Taper(Value):
         contact_from: Knot from which contact is allowed; inf for none.
         depth: Penetration accepted there [m].
         gives: Pairs for which a share of the margin beyond the requirement suffices.
-        knots: Number of knots over which it grows from its size at an end to its full size.
+        knots: Number of knots over which it grows from an end to its full size.
     """
 
     required: Floats
@@ -109,11 +108,11 @@ class DistancePart(Value):
     """factor (distance - margin) of every one of p pairs that is nearer than its reach.
 
     Attributes:
-        empty: The cost or constraint, without rows; its weight or its bounds are one number, or one a pair.
+        empty: Cost or constraint without rows; weight or bounds are one number, or one a pair.
         samples: Samples at which distances are measured.
         reach: Pairs farther apart have no row, shape (p,) [m].
         factor: Shape (p,).
-        margin: The full margins, shape (p,) [m].
+        margin: Full margins, shape (p,) [m].
         taper: Their change along the motion; constant when None.
     """
 
@@ -138,9 +137,7 @@ class FramePart(Value):
     """A term of a frame at every sample.
 
     Attributes:
-        empty: The cost or constraint, without rows; its weight is one number, its bounds are by sample and
-            component.
-        samples: Samples at which it is evaluated.
+        empty: Cost or constraint without rows; one weight, bounds by sample and component.
         view: The frame and its reference.
         configurations: Number that count as evaluated: terms over the same samples share them.
     """
@@ -164,14 +161,14 @@ class ChangingDistancePart(Value):
     """Distance less error and margin of p pairs that change with time, while both are there; S samples.
 
     Attributes:
-        empty: The constraint, without rows; its bounds are one number, or one a pair.
+        empty: Constraint without rows; bounds are one number, or one a pair.
         samples: Samples at which distances are measured.
         times: Of each sample, shape (S,) [s].
         driven: Positions of the joints driven by time, shape (S, m) [rad | m].
         among: Measures them, by the group's positions and these.
         reach: Pairs farther apart have no row, shape (p,) [m].
         margin: Clearance to keep, shape (p,) [m].
-        errors: Radius, velocity and acceleration of the error of each pair, shape (p, 3).
+        errors: Radius, velocity and acceleration of each pair's error, shape (p, 3).
         appears: Time from which both are there, shape (p,) [s].
         expires: Time until which both are there, shape (p,) [s].
     """
@@ -213,7 +210,7 @@ class TorquePart(Value):
     """Torques as shares of their limits, at moments of a spline over time, for joints with high torque.
 
     Attributes:
-        empty: The constraint, without rows; its bounds are one number, or one a joint.
+        empty: Constraint without rows; bounds are one number, or one a joint.
         moments: With the weights of positions.
         velocity: Weights of velocities, shape (S, k).
         acceleration: Weights of accelerations, shape (S, k).
@@ -280,10 +277,10 @@ class CompiledProgram:
     """A program on given samples, in parts.
 
     Attributes:
-        lower: Lower bounds of the knots, shape (N, n).
-        upper: Upper bounds, shape (N, n).
+        lower: Of the knots, shape (N, n).
+        upper: Shape (N, n).
         scale: A step of ordinary size in each variable, shape (n,).
-        sampling: The samples per segment, shape (N - 1,).
+        sampling: Samples per segment, shape (N - 1,).
         query: Measures distances and places frames.
         support: The knots that each sample depends on, shape (S, k).
     """
@@ -343,9 +340,9 @@ class CompilableNlp(Nlp, Protocol):
         ...
 
     def compiled(self, sampling: Ints) -> CompiledProgram | None:
-        """Return the program in parts on given samples; None if one of its terms is unknown to the core."""
+        """Return the program in parts on given samples; None if a term is unknown to the core."""
         ...
 
     def python_rows(self, x: Floats, sampling: Ints) -> tuple[Block, ...]:
-        """Return the rows of those parts that the core requests, at a point."""
+        """Return the rows of the parts that the core requests, at a point."""
         ...

@@ -63,10 +63,8 @@ class SolveResult(Value):
     """Result of a solver.
 
     Attributes:
-        status: Reason for its end.
         x: Knots, shape (N, n).
         at: All costs and constraints, linearised there.
-        log: One entry per step.
     """
 
     status: SolverStatus
@@ -129,9 +127,7 @@ class Patient(Protocol):
         """Configurations that may be evaluated before it must be called; any number when None."""
         ...
 
-    def __call__(self, iteration: Iteration, /) -> None:
-        """Take a step."""
-        ...
+    def __call__(self, iteration: Iteration, /) -> None: ...
 
 
 class Solver(Protocol):
@@ -143,13 +139,11 @@ class Solver(Protocol):
         ...
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a seed.
+        """Minimise from a seed; the last point's `feasible` states whether it holds all constraints.
 
         Args:
             x0: Seed, shape (N, n); clipped to the bounds.
-
-        Returns:
-            The last point; `feasible` tells whether it holds all constraints.
+            progress: Called after every step.
         """
         ...
 
@@ -192,7 +186,7 @@ class Incumbent:
     """The best of the offered points; all on the same samples.
 
     Attributes:
-        seed: The seed, within bounds, shape (N, n).
+        seed: Within bounds, shape (N, n).
     """
 
     nlp: Nlp
@@ -215,7 +209,7 @@ class Incumbent:
         return True
 
     def settle(self) -> Linearisation:
-        """Return the better of the best point and the seed, compared on equally fine samples."""
+        """Return the better of the best point and the seed, on equally fine samples."""
         while True:
             self.refine()
             self.offer(self.nlp.linearise(self.seed, self.best.sampling))
@@ -224,8 +218,9 @@ class Incumbent:
 
 
 Update = Callable[[Linearisation, Incumbent, bool], tuple[Linearisation, bool] | None]
-"""Returns the next point and whether it differs from the current one. It offers points to the incumbent, and
-receives whether the point was sampled more finely since the last call. None ends the search.
+"""Returns the next point and whether it differs from the current one, given whether the point was sampled
+more
+finely since the last call; offers points to the incumbent. None ends the search.
 """
 
 
@@ -242,6 +237,7 @@ def improved(
     Args:
         x0: The seed, shape (N, n); clipped to the bounds.
         after_feasible: Steps after the constraints hold, which may still lower the cost.
+        progress: Called after every step.
     """
     incumbent = Incumbent(nlp, np.clip(x0, nlp.lower, nlp.upper))
     at, log = incumbent.best, list[Iteration]()

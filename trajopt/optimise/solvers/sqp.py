@@ -1,7 +1,7 @@
 """Sequential quadratic programming with an L1 merit, a box trust region and penalty rounds.
 
-Source: Nocedal and Wright, Numerical Optimization (2006), algorithm 18.5 and section 17.2; in
-motion planning Schulman et al., IJRR 2014, algorithm 1. Costs are Gauss-Newton.
+Source: Nocedal and Wright, Numerical Optimization (2006), algorithm 18.5 and section 17.2; in motion planning
+Schulman et al., IJRR 2014, algorithm 1. Costs are Gauss-Newton.
 """
 
 from collections.abc import Callable, Generator
@@ -37,11 +37,7 @@ WIDEST = 5
 
 
 def step_solver(name: str) -> StepSolver:
-    """Return a step solver.
-
-    Args:
-        name: "auto", "banded", "piqp", "osqp", "proxqp", or any solver that qpsolvers knows.
-    """
+    """Return a step solver: "auto", "banded", "piqp", "osqp", "proxqp", or another of qpsolvers."""
     if name == AUTO:
         return ByStructure()
     if name == "banded":
@@ -57,13 +53,12 @@ def _general(name: str) -> StepSolver:
 
 @dataclass(eq=False)
 class ByStructure:
-    """Chooses for each program; `StepProgram.backend` says which."""
+    """Chooses for each program; `StepProgram.backend` is its choice."""
 
     _band: StepSolver = field(default_factory=lambda: step_solver("banded"))
     _wide: StepSolver | None = None
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> StepProgram:
-        """Write the QP around a point for the backend that suits its rows; see `StepSolver`."""
         if _span(at) <= WIDEST:
             return self._band.program(moves, at, penalty)
         if self._wide is None:
@@ -77,13 +72,14 @@ def _span(at: Linearisation) -> int:
 
 
 WIDENED = 0.1
-"""After a round, or on finer samples, the trust region is at least this wide."""
+"""Least width of the trust region after a round, or on finer samples."""
 NEAR_GAIN = 0.03
 """Relative gain below which a seed that is nearly a solution is left unchanged. Costs are squares of travel:
-this share of the cost is half this share, one or two hundredths, of the travel.
+this
+is one or two hundredths of the travel.
 """
 FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_FINITE}
-"""After these no other penalty weight is tried."""
+"""Endings after which no other penalty weight is tried."""
 
 
 @checked
@@ -96,15 +92,14 @@ class Sqp:
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
         penalty_rounds: Largest number of rounds of growth; 0 if the caller has other ways to try.
-        max_iterations: Largest number of QPs; a later success is rare, and another seed is the better use
-            of the time.
+        max_iterations: Largest number of QPs; a later success is rare, and another seed the better use of
+            time.
         relative_gain: Converged when the predicted reduction is below this share of the merit.
         absolute_gain: Or below this value.
         until_feasible: Whether any point that holds all constraints suffices, regardless of its cost.
-        refines: Whether a point that holds all constraints on few samples has to hold them on many as well;
-            if not, the caller checks between the samples.
-        fine_first: Whether the first samples have the final density: from a seed that is nearly
-            a solution, coarse samples before only cost time.
+        refines: Whether a point has to hold all constraints on many samples as well; else the caller checks
+            between the samples.
+        fine_first: Whether the first samples have the final density, for seeds that are nearly solutions.
         trust_region: First trust region, and its rule.
     """
 
@@ -130,7 +125,7 @@ class Sqp:
         return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
 
     def brief(self) -> "Sqp":
-        """Return the solver with a quarter of the steps: promising seeds are recognised by then."""
+        """Return the solver with a quarter of the steps, enough to recognise promising seeds."""
         return replace(self, max_iterations=ceil(self.max_iterations / 4))
 
     def near(self) -> "Sqp":
@@ -138,15 +133,10 @@ class Sqp:
         return replace(self, fine_first=True, relative_gain=max(self.relative_gain, NEAR_GAIN))
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a seed.
+        """Minimise from a seed (N, n), on coarse samples until the constraints hold, then on fine ones.
 
-        Uses coarse samples until the constraints hold there, then fine ones.
-
-        Args:
-            x0: Seed, shape (N, n); clipped to the bounds.
-
-        Returns:
-            The last point; `feasible` tells whether it holds all constraints.
+        The seed is clipped to the bounds; the last point's `feasible` states whether it holds all
+        constraints.
 
         Raises:
             SolverNotFound: If the QP backend is unknown.
@@ -191,8 +181,9 @@ class Sqp:
 
 
 SILENCE = 3e-3
-"""Delay of the reports of steps to a patient watch, and the step in progress besides: well below human
-perception, and below Python's switching interval of threads [s].
+"""Delay of reports of steps to a patient watch, with the step in progress: below Python's switching interval
+of
+threads and well below human perception [s].
 """
 ENDINGS = (
     SolverStatus.CONVERGED,
@@ -213,14 +204,7 @@ def native_descent(
     region: TrustRegion,
     penalty: float,
 ) -> "NativeDescent | None":
-    """Return a descent in the core; None if program, backend or trust region are of another kind.
-
-    Args:
-        qp: Name of the QP backend.
-        sampling: The first samples per segment, shape (N - 1,).
-        limits: Conditions that end a descent.
-        penalty: First weight of violations.
-    """
+    """Return a descent in the core; None if program, backend or trust region are of another kind."""
     if qp not in (AUTO, NAME) or type(region) is not TrustRegion or not isinstance(nlp, CompilableNlp):
         return None
     program = nlp.compiled(sampling)
@@ -231,7 +215,7 @@ def native_descent(
 
 @dataclass(eq=False, kw_only=True)
 class NativeDescent(Descent):
-    """See `Descent`.
+    """Steps in the core; see `Descent`.
 
     Attributes:
         compilable: The program, as a `CompilableNlp`.
@@ -245,12 +229,10 @@ class NativeDescent(Descent):
 
     @property
     def x(self) -> Floats:
-        """The point, shape (N, n)."""
         return self.point.x.reshape(self.program.lower.shape)
 
     @property
     def sampling(self) -> Ints:
-        """Samples per segment, shape (N - 1,)."""
         return self.program.sampling
 
     @property
@@ -304,7 +286,7 @@ class NativeDescent(Descent):
         return ENDINGS[ending]
 
     def _patience(self) -> int:
-        """Return the work of the core up to which no step has to be reported; negative for any."""
+        """Return the core's work up to which no step has to be reported; negative for any."""
         if self.progress is None:
             return -1
         patience = 0 if self._patient is None else self._patient.patience
@@ -312,7 +294,6 @@ class NativeDescent(Descent):
 
     @cached_property
     def _patient(self) -> Patient | None:
-        """Receiver of the steps, if a small delay is allowed."""
         return self.progress if isinstance(self.progress, Patient) else None
 
     def _step(self, entry: "descent.Entry") -> SqpStep:

@@ -1,8 +1,7 @@
 """STOMP: stochastic trajectory optimisation for motion planning; it needs no gradient.
 
-Source: Kalakrishnan et al., ICRA 2011, 4569-4574, table I. The number of roll-outs, their noise and the
-weight of the costs are the defaults of MoveIt's implementation, the sensitivity is the paper's. Differences
-from the paper, and their reasons, are in docs/decisions/chomp-and-stomp.md.
+Source: Kalakrishnan et al., ICRA 2011, 4569-4574, table I. Roll-outs, noise and cost weight are the defaults
+of MoveIt's implementation, the sensitivity is the paper's. Differences: docs/decisions/chomp-and-stomp.md.
 """
 
 from collections.abc import Sequence
@@ -55,12 +54,7 @@ class Stomp:
         return "stomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a seed; see `Solver.solve`.
-
-        Returns:
-            The best point met, never worse than the seed: feasible before infeasible, then by
-            cost, or by violation if none was feasible.
-        """
+        """Return the best point met: feasible first, then by cost, or violation if none was feasible."""
         check_arguments(Stomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
         run = _Run(self, nlp, metric, np.random.default_rng(self.seed))
@@ -69,7 +63,7 @@ class Stomp:
 
 @dataclass(eq=False)
 class _Run:
-    """One call of the solver, and the best roll-outs of its last update."""
+    """One run, and the best roll-outs of its last update."""
 
     options: Stomp
     nlp: Nlp
@@ -78,11 +72,7 @@ class _Run:
     kept: Sequence[Linearisation] = ()
 
     def update(self, at: Linearisation, incumbent: Incumbent, refined: bool) -> tuple[Linearisation, bool]:
-        """Draw roll-outs, and move to their average, weighted separately at every knot.
-
-        Returns:
-            The new point, or the old one if the new one is not better; whether it moved.
-        """
+        """Draw roll-outs, and move to their average, weighted separately at every knot, if that is better."""
         kept, self.kept = () if refined else self.kept, ()
         options, rows = self.options, LinearRows.around(at, self.metric)
         drawn = [
@@ -112,7 +102,7 @@ def rollout_weights(costs: Floats, sensitivity: float) -> Floats:
     """Return the probability of each roll-out at each knot (eq. 11), shape (K, N); columns sum to 1.
 
     Args:
-        costs: Of each roll-out at each knot, shape (K, N).
+        costs: Shape (K, N).
         sensitivity: Of the exponent to a knot's costs, scaled to 0 (the least) ... 1.
     """
     least = costs.min(axis=0)
@@ -124,8 +114,7 @@ def rollout_weights(costs: Floats, sensitivity: float) -> Floats:
 def knot_costs(at: Linearisation, cost_weight: float) -> Floats:
     """Return the cost of each knot, shape (N,): violations in tolerances, and weighted costs.
 
-    Rows within their bounds cost nothing. A row between two knots is
-    shared by both.
+    A row between two knots is shared by both.
     """
     found = np.zeros(len(at.x))
     for block in at.constraints:

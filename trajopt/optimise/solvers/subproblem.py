@@ -42,15 +42,13 @@ class StepProgram(Protocol):
         ...
 
     def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:
-        """Return the best step between bounds.
+        """Return the best step between bounds; None if the backend failed.
 
         Args:
             lower: Of the knots' change, shape (N, n).
-            accuracy: Largest excess of the model's value over its minimum. General backends
-                solve to their own tolerance instead.
-
-        Returns:
-            The step, or None if the backend failed.
+            upper: Shape (N, n).
+            accuracy: Largest excess of the model's value over its minimum. General backends use their own
+                tolerance instead.
         """
         ...
 
@@ -85,11 +83,7 @@ class SoftenedRows:
 
 
 def softened_rows(at: Linearisation, penalty: float) -> list[SoftenedRows]:
-    """List constraints and non-smooth costs as softened rows.
-
-    Args:
-        penalty: Weight of constraint violations.
-    """
+    """List constraints and non-smooth costs as softened rows."""
     softened = [
         SoftenedRows(block.rows, block.lower, block.upper, np.full(len(block.lower), penalty))
         for block in at.constraints
@@ -113,7 +107,7 @@ class BandedSteps:
     """Steps by the native interior point method.
 
     Every row touches few neighbouring knots, so the system of every iteration is a band whose pattern does
-    not depend on how many rows there are. The algebra is in docs/decisions/banded-qp.md.
+    not depend on the number of rows: docs/decisions/banded-qp.md.
 
     Attributes:
         max_iterations: Limit of interior-point iterations.
@@ -122,7 +116,6 @@ class BandedSteps:
     max_iterations: int = 60
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> "BandedStep":
-        """Build the QP around a point; see `StepSolver`."""
         core = banded.Program(moves.shape[1], np.ascontiguousarray(moves).ravel())
         for block in at.costs:
             if block.loss is Loss.SQUARED:
@@ -148,7 +141,6 @@ class BandedStep:
         return NAME
 
     def solve(self, lower: Floats, upper: Floats, accuracy: float) -> QpStep | None:
-        """Return the best step between bounds of shape (N, n); see `StepProgram`."""
         dx, predicted_reduction, code, iterations = self.core.solve(
             lower.ravel(), upper.ravel(), REGULARISATION, accuracy, self.solver.max_iterations
         )

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 class AxisAngle:
     """One component: the angle t in [0, pi] between axis a and direction d [rad].
 
-    t = `atan2(|a x d|, a . d)`, so `t' = -w . (a x d) / |a x d|` for a frame with angular velocity w. If
-    the two are parallel the slope is taken as zero, if opposite along any perpendicular.
+    t = `atan2(|a x d|, a . d)`, so `t' = -w . (a x d) / |a x d|` for a frame with angular velocity w. The
+    slope is taken as zero if they are parallel, along any perpendicular if opposite.
     """
 
     reduced: ReducedModel
@@ -51,7 +51,6 @@ class AxisAngle:
         return motion.rows_of_all(angle[:, None], slope[:, None, :])
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         from trajopt.optimise.terms.symbolic import length
@@ -78,18 +77,17 @@ def _(
 
 
 NEAR = 1e-6
-"""Nearer than this the direction of a point means nothing [m]."""
+"""The direction of a nearer point means nothing [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class ViewAngle:
     """One component: the angle between the camera's axis and the direction to the target, in [0, pi] [rad].
 
-    The angle t = atan2(|a x p|, a . p) of the point p, seen from the camera, off its axis a has a slope for
-    every p, also behind the camera; 1 - cos t has none there. With p = r (cos t a + sin t n), n across the
-    axis, t' = (cos t n - sin t a) . p' / r.
-
-    On the axis the slope is taken as zero; straight behind, the point leaves the axis to one side.
+    t = atan2(|a x p|, a . p) of the point p, seen from the camera, off its axis a has a slope for every p,
+    also behind the camera, unlike 1 - cos t. With p = r (cos t a + sin t n), n across the axis, t' = (cos t n
+    - sin t a) . p' / r. On the axis the slope is taken as zero; straight behind, the point leaves the axis to
+    one side.
     """
 
     reduced: ReducedModel
@@ -119,7 +117,6 @@ class ViewAngle:
         return motion.rows_of_all(angle[:, None], rate[:, None, :])
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         from trajopt.optimise.terms.symbolic import length
@@ -150,7 +147,6 @@ class ViewDistance:
         return motion.rows_of_all(distance[:, None], rate[:, None, :])
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         from trajopt.optimise.terms.symbolic import length

@@ -19,22 +19,18 @@ from trajopt.values.errors import ObjectNotFound, ProblemError
 from trajopt.values.errors.arguments import checked
 
 ACTIVATION = 0.03
-"""Pairs get rows when nearer than their margin and this [m]; 3 to 4 cm is best."""
+"""Pairs nearer than their margin and this get rows [m]; 3 to 4 cm is best."""
 
 
 class MarginRule(Protocol):
     """The clearance that pairs must keep along a motion."""
 
-    def __call__(self, pair: Ints, place: Floats) -> Floats:
-        """Return the margin of each pair at each location, in knots, shape (m,) [m]."""
-        ...
+    def __call__(self, pair: Ints, place: Floats) -> Floats: ...
 
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
-    """Distance less margin of every pair that is near [m]; positive is good.
-
-    The component of a row is the index of its pair.
+    """Distance less margin of every pair that is near [m]; positive is good. Components are pair indices.
 
     Attributes:
         margin: Clearance to keep, by pair and location; the pairs' own margins when None.
@@ -78,8 +74,7 @@ class SoftDistance:
 class SoftClearance:
     """Shortfall of each pair below its preferred distance, times the root of its weight.
 
-    The component of a row is the index of its pair; a pair that is far enough apart has none, so the
-    square of this is smooth.
+    Components are pair indices; pairs that are far enough apart have none, so the square is smooth.
 
     Attributes:
         every: The preferred distance of all pairs.
@@ -91,7 +86,7 @@ class SoftClearance:
     name = "soft clearance"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Measure the pairs that are too near and differentiate; see `Clearance` for the derivative.
+        """Measure the pairs that are too near and differentiate as `Clearance`.
 
         Raises:
             ObjectNotFound: If a single pair names neither a link nor an object.
@@ -140,7 +135,7 @@ def soft_clearance(
 ) -> Cost:
     """Prefer more clearance than must be kept: a squared `Cost` on each pair's shortfall.
 
-    The clearance that constraints keep is the scene's margin (`Scene.with_margin`, for everything or pairs).
+    The clearance that constraints keep is the scene's margin (`Scene.with_margin`).
 
     Args:
         distance: Preferred distance of all pairs [m].

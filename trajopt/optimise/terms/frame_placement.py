@@ -55,7 +55,6 @@ class FramePlacementError:
         return motion.rows_of_all(value, jacobian)
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         need = self.required
@@ -140,7 +139,6 @@ def _(
 
 
 def _symbolic_vector(rotation: "ca.SX") -> "ca.SX":
-    """Return log R = t / sin t (R - R^T) / 2, the angle t by its sine and cosine."""
     import casadi as ca
 
     from trajopt.optimise.terms.symbolic import length
@@ -153,7 +151,6 @@ def _symbolic_vector(rotation: "ca.SX") -> "ca.SX":
 
 
 def _symbolic_euler(rotation: "ca.SX") -> "ca.SX":
-    """Return angles (a, b, c) of R = Rx(a) Ry(b) Rz(c)."""
     import casadi as ca
 
     return ca.vertcat(
@@ -171,9 +168,9 @@ POSITION_ROWS = 4
 class CurveError(Value):
     """Components: position error (x, y, z), its length [m], rotation error (three, two or none) [rad].
 
-    The knots are spread along the curve: knot k belongs to its location s_k, with R_c and p_c. The components
-    are R_c^T (p - p_c), its length, and the rotation log(R_c^T R), or with a free spin about the axis a of
-    the frame the components of R_c^T R a that are across a.
+    Knot k belongs to location s_k on the curve, with R_c and p_c. The components are R_c^T (p - p_c), its
+    length, and the rotation log(R_c^T R), or with a free spin about the axis a of the frame the components of
+    R_c^T R a across a.
 
     Attributes:
         required: The curve and the frame that follows it.
@@ -208,11 +205,7 @@ class CurveError(Value):
         return at_knots.rows_of_all(value, jacobian)
 
     def errors(self, motion: Motion, s: Floats) -> tuple[Floats, Floats]:
-        """Compare every sample with a location on the curve.
-
-        Args:
-            motion: S samples.
-            s: Length of each along the curve, shape (S,) [m].
+        """Compare S samples with locations of length `s` along the curve, shape (S,) [m].
 
         Returns:
             Components, shape (S, d), and their derivatives by the sample's configuration, (S, d, n).

@@ -29,11 +29,7 @@ class RelativeFrame:
     angular_jacobian: Floats
 
     def seen_from(self, places: Sequence[Placement]) -> "RelativeFrame":
-        """Return it as seen from a frame that is moved by time, not by the robot.
-
-        Args:
-            places: Of that frame at each sample, in the reference, S of them.
-        """
+        """Return it as seen from a frame that is moved by time, placed at `places` in the reference."""
         inward = np.stack([place.rotation.T for place in places])
         origin = np.stack([place.translation for place in places])
         return RelativeFrame(
@@ -50,7 +46,6 @@ def relative_frame(
     """Evaluate a point of a frame and its orientation, seen from a reference that may move.
 
     Args:
-        motion: The samples.
         frame: Link, tool frame or object.
         reference: "world", link, tool frame or object.
         offset: The point, in the frame, shape (3,) [m].
@@ -84,18 +79,13 @@ ZERO = 1e-12
 
 
 def lengths(vectors: Floats, rate: Floats, aside: int | None = None) -> tuple[Floats, Floats]:
-    """Return the lengths of vectors and their derivatives.
+    """Return the lengths of vectors (s, d), shape (s,), and their derivatives, shape (s, n).
 
-    The length of a zero vector has no derivative. Zero is used if it is bounded above; if it must grow, the
-    rate along an axis, so that it can.
+    The length of a zero vector has no derivative: zero is used, or the rate along `aside` if it must grow.
 
     Args:
-        vectors: Shape (s, d).
-        rate: Their derivatives, shape (s, d, n).
-        aside: The axis along which zero vectors are taken to grow; none when None.
-
-    Returns:
-        Lengths, shape (s,), and derivatives, shape (s, n).
+        rate: Derivatives of the vectors, shape (s, d, n).
+        aside: The axis along which zero vectors are taken to grow.
     """
     length = np.linalg.norm(vectors, axis=1)
     unit = vectors / np.maximum(length, ZERO)[:, None]

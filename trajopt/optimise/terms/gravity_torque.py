@@ -24,9 +24,8 @@ if TYPE_CHECKING:
 class GravityShare(Value):
     """g_j(q) / (effort limit of joint j), one component for each of some of the group's joints.
 
-    Derivatives are pinocchio's analytic ones of generalised gravity (Carpentier and Mansard, Analytical
-    derivatives of rigid body dynamics algorithms, RSS 2018). The torque of mimic joints counts for the
-    joint that they follow.
+    Derivatives are analytic (Carpentier and Mansard, Analytical derivatives of rigid body dynamics
+    algorithms, RSS 2018). The torque of mimic joints counts for the joint that they follow.
 
     Attributes:
         joints: Indices of the joints in the group, shape (k,).
@@ -69,7 +68,6 @@ class HoldingTorque(Value):
         return motion.rows(sample, share[sample, joint], slope, joint)
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """The gradient of the potential energy, as a share, of all joints."""
         return _torque_expression(kinematics) * (1.0 / self.effort)
 
 

@@ -44,7 +44,6 @@ class JointPosition(Value):
         return motion.rows_of_all(value, np.tile(select, (len(value), 1, 1)))
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         return kinematics.q[self.joints.tolist()]
 
 
@@ -52,11 +51,7 @@ def without_followers(required: Sequence[Requirement], reduced: ReducedModel) ->
     """Return requirements with joint positions of mimic joints stated for their leaders.
 
     A mimic joint is at factor times leader plus offset, so a range of its positions is a range of the
-    leader's. Each becomes joint positions of its own; requirements without mimic joints are unchanged.
-
-    Args:
-        required: Requirements at one moment.
-        reduced: The robot; the leaders are joints of its group.
+    leader's.
     """
     stated: list[Requirement] = []
     for item in required:
@@ -78,7 +73,7 @@ def without_followers(required: Sequence[Requirement], reduced: ReducedModel) ->
 
 
 def _followers(required: JointPositions, reduced: ReducedModel) -> dict[str, tuple[str, float, float]]:
-    """Return the required joints that move by following one of the group: leader, factor and offset."""
+    """Return the required joints that follow one of the group: leader, factor and offset."""
     mimics = reduced.scene.robot.mimics
     named = {joint: mimics[joint] for joint in required.positions if joint in mimics}
     return {
@@ -89,12 +84,7 @@ def _followers(required: JointPositions, reduced: ReducedModel) -> dict[str, tup
 
 
 def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints, tuple[str, ...]]:
-    """Return which of the group's joints are required, and their names.
-
-    Args:
-        required: Joint positions, with mimic joints stated for their leaders: see `without_followers`.
-        reduced: The robot and its group.
-    """
+    """Return which of the group's joints are required, and their names; mimic joints as their leaders."""
     robot = reduced.scene.robot
     inside: list[str] = []
     for joint, value in required.positions.items():
@@ -132,11 +122,9 @@ def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> F
 
 
 def joint_box(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Floats, Floats]:
-    """Return the range that limits and all required joint positions leave to the group's joints.
+    """Return the range that limits and requirements leave to the joints, shape (n,) each [rad | m].
 
-    Returns:
-        Lower and upper bounds, shape (n,) each [rad | m]; a lower bound exceeds its upper one if the
-        range is empty.
+    A lower bound exceeds its upper one if the range is empty.
 
     Raises:
         ProblemError: If a joint outside the group is required to be elsewhere.
@@ -192,12 +180,10 @@ class JointSum(Value):
     name = "coupled joints"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the sums; exact, for they are linear."""
         value = motion.positions @ self.weights + self.constant
         return motion.rows_of_all(value[:, None], np.tile(self.weights, (len(value), 1, 1)))
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         return ca.dot(ca.SX(self.weights), kinematics.q) + self.constant
@@ -260,7 +246,6 @@ class RestPosture:
         return motion.rows_of_all(value, np.tile(np.eye(len(names))[places], (len(value), 1, 1)))
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         names = kinematics.reduced.joint_names
@@ -295,15 +280,15 @@ def rest_posture(
 
 
 SHARE = 0.1
-"""Share of the drift that is accepted which the program's own tolerances may add up to."""
+"""Share of the accepted drift that the program's own tolerances may add up to."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rolling(Value):
     """Motion of each step from knot to knot across the heading in its middle [m].
 
-    The chord of an arc of a circle is along the heading in its middle, so arcs and straight lines hold it
-    exactly, and smooth curves up to the third power of the step.
+    The chord of an arc is along the heading in its middle, so arcs and straight lines hold it exactly, smooth
+    curves up to the third power of the step.
 
     Attributes:
         places: Of x, y and yaw among the group's joints.
@@ -332,11 +317,7 @@ class Rolling(Value):
 
 
 def rolling(reduced: ReducedModel, knots: int) -> tuple[Constraint, ...]:
-    """Return the constraint that a base's wheels roll, if the group has such a base.
-
-    Args:
-        knots: Number of knots of the motion.
-    """
+    """Return the constraint that a base's wheels roll, if the group has such a base."""
     base = reduced.scene.robot.base
     places = base.rolling(reduced.joint_names)
     if places is None:

@@ -2,7 +2,6 @@
 
 In an object's frame only the ends of the line move. With n the normal from the object to the line and s
 the place of the nearest point along it, d' = n . ((1 - s) c' + s p') for the camera c and the target p.
-Objects that move by themselves are at their predicted placements at each sample's time.
 """
 
 from dataclasses import dataclass
@@ -28,17 +27,16 @@ from trajopt.values.shapes.shapes import Shape, bounding_sphere
 ACTIVATION = 0.1
 """Objects within the margin and this of the line get rows [m]."""
 THICKNESS = 1e-3
-"""Radius of the capsule that models the line; it is subtracted again [m]."""
+"""Radius of the capsule that models the line; subtracted again [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class SightClearance:
     """Distance between the line of sight and each part of each object that is near it [m].
 
-    The component of a row is the number of the part, over all objects that count. If the line goes through
-    a part, the distance is the negative depth by which the line must be moved aside. The prediction error
-    is subtracted from the distance of an object that moves by itself; samples without times have no rows
-    of it.
+    Components are numbers of parts, over all objects that count. If the line goes through a part, it is the
+    negative depth by which the line must be moved aside. Objects that move are at their predicted placements
+    at each sample's time, less the prediction error; samples without times have no rows of them.
     """
 
     reduced: ReducedModel
@@ -78,7 +76,7 @@ class SightClearance:
 
 
 def _counted(need: LineOfSight, reduced: ReducedModel) -> tuple[str, ...]:
-    """Return the objects that may not be in between."""
+    """Return the objects that may not be in between; exact meshes and clouds are refused."""
     names = need.obstacles(reduced.scene)
     for name in names:
         shapes = [shape for shape, _ in reduced.scene.object(name).parts]
@@ -97,9 +95,9 @@ def _counted(need: LineOfSight, reduced: ReducedModel) -> tuple[str, ...]:
 def _seen_from(
     reduced: ReducedModel, motion: Motion, need: LineOfSight, name: str
 ) -> tuple[RelativeFrame, RelativeFrame, Floats]:
-    """Return camera and target as seen from an object, and the object's largest error, shape (S,) [m].
+    """Return camera and target as seen from an object, and its largest error, shape (S,) [m].
 
-    The error is -inf, so that nothing is near, if the object moves by itself and samples have no times.
+    The error is -inf, so that nothing is near, if the object moves and samples have no times.
     """
     scene = reduced.scene
     carrier = scene.carrier(name)
@@ -120,7 +118,6 @@ def _seen_from(
 def _near(
     shape: Shape, where: Placement, camera: RelativeFrame, target: RelativeFrame, reach: Floats
 ) -> list[int]:
-    """Return the samples at which the line is nearer to a part's bounding sphere than a reach."""
     middle, radius = bounding_sphere(shape)
     begin, way = camera.point, target.point - camera.point
     centre = where * middle

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from trajopt.optimise.terms.symbolic import SymbolicKinematics
 
 RESERVED_DISTANCE = 0.1
-"""The reserve is a share of the range between the bounds, of this much at most [m]."""
+"""The reserve is at most this share of the range between the bounds [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,6 @@ class PointDistance:
         )
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         from trajopt.optimise.terms.symbolic import length
@@ -93,8 +92,8 @@ class RegionCoordinates:
     """Coordinates of the point in the nearest member that bound the member [m].
 
     Flat faces give linear rows. Round ones give the distance from the centre or axis, and the coordinates
-    across besides: the slope of a distance turns with the point, a coordinate's does not, so that steps much
-    longer than the width of a tube still end in it.
+    across besides: a coordinate's slope does not turn with the point, so that long steps still end in a
+    narrow tube.
 
     Components 4 m ... 4 m + 3 are of member m: x, y, z of a box; x, y, z and the distance from the
     centre of a sphere; x, y, the distance from the axis and z of a cylinder; z of a half-space. Only
@@ -131,7 +130,7 @@ class RegionCoordinates:
         )
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Four components per member; components of farther members lie within all bounds."""
+        """Return four components per member; those of farther members lie within all bounds."""
         import casadi as ca
 
         need = self.required
@@ -244,7 +243,6 @@ def _symbolic_coordinates(shape: Region, point: "ca.SX") -> "ca.SX":
 
 
 def _symbolic_outside(shape: Region, point: "ca.SX") -> "ca.SX":
-    """Signed distance from a shape, negative inside."""
     import casadi as ca
 
     from trajopt.optimise.terms.symbolic import length
@@ -297,7 +295,6 @@ class ArcCoordinates:
         )
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the components as an expression; see `Symbolic`."""
         import casadi as ca
 
         from trajopt.optimise.terms.symbolic import length

@@ -15,8 +15,7 @@ from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked
 
 INSET = 0.1
-"""Share of a tolerance that the program keeps in reserve: the judge measures the timed motion, which
-rounds the corners of the path, against the whole tolerance."""
+"""Share of a tolerance that the program keeps in reserve, since rounded corners use up some of it."""
 
 
 @singledispatch

@@ -1,10 +1,9 @@
 """Smallest singular value and manipulability of a frame's Jacobian.
 
-The Jacobian: in the world's axes at the point p of the frame, column j is (l_j, L w_j): l_j = v_j + w_j x p
+In the world's axes at the point p of the frame, column j is (l_j, L w_j): l_j = v_j + w_j x p
 is the velocity of p and w_j the angular velocity that joint j gives at unit speed. For joints i and j of the
 chain, with a the one nearer to the base and b the other, dl_j / dq_i = w_a x l_b, and dw_j / dq_i = w_i x w_j
-if i is nearer, else zero. Source: Hourtash, The kinematic Hessian and higher derivatives, CIRA 2005. Exact;
-no differences are taken.
+if i is nearer, else zero. Source: Hourtash, The kinematic Hessian and higher derivatives, CIRA 2005.
 """
 
 from dataclasses import dataclass
@@ -40,7 +39,6 @@ def frame_jacobian(
     """Evaluate and differentiate the Jacobian of a frame.
 
     Args:
-        motion: The samples.
         frame: Link, tool frame or object.
         length: Length that a radian of rotation counts as [m].
         offset: The point, in the frame, shape (3,) [m].
@@ -98,8 +96,8 @@ class SmallestSingularValue:
 class LostManipulability:
     """One component: r / (r + m), from 1 at a singularity towards 0 far from it, with reference r.
 
-    Yoshikawa's manipulability m is the product of the singular values of the Jacobian, the volume of the
-    ellipsoid of velocities. Source: Yoshikawa, Manipulability of robotic mechanisms, IJRR 1985.
+    Yoshikawa's manipulability m is the product of the singular values of the Jacobian. Source: Yoshikawa,
+    Manipulability of robotic mechanisms, IJRR 1985.
 
     Attributes:
         frame: Link, tool frame or attached object.

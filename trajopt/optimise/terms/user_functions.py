@@ -50,7 +50,6 @@ class Expression:
         return motion.rows_of_all(value, jacobian)
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return the expression; see `Symbolic`."""
         import casadi as ca
 
         # What is fixed to the world may make it a plain number.

@@ -1,7 +1,6 @@
 """Transcription by a B-spline: the same rows as over knots, over control points.
 
-A spline lies within the hull of its control points, so that bounds on these keep joint positions within
-their limits everywhere, not at samples only.
+A spline lies within the hull of its control points, so bounds on these keep joint limits everywhere.
 """
 
 from collections.abc import Sequence
@@ -67,11 +66,7 @@ class SplineBasis:
         return tuple(self.derivative_at(self.breaks, order) for order in range(3))
 
     def parameters(self, sampling: Ints) -> Floats:
-        """Return every break, and `sampling - 1` parameters between, even in each piece.
-
-        Args:
-            sampling: For each piece, >= 1, shape (m,).
-        """
+        """Return every break, and `sampling - 1` parameters between, even in each piece, shape (m,)."""
         piece = np.repeat(np.arange(len(sampling)), sampling)
         starts = np.repeat(np.cumsum(sampling) - sampling, sampling)
         share = (np.arange(len(piece)) - starts) / sampling[piece]
@@ -86,7 +81,7 @@ class SplineBasis:
         """Return parameters, shape (s,), and the weights of control points there.
 
         Args:
-            sampling: Samples of each piece, as of `parameters`.
+            sampling: As for `parameters`.
             exact: Parameters that are samples too, shape (w,).
         """
         even = int(sampling[0])
@@ -107,13 +102,9 @@ class SplineBasis:
         return self.derivative_at(parameters, 0)
 
     def derivative(self, order: int) -> Stencils:
-        """Return the matrix from the control points to the control points of a derivative.
+        """Return the matrix from the control points to those of a derivative.
 
-        The derivative is a spline of lower degree on the same pieces: it lies between its control points,
-        so bounds on these bound it everywhere.
-
-        Args:
-            order: 1 up to the degree.
+        A derivative lies between its control points, so bounds on these bound it everywhere.
         """
         matrix = np.eye(self.count)
         for step in range(order):
@@ -127,8 +118,8 @@ class SplineBasis:
     def derivative_at(self, parameters: Floats, order: int) -> Stencils:
         """Return weights of the control points in a derivative at parameters in [0, 1], shape (s,).
 
-        By the recursion over degrees: degrees up to the degree less the order sum shares of the neighbouring
-        pieces, higher ones take differences.
+        By the recursion over degrees: up to the degree less the order shares of neighbouring pieces are
+        summed, above differences are taken.
         """
         piece = np.clip(np.searchsorted(self.breaks, parameters, side="right") - 1, 0, len(self.breaks) - 2)
         weight = np.zeros((len(parameters), self.degree + 1))
@@ -152,7 +143,7 @@ class SplineBasis:
 
 @lru_cache(maxsize=8)
 def even_basis(degree: int, pieces: int) -> SplineBasis:
-    """Return a clamped B-spline of pieces of equal length; one for all plans, since its weights take long."""
+    """Return a clamped B-spline of equal pieces, shared by all plans since its weights take long."""
     return SplineBasis(degree, readonly(np.linspace(0.0, 1.0, pieces + 1)))
 
 
@@ -164,7 +155,7 @@ def fitted(
     resting: int,
     first: Floats | None = None,
 ) -> Floats:
-    """Return control points of the spline nearest to given points, by least squares.
+    """Return control points of the spline nearest to given points by least squares, shape (count, n).
 
     Args:
         parameters: In [0, 1], increasing, the first 0 and the last 1, shape (s,).
@@ -172,9 +163,6 @@ def fitted(
         resting: Control points at either end that coincide with the first or last point: with 3, velocity
             and acceleration vanish at both ends.
         first: Other values of the control points at the start, shape (resting, n).
-
-    Returns:
-        Shape (count, n).
     """
     stencils = basis.at(parameters)
     design = np.zeros((len(parameters), basis.count))
@@ -202,7 +190,7 @@ class KnotPlaces:
 
     Attributes:
         parameters: Of the spline, increasing from 0 to 1, shape (m,).
-        knots: The place there, in knots, from 0 to the last, shape (m,).
+        knots: Places there, in knots, shape (m,).
         exact: Parameters that must be samples, shape (w,): of waypoints.
     """
 
@@ -218,11 +206,10 @@ class KnotPlaces:
     def along(
         polyline: Floats, motion: Trajectory, waypoint_knots: Sequence[int] = (), begin: float = 0.0
     ) -> "KnotPlaces":
-        """Match a motion, from a time on, to a polyline by equal shares of their lengths.
+        """Match a motion to a polyline (N, n) by equal shares of their lengths.
 
         Args:
-            polyline: Knots, shape (N, n) [rad | m].
-            begin: Time from which it is on the polyline [s].
+            begin: Time from which the motion is on the polyline [s].
         """
         legs = np.linalg.norm(np.diff(polyline, axis=0), axis=1)
         lengths = np.concatenate((np.zeros(1), np.cumsum(legs))) / max(float(legs.sum()), 1e-12)
@@ -257,7 +244,6 @@ class BsplineNlp(CompilableMotionNlp):
         return swept_samples(self.query, corners, COARSE_SAMPLES)
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
-        """Sample the spline at every break, `sampling - 1` parameters between, and waypoints."""
         parameters, stencils = self.basis.sampled(sampling, self.places.exact)
         places = self.places(parameters)
         return Motion(x, stencils.support, stencils.weight, places, stencils(x), self.query)

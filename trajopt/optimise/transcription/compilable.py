@@ -1,8 +1,8 @@
 """Programs over the samples of a curve in parts for the core.
 
 Linear terms are passed as their rows at knots of zero; distances as the pairs that they measure, and the
-commonest terms of frames as formulas. Other terms of the library are evaluated in Python at every point. With
-a term of another package, whose rows are not known before, the whole program is evaluated in Python.
+commonest terms of frames as formulas. Other terms of the library are evaluated in Python at every point; a
+term of another package makes Python evaluate the whole program.
 """
 
 from collections.abc import Callable, Mapping
@@ -58,8 +58,10 @@ OF_KNOTS = {Velocity, Acceleration, Jerk, SplineRate}
 LINEAR = OF_KNOTS | {RestPosture, JointPosition, JointSum}
 """Terms whose rows are linear in the knots, and all there at every point."""
 OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
-"""Terms of frames without a formula in the core. All terms of frames share the placements of the samples:
-with one of these all are evaluated in Python."""
+"""Terms of frames without a formula in the core: with one of these Python evaluates all terms of frames,
+which
+share the placements of the samples.
+"""
 OTHERS = {GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression}
 """Other terms, whose rows depend on the knots of one sample too, or on two neighbours."""
 BOUNDED = {Constraint, TaperedConstraint}
@@ -75,7 +77,6 @@ class CompilableMotionNlp(MotionNlp):
     )
 
     def compiled(self, sampling: Ints) -> CompiledProgram | None:
-        """Return the program in parts on given samples; None if one of its terms is unknown to the core."""
         if type(self).linearise is not MotionNlp.linearise or type(self.query) is not Query:
             return None
         motion = self.motion(np.zeros_like(self.lower), sampling)
@@ -100,7 +101,6 @@ class CompilableMotionNlp(MotionNlp):
         )
 
     def python_rows(self, x: Floats, sampling: Ints) -> tuple[Block, ...]:
-        """Return the rows of those parts that the core leaves to Python, at a point."""
         motion, terms = self.motion(x, sampling), self._python_terms
         costs = [item for item in self.problem.costs or () if type(item.residual) in terms]
         constraints = [item for item in self.constraints if type(item.residual) in terms]
@@ -118,7 +118,6 @@ class CompilableMotionNlp(MotionNlp):
         """Return a cost or constraint as a part; None if its term or its kind of bounds is unknown.
 
         Args:
-            item: The cost or constraint.
             placed: Whether another part counts the placements of all samples already.
         """
         residual = item.residual
@@ -189,7 +188,6 @@ def _empty(item: Cost | Constraint, motion: Motion, components: int | None = Non
     """Return a cost or constraint without rows, over stencils of a motion's samples.
 
     Args:
-        item: The cost or constraint.
         components: With these the bounds are laid out for each sample and component.
     """
     residual = item.residual

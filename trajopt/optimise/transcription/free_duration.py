@@ -1,10 +1,9 @@
 """Transcription with free duration: shape and duration of a motion together.
 
-A cubic B-spline over t / T. Its derivatives are splines again, which lie between their control points
-D^r c, linear in the control points c; so |D^r c| <= limit_r T^r at finitely many places holds velocity
-(r = 1), acceleration (2) and jerk (3) at all times. Acceleration is linear between breaks and jerk constant,
-so their bounds are exact. T is one more coordinate of every control point, tied to its neighbours,
-so that all rows stay near the diagonal.
+A cubic B-spline over t / T. Its derivatives lie between their control points D^r c, linear in the control
+points c; so |D^r c| <= limit_r T^r at finitely many places holds velocity (r = 1), acceleration (2) and jerk
+(3) at all times. Acceleration is linear between breaks and jerk constant, so their bounds are exact. T is one
+more coordinate of every control point, tied to its neighbours, so that all rows stay near the diagonal.
 """
 
 from dataclasses import dataclass, replace
@@ -22,7 +21,7 @@ from trajopt.values.trajectory import Trajectory
 RESTING = 3
 """Control points at either end that coincide: there the motion rests, without acceleration."""
 TOLERANCE = 1e-3
-"""Share by which limits may be exceeded in the program: the duration computed at the end holds all."""
+"""Accepted excess over limits in the program: the final duration holds all."""
 SHORTEST = 1e-2
 """Least duration of any motion, including one that does not move [s]."""
 ROUNDING = 1e-9
@@ -73,12 +72,10 @@ class FreeDurationNlp:
 
     @property
     def lower(self) -> Floats:
-        """Lower bounds, shape (M, n + 1)."""
         return _beside(self.spline.lower, 0.1)
 
     @property
     def upper(self) -> Floats:
-        """Upper bounds, shape (M, n + 1)."""
         return _beside(self.spline.upper, 3.0)
 
     @property
@@ -104,7 +101,6 @@ class FreeDurationNlp:
         return self.spline.sampling(x[:, :-1], fine=fine)
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
-        """Evaluate and linearise the duration, the limits and everything that the problem requires."""
         at = self.spline.linearise(x[:, :-1], sampling)
         costs = [
             replace(block, rows=_widened(block.rows), weight=SMOOTHNESS * block.weight) for block in at.costs
@@ -121,7 +117,7 @@ class FreeDurationNlp:
     def decode(self, x: Floats) -> Trajectory:
         """Return the motion along the spline in the least duration that holds all limits.
 
-        Its pieces are cubic, so positions, velocities and accelerations at the breaks define it completely.
+        Its pieces are cubic: positions, velocities and accelerations at the breaks define it.
         """
         basis, control = self.spline.basis, x[:, :-1]
         breaks = basis.breaks
@@ -145,7 +141,6 @@ class FreeDurationNlp:
         )
 
     def _duration_of(self, control: Floats) -> float:
-        """Return the least duration for control points [s]."""
         breaks = self.spline.basis.breaks
         speed, bend = (self.spline.basis.derivative_at(breaks, order)(control) for order in (1, 2))
         return self._held_by_motors(control, least_duration(breaks, speed, bend, self.limits))
@@ -287,7 +282,6 @@ def _duration(x: Floats) -> CostRows:
 
 
 def _tied(x: Floats) -> ConstraintRows:
-    """Every control point's copy of the duration equals its predecessor's."""
     count = len(x) - 1
     first = np.arange(count)
     jacobian = np.zeros((count, 2, x.shape[1]))

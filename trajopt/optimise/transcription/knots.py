@@ -33,23 +33,21 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Path
 
 SWEEP = 0.02
-"""No body moves farther than this between two samples, in the end [m]."""
+"""Final limit of a body's travel between two samples [m]."""
 COARSE_SAMPLES = 3
 """Samples per segment while the motion is not free yet."""
 MOST_SAMPLES = 400
 """Samples per segment at most."""
 TURN = 0.5
-"""Up to this step the travel of a body hardly exceeds the distance between its ends [rad | m]."""
+"""Up to this step a body's travel hardly exceeds the distance between its ends [rad | m]."""
 
 
 def swept_samples(
     query: Evaluator, corners: Floats, least: int = COARSE_SAMPLES, *, sweep: float = SWEEP
 ) -> Ints:
-    """Return the number of samples that each segment of a polyline needs, shape (N - 1,).
+    """Return the number of samples that each segment of a polyline (N, n) needs, shape (N - 1,).
 
     Args:
-        query: Measures the travel of bodies.
-        corners: Shape (N, n) [rad | m].
         least: Least number of samples of a segment.
         sweep: Largest travel of a body between two samples [m].
     """
@@ -57,17 +55,11 @@ def swept_samples(
 
 
 def samples_for(way: Floats, least: int, sweep: float = SWEEP) -> Ints:
-    """Return the number of samples for segments with the given travel of bodies, shape (N - 1,)."""
     return np.clip(np.ceil(way / sweep), least, MOST_SAMPLES).astype(np.int64)
 
 
 def swept(query: Evaluator, corners: Floats) -> Floats:
-    """Return the approximate travel of bodies in each segment of a polyline, shape (N - 1,) [m].
-
-    Args:
-        query: Measures the travel of bodies.
-        corners: Shape (N, n) [rad | m].
-    """
+    """Return the approximate travel of bodies in each segment of a polyline (N, n), shape (N - 1,) [m]."""
     segments, steps = len(corners) - 1, corners[1:] - corners[:-1]
     parts = max(1, int(np.ceil(np.abs(steps).max(initial=0.0) / TURN)))
     share = np.arange(parts * segments + 1) / parts
@@ -80,17 +72,16 @@ def swept(query: Evaluator, corners: Floats) -> Floats:
 CLEARANCE_TOLERANCE = 1e-3
 """A margin counts as held when undercut by at most this [m]."""
 WIDE = 0.025
-"""Joint goals that leave any joint more room than this are sets of configurations, like goals of frames; in
-others a motion ends at the middle [rad | m]."""
+"""Goals that leave any joint more room than this are sets of configurations; in others a motion ends at the
+middle [rad | m].
+"""
 PRISMATIC_STEP = 0.5
 """A prismatic joint's ordinary step, as a share of its range."""
 
 
 @dataclass(eq=False)
 class KnotsNlp(CompilableMotionNlp):
-    """The program over knots, between which the motion is straight.
-
-    Build one with `transcribe(problem, seed)`.
+    """The program over knots, between which the motion is straight; built by `transcribe`.
 
     Attributes:
         margins: The required clearance along the motion.
@@ -145,10 +136,7 @@ class KnotsNlp(CompilableMotionNlp):
 @checked
 @cached_per_value
 def fixed_goal(problem: Problem) -> Floats | None:
-    """Return the group's positions at the goal, shape (n,), if the goals fix all of them.
-
-    A tolerance that leaves a joint considerable room does not fix it: see `WIDE`.
-    """
+    """Return the group's positions at the goal, shape (n,), if the goals fix all of them up to `WIDE`."""
     centre = goal_centre(problem)
     if centre is None:
         return None
@@ -186,8 +174,8 @@ def transcribe(
     """Transcribe a problem into a program over knots.
 
     Args:
-        seed: The knots to start from, shape (N, n): the motion's duration is estimated
-            from it, for windows of allowed contact.
+        seed: Knots to start from, shape (N, n): the motion's duration is estimated from it, for windows of
+            allowed contact.
         waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
         counts: Receives the work done; counts of its own when None.
 
@@ -205,18 +193,10 @@ def transcribe(
 def transcribe_covered(
     problem: Problem, seed: Floats, waypoint_knots: Sequence[int], counts: WorkCounts
 ) -> KnotsNlp | None:
-    """Transcribe a problem with boxes in place of clouds, which are larger and faster to measure.
+    """Transcribe a problem with boxes in place of clouds, which are faster to measure; see `transcribe`.
 
-    A path that is clear of the boxes is clear of the clouds. A free path may exist although none is clear of
-    the boxes.
-
-    Args:
-        problem: See `transcribe`.
-        seed: See `transcribe`.
-        waypoint_knots: See `transcribe`.
-
-    Returns:
-        The program; None if there is no cloud that boxes can replace, or the evaluator is not the native one.
+    A path that is clear of the boxes is clear of the clouds, but a free path may not be clear of the boxes.
+    None if there is no cloud that boxes can replace, or the evaluator is not the native one.
     """
     _check_waypoints(problem, waypoint_knots)
     if problem.evaluator is not evaluator:
@@ -272,7 +252,6 @@ def _transcribed(problem: Problem, seed: Floats, waypoint_knots: Sequence[int], 
 
 
 def _clearance(problem: Problem, margins: TaperedMargins, share: float) -> Constraint:
-    """Return the clearance of all pairs, with a share of their margins beyond the requirement."""
     distance = Clearance(problem.reduced, margins if share == 1.0 else ShrunkMargins(margins, share))
     tolerance = share * CLEARANCE_TOLERANCE
     return constraint(distance, lower=0.0, upper=np.inf, tolerance=tolerance, reach=distance.activation)
@@ -308,26 +287,22 @@ def _check_waypoints(problem: Problem, places: Sequence[int]) -> None:
 
 
 USABLE = 0.9
-"""Part of the rest above the share that a path may use if necessary. The remainder, a hundredth of the limit,
-is for the distance between samples and for corners that retiming rounds: they displace the payload by a few
-millimetres, with levers of decimetres.
+"""Part of the rest above the share that a path may use if necessary. The remainder is for the distance
+between
+samples and for rounded corners, which displace the payload by a few millimetres.
 """
 LISTED = 0.3
-"""A joint gets a row from this far below its share on: a step may change its load by about that."""
+"""Distance below its share from which a joint gets a row: a step may change its load by about that."""
 
 
 def holding_rows(problem: Problem, query: Evaluator, stops: Floats) -> tuple[Constraint, ...]:
     """Return the rows that keep the joints able to hold the load still; none if they always are.
 
-    Retiming refuses a path on which a joint needs more than its effort limit just to stand still: no timing
-    helps there. So the program has rows against it, but only for joints that gravity can overload: the others
-    are shown never to need a row.
-
-    A joint may use its share, or its load at a fixed stop if that is larger. If the problem itself limits
-    the share of gravity, that is enough.
+    No timing helps a path on which a joint needs more than its effort limit to stand still. Joints that
+    gravity cannot overload have no rows. A joint may use its share, or its load at a fixed stop if that is
+    larger. If the problem itself limits the share of gravity, that is enough.
 
     Args:
-        query: Of its reduced model.
         stops: Configurations that the motion passes in any case, shape (k, n) [rad | m].
     """
     effort = problem.limits.effort

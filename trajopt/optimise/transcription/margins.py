@@ -1,8 +1,8 @@
 """The clearance that the program demands along the motion: never less than the requirement.
 
-Near a fixed start or goal that violates the margin, the margin tapers to the actual
-distance: otherwise no motion could hold it. At a goal that leaves a choice, a requested margin
-tapers to the distance at the end of the seed. Intended contact is allowed for a time.
+Near a fixed start or goal that violates the margin, the margin tapers to the actual distance; at a goal that
+leaves a choice, a requested margin tapers to the distance at the end of the seed. Intended contact is allowed
+for a time.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ from trajopt.values.arrays import Bools, Floats, Ints, Printed, Rows
 TAPER_KNOTS = 3.0
 """Knots over which a margin grows from its value at a fixed end to its full size."""
 LONG_TAPER = 0.25
-"""Part of the motion over which requested margins grow: these may be many times larger than the
-travel of a body between two knots. In the middle half of the motion they have their full size.
+"""Part of the motion over which requested margins grow, which may be many times larger than a body's travel
+between two knots. In the middle half of the motion they have their full size.
 """
 
 
@@ -39,7 +39,7 @@ class TaperedMargins(Printed):
         pairs: The pairs, with their full margins.
         last: Index of the last knot.
         at_start: Margin of each pair at the start, shape (p,) [m].
-        at_end: Margin of each pair at the end, shape (p,) [m].
+        at_end: At the end, shape (p,) [m].
         contact_until: Knot up to which contact is allowed, shape (p,); -1 for none.
         contact_from: Knot from which contact is allowed, shape (p,); inf for none.
         depth: Penetration accepted there, shape (p,) [m].
@@ -55,12 +55,11 @@ class TaperedMargins(Printed):
 
     @cached_property
     def taper(self) -> float:
-        """Number of knots over which margins grow from their values at a fixed end to their full size."""
+        """Number of knots over which margins grow from a fixed end to their full size."""
         asked_for = bool((~shrinkable(self.pairs)).any())
         return max(TAPER_KNOTS, LONG_TAPER * self.last) if asked_for else TAPER_KNOTS
 
     def __call__(self, pair: Ints, place: Floats) -> Floats:
-        """Return the margin of each pair at each location, in knots, shape (m,) [m]."""
         full = self.pairs.margin[pair]
         since = np.clip((place - np.maximum(self.contact_until[pair], 0.0)) / self.taper, 0.0, 1.0)
         until = np.clip((np.minimum(self.contact_from[pair], self.last) - place) / self.taper, 0.0, 1.0)
@@ -89,7 +88,6 @@ class ShrunkMargins(Printed):
     share: float
 
     def __call__(self, pair: Ints, place: Floats) -> Floats:
-        """Return the margin of each pair at each place, shape (m,) [m]."""
         full, required = self.margins(pair, place), self.margins.pairs.required[pair]
         gives = (full > required) & shrinkable(self.margins.pairs)[pair]
         return np.where(gives, required + self.share * (full - required), full)
@@ -112,7 +110,7 @@ def tapered_margins(
 
     Args:
         knots: Number of knots.
-        goal: The group's positions at a fixed goal, shape (n,); None if the goal is not fixed.
+        goal: Fixed goal, shape (n,) [rad | m]; None if the goal is not fixed.
         duration: A cautious (long) estimate of the motion's duration, for contact windows [s].
         end: A possible end of the motion, if the goal is not fixed, shape (n,).
     """
@@ -154,15 +152,14 @@ def tapered_margins(
 
 
 USABLE = 0.5
-"""Part of the tolerance left at a stop that the program may use up: the rest is for the error of retiming."""
+"""Part of the tolerance left at a stop that the program may use: the rest is for the error of retiming."""
 LEAST = 1e-7
-"""No tolerance is less: linear programs are solved to a few digits more than that."""
+"""Least tolerance: linear programs are solved to a few digits more."""
 
 
 MOST_KEPT = {"m": 0.01, "rad": 0.05}
-"""Largest reserve, by unit: retiming first leaves a path by up to 5 mm, which turns a frame by this at a
-lever of
-a decimetre, and by less if that violates something. A tenth of a wide cone would be far more.
+"""Largest reserve, by unit: retiming leaves a path by up to 5 mm, which turns a frame by this at a lever of a
+decimetre. A tenth of a wide cone would be far more.
 """
 
 
@@ -171,7 +168,7 @@ class StopExcess:
     """Excess of a stop over the bounds that the program keeps.
 
     Attributes:
-        below: Of the lower bound, by component; 0 if it is kept, as for components beyond the last one.
+        below: Of the lower bound, by component; 0 if kept, as for components beyond the last one.
         above: Of the upper bound.
     """
 
@@ -184,14 +181,13 @@ class StopExcess:
 class TaperedConstraint(Constraint):
     """A constraint whose bounds give way near stops.
 
-    The program keeps a part of every tolerance in reserve. A start, a goal or a waypoint that lies in that
-    part holds the requirement, and no path could hold more there: near it the bounds widen to its value.
+    The program keeps a part of every tolerance in reserve. Near a start, goal or waypoint that lies in that
+    part the bounds widen to its value: no path could hold more there.
     """
 
     stops: tuple[StopExcess, ...] = ()
 
     def bounds(self, rows: Rows) -> tuple[Floats, Floats]:
-        """Return lower and upper bound of each row, shape (m,)."""
         lower, upper = super().bounds(rows)
         for stop in self.stops:
             near = np.clip(1.0 - np.abs(rows.place - stop.place) / TAPER_KNOTS, 0.0, 1.0)
@@ -206,8 +202,7 @@ def tapered(
     """Return a path constraint as terms that every stop holds if it holds the requirement.
 
     Args:
-        query: Of the reduced model.
-        window: Part of the motion in which it must hold.
+        places: The stops' knots.
         stops: Configurations there, shape (k, n) [rad | m].
     """
     reduced = query.reduced

@@ -22,11 +22,10 @@ class MotionNlp(ABC):
     """The program over the variables of a curve; owns the query, so one per thread.
 
     Attributes:
-        lower: Lower bounds of the variables, shape (N, n).
-        upper: Upper bounds, shape (N, n).
+        lower: Of the variables, shape (N, n).
+        upper: Shape (N, n).
         scale: A step of ordinary size, shape (n,).
         query: Evaluates kinematics and distances.
-        constraints: The problem's constraints as terms.
     """
 
     problem: Problem
@@ -52,7 +51,6 @@ class MotionNlp(ABC):
         return Linearisation(x, costs, constraints, sampling)
 
     def cost_rows(self, cost: Cost, motion: Motion) -> CostRows:
-        """Evaluate and linearise one cost."""
         residual = cost.residual
         rows = self._rows(residual.linearise(self.samples_within(motion, cost.window)), cost.window)
         weight = np.full(len(rows.value), cost.weight)

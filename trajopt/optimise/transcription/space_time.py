@@ -1,9 +1,9 @@
 """Transcription in space and time: a cubic B-spline over a motion of known duration, among moving objects.
 
-All pieces last equally long, so the limits of velocity, acceleration and jerk are constant rows, linear in
-the control points, that hold at all times. The first three control points carry the start's position,
-velocity and acceleration; the last three coincide, so that the motion comes to rest. Distances are measured
-to the objects' places at the time of each sample. The spline is the motion: there is no retiming.
+All pieces last equally long, so the limits of velocity, acceleration and jerk are constant linear rows that
+hold at all times. The first three control points carry the start's position, velocity and acceleration; the
+last three coincide, so that the motion comes to rest. Distances are measured at each sample's time. There is
+no retiming.
 """
 
 from collections.abc import Iterator
@@ -33,12 +33,14 @@ from trajopt.values.arrays import Floats, Ints, Printed, readonly
 from trajopt.values.trajectory import Path, Trajectory
 
 MARGIN = SWEEP**2 / (8.0 * 0.025) + CLEARANCE_TOLERANCE
-"""Clearance from dynamic obstacles above the required one [m]: so much nearer does a body come, between two
-samples, that turns about a point 2.5 cm away, and the program may miss a margin by its tolerance."""
+"""Clearance from dynamic obstacles above the required one [m], for the approach between two samples of a body
+that
+turns about a point 2.5 cm away, and for the program's tolerance.
+"""
 INTERVAL = 0.02
-"""Time between two checks while the robot stays at a configuration [s]: at 1 m/s obstacles move by 2 cm."""
+"""Time between checks while the robot stays at a configuration [s]: at 1 m/s obstacles move by 2 cm."""
 TOGETHER = 64
-"""Times that are checked together: distances are held in memory for each."""
+"""Times that are checked together, to bound the memory for distances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +48,7 @@ class ObstacleMargins(Printed):
     """The margins that one program keeps from dynamic obstacles, and the spare clearance of states.
 
     Attributes:
-        rows: The obstacles, for the rows of programs: its evaluator remembers their samples. Its owner's, so
-            one per thread.
+        rows: The obstacles, for the rows of programs: remembers their samples; one per thread.
         checks: The same for all else.
     """
 
@@ -65,7 +66,7 @@ class ObstacleMargins(Printed):
 
     @cached_property
     def margin(self) -> Floats:
-        """Clearance to keep above the required one: a little, or a margin that is stated, (p,) [m]."""
+        """Clearance to keep above the required one: a little, or a stated margin, (p,) [m]."""
         pairs = self.checks.timed.reduced.pairs
         return np.where(shrinkable(pairs), MARGIN, pairs.margin - pairs.required)
 
@@ -83,14 +84,14 @@ class ObstacleMargins(Printed):
         return spare
 
     def samples(self, corners: Floats, times: Floats, way: Floats) -> Ints:
-        """Return how many samples the obstacles demand between corners of a motion, shape (s - 1,).
+        """Return the number of samples that obstacles demand between corners of a motion, shape (s - 1,).
 
-        If no obstacle can be too near anywhere between two corners, they demand one.
+        One if no obstacle can be too near anywhere between two corners.
 
         Args:
             corners: Shape (s, n) [rad | m].
             times: Shape (s,) [s].
-            way: How far the robot moves between them, shape (s - 1,) [m].
+            way: Travel of the robot between them, shape (s - 1,) [m].
         """
         # They may go opposite ways.
         resting = self.checks.timed.positions(np.repeat(corners[:1], len(times), axis=0), times)
@@ -104,12 +105,11 @@ class ObstacleMargins(Printed):
         return np.where(near, samples_for(both, 1, SWEEP / 2.0), 1)
 
     def spare_staying(self, positions: Floats, begin: float, dwell: float) -> Floats:
-        """Return the clearance of each pair above the required one while the robot stays, (p,).
+        """Return each pair's clearance above the required one during a stay from `begin` [s], (p,) [m].
 
         Args:
-            positions: Its configuration, shape (n,) [rad | m].
-            begin: From when on [s].
-            dwell: For how long [s].
+            positions: Shape (n,) [rad | m].
+            dwell: Length of the stay [s].
         """
         asked = (positions.tobytes(), begin, dwell)
         if asked not in self._stays:
@@ -118,15 +118,11 @@ class ObstacleMargins(Printed):
         return self._stays[asked]
 
     def first_clear(self, positions: Floats, begin: float, until: float, dwell: float) -> float:
-        """Return the first time, between two others, at which the robot can begin to stay somewhere [s].
-
-        It is searched in steps; infinite if there is none.
+        """Return the first time at which the robot can begin to stay somewhere [s]; inf if there is none.
 
         Args:
-            positions: Its configuration, shape (n,) [rad | m].
-            begin: No earlier [s].
-            until: No later [s].
-            dwell: How long it stays [s].
+            positions: Shape (n,) [rad | m].
+            dwell: Length of the stay [s].
         """
         if (self.spare_staying(positions, begin, dwell) >= 0.0).all():
             return begin
@@ -156,15 +152,15 @@ NAMES = ("velocity limit", "acceleration limit", "jerk limit")
 
 @dataclass(frozen=True, eq=False)
 class SpaceTimeFamily(Printed):
-    """Programs of any duration, and what they share.
+    """Programs of any duration, and their shared data.
 
     Attributes:
         base: The problem over knots.
-        obstacles: The margins from dynamic obstacles; None if there are none.
+        obstacles: The margins from dynamic obstacles, if any.
         basis: Cubic pieces of equal length.
-        places: Where its parameters are along the motion over knots.
+        places: Its parameters along the motion over knots.
         end: Where the motion comes to rest, shape (n,) [rad | m].
-        dynamics: Torques, where they are limited.
+        dynamics: Torques, if they are limited.
     """
 
     base: KnotsNlp
@@ -223,7 +219,6 @@ class SpaceTimeFamily(Printed):
         return begin
 
     def _rates(self, duration: float) -> Iterator[Constraint]:
-        """Yield the limits of velocity, acceleration and jerk."""
         problem = self.base.problem
         limits = problem.limits
         begins = problem.start_velocities, problem.start_accelerations, np.zeros(len(self.end))
@@ -243,7 +238,7 @@ class SpaceTimeFamily(Printed):
             yield constraint(residual, lower=-share, upper=share, tolerance=TOLERANCE)
 
     def _torque(self, duration: float) -> Constraint:
-        """Return the limits of torque, at the breaks: between them the acceleration is linear."""
+        """Return the limits of torque at the breaks, between which the acceleration is linear."""
         assert self.dynamics is not None
         moments, stencils = self.basis.breaks, self.basis.at_breaks
         weights = np.stack([at.weight / duration**order for order, at in enumerate(stencils)])
@@ -277,7 +272,6 @@ class SpaceTimeNlp(BsplineNlp):
     obstacles: ObstacleMargins | None
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return samples per piece: few, or as many as the sweep of bodies and things demands."""
         if self.obstacles is None or not fine:
             return super().sampling(x, fine=fine)
         breaks = self.basis.breaks
@@ -287,14 +281,13 @@ class SpaceTimeNlp(BsplineNlp):
         return np.maximum(samples, self.obstacles.samples(corners, breaks * self.duration, way))
 
     def motion(self, x: Floats, sampling: Ints) -> MotionInTime:
-        """Sample the spline as its base does, each sample at its time."""
         at = super().motion(x, sampling)
         parameters, _ = self.basis.sampled(sampling, self.places.exact)
         fields = (at.knots, at.support, at.weight, at.place, at.positions, at.query)
         return MotionInTime(*fields, parameters * self.duration)
 
     def decode(self, x: Floats) -> Path:
-        """Return a path through points of the spline: nothing is timed along it, so that few are enough."""
+        """Return a path through points of the spline: few are enough, since nothing is timed along it."""
         points = self.motion(x, self.sampling(x, fine=False)).positions
         return Path(self.problem.reduced.joint_names, readonly(points))
 

@@ -1,7 +1,7 @@
 """Terms of a spline in time: derivatives of its positions, torques, and clearance from dynamic obstacles.
 
-The derivative of a spline is a spline that lies between its control points D^r c / T^r, which are linear in
-the control points c: bounds on these bound the rate at all times, not at samples only.
+A derivative lies between its control points D^r c / T^r, linear in the control points c: bounds on these
+bound the rate at all times.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class SplineRate(Value):
         support: The control points that each of the derivative's depends on, shape (m, k).
         weight: Their factors in the derivative by the spline's parameter, shape (m, k).
         limit: Of the derivative by the spline's parameter, shape (n,); inf for none.
-        place: Place of each along the motion, in knots of a polyline, shape (m,).
+        place: Of each along the motion, in knots of a polyline, shape (m,).
     """
 
     name: str
@@ -38,7 +38,6 @@ class SplineRate(Value):
     place: Floats
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the shares; exact, for they are linear."""
         limited = np.flatnonzero(np.isfinite(self.limit))
         count, size = len(self.support), len(limited)
         factor = self.weight[:, None, :] / self.limit[limited][None, :, None]
@@ -76,7 +75,6 @@ class SplineTorque(Printed):
     name = "torque limit"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate the moments, and differentiate by the control points for joints with high torque."""
         states = np.einsum("rsk,skn->rsn", self.weights, motion.knots[self.support])
         share = self.dynamics.torque(*states) / self.effort
         moment, joint = np.nonzero(np.abs(share) >= self.listed)
@@ -91,8 +89,8 @@ class SplineTorque(Printed):
 class ClearanceInTime(Printed):
     """Distance less error and margin of every pair that is near at a time at which both are present [m].
 
-    Linearised as `Clearance`, with each obstacle at its place at the sample's time. The component of a row is
-    the index of its pair in the timed model.
+    Linearised as `Clearance`, with each obstacle at its place at the sample's time. Components are pair
+    indices of the timed model.
 
     Attributes:
         margin: Clearance to keep, shape (p,) [m].
@@ -116,7 +114,6 @@ class ClearanceInTime(Printed):
         return self.kept + ACTIVATION + self.obstacles.pairs.error_at(self.duration, slice(None))
 
     def linearise(self, motion: Motion) -> Rows:
-        """Measure the near pairs at all samples and differentiate by the group's positions."""
         if not isinstance(motion, MotionInTime):
             raise ProblemError(f"{self.name}: the motion has no times")
         found = self.obstacles.contacts(

@@ -1,4 +1,4 @@
-"""Experience: motions that were planned, remembered for problems much like theirs."""
+"""Experience: remembered motions for similar problems."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
@@ -24,7 +24,7 @@ from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import bounding_box
 
 FARTHEST = 10.0
-"""Extent to which walls and floors are cut, beyond the reach of arms: it does not distinguish motions [m]."""
+"""Extent to which walls and floors are cut: beyond the reach of arms it distinguishes no motions [m]."""
 UNLIKE = 1.0
 """Displacement that an object without a counterpart counts as: the reach of an arm [m]."""
 
@@ -35,7 +35,7 @@ class Likeness:
 
     Attributes:
         key: Must be equal: robot, group, and the kinds of the requirements.
-        start: Start of the group's joints, shape (n,) [rad | m].
+        start: Shape (n,) [rad | m].
         goal: The numbers of the goal, shape (g,).
         scene: As `scene_signature` returns it.
     """
@@ -69,10 +69,9 @@ def likeness(problem: Problem) -> Likeness:
 
 
 def scene_signature(scene: Scene) -> Floats:
-    """Return positions and sizes of the objects of the world, unordered: shape (objects, 6) [m].
+    """Return centre and half edges of the box around each object of the world, shape (objects, 6) [m].
 
-    For each the centre of the axis-aligned box around it, and half its edges. Names do not matter, so that a
-    camera may rename its detections each time.
+    Names do not matter, so that a camera may rename its detections.
     """
     rows = list[Floats]()
     for name, item in scene.objects.items():
@@ -91,12 +90,7 @@ def scene_signature(scene: Scene) -> Floats:
 
 
 def scenes_apart(first: Floats, second: Floats) -> float:
-    """Return the mean distance of the objects of two scenes, each from the most similar one [m].
-
-    Args:
-        first: The signature of one.
-        second: The signature of the other.
-    """
+    """Return the mean distance of the objects of two scenes, each from the most similar one [m]."""
     count = len(first) + len(second)
     if not count:
         return 0.0
@@ -141,11 +135,11 @@ class Memory(Value):
     """A motion that solved a problem, and its record of success.
 
     Attributes:
-        number: Its number; numbers are not given again.
+        number: Never given again.
         key: Must be equal for another problem: robot, group, and the kinds of the requirements.
-        start: Start of the group's joints, shape (n,) [rad | m].
+        start: Shape (n,) [rad | m].
         goal: The numbers of the goal: positions, placements, tolerances, shape (g,).
-        scene: Positions and sizes of the objects, shape (objects, 6) [m]; see `scene_signature`.
+        scene: As `scene_signature` returns it, shape (objects, 6) [m].
         knots: The path, shape (k, n) [rad | m].
         wins: Number of motions found from it.
         failures: Number of failures since its last win.
@@ -209,7 +203,6 @@ class InProcessStorage:
     def change(
         self, *, new: Memory | None = None, changed: Iterable[Memory] = (), gone: Iterable[int] = ()
     ) -> tuple[int, Memory | None]:
-        """Add, change and remove memories in one step; see `Storage.change`."""
         self._version += 1
         for each in changed:
             if each.number in self._memories:
@@ -225,16 +218,15 @@ class InProcessStorage:
 
 FAR = 0.3
 """Largest distance of a problem from a remembered one: the largest difference of a joint at the start
-[rad | m], plus the largest difference of a number of the goal, plus the mean distance of the objects [m]. A
-metre counts as a radian: an arm of a metre moves its hand by as much. Three tenths of it are more than the
-width of an arm: a path that was free before is little use beyond.
+[rad | m], plus that of a number of the goal, plus the mean distance of the objects [m]. A metre counts as a
+radian: an arm of a metre moves its hand by as much. Beyond the width of an arm a free path is little use.
 """
 ANEW = FAR / 2.0
-"""A motion from a memory nearer than this is not remembered: that memory suffices."""
+"""A motion from a nearer memory is not remembered: that memory suffices."""
 FORGIVEN = 3
-"""Number of consecutive failures after which a memory is forgotten: the obstacle in its way is permanent."""
+"""Consecutive failures after which a memory is forgotten: the obstacle in its way is permanent."""
 LOOKED_AT = 8
-"""Number of memories, nearest in start and goal, whose scenes are compared."""
+"""Memories, nearest in start and goal, whose scenes are compared."""
 
 
 @dataclass(frozen=True)
@@ -253,12 +245,11 @@ class Experience:
     """Remembers motions and their successes: `plan(problem, experience=experience)`.
 
     For a problem in a static scene that begins at rest, without waypoints, the path of the most similar
-    solved problem is tried first. A motion found from it is judged like any other; otherwise
-    the usual tries follow. Threads and, with a warehouse, processes may share one.
+    solved problem is tried first, and judged like any other. Threads and, with a warehouse, processes may
+    share one.
 
     Attributes:
-        storage: Storage of the memories; this process alone by default. `Warehouse.experience` keeps them in
-            a file.
+        storage: This process alone by default. `Warehouse.experience` keeps memories in a file.
         most: Largest number of memories; beyond it the one whose last success is oldest is forgotten.
         learning: Whether it changes; without, equal calls have equal answers.
     """
@@ -328,12 +319,11 @@ class Experience:
         """Remember a path that solved a problem elsewhere, unless a similar problem is remembered already.
 
         Args:
-            problem: The solved problem, with one goal.
+            problem: With one goal.
             path: Points from start to end, shape (k, n) with k at least 2 [rad | m].
 
         Returns:
-            Whether it is remembered now; it is not if `learning` is off, or if motions of such
-            problems are never remembered.
+            Whether it is remembered now; it is not if `learning` is off, or if such problems never are.
 
         Raises:
             ShapeError: If the path does not fit the group's joints.
@@ -353,11 +343,7 @@ class Experience:
             return True
 
     def _in_excess(self, kept: Collection[int], gone: Sequence[int] = ()) -> Sequence[int]:
-        """Return the number of the memory that a new one replaces, if there is no room.
-
-        Args:
-            gone: Memories that are removed anyway.
-        """
+        """Return the number of the memory that a new one replaces, if there is no room."""
         if len(self._known) - len(gone) < self.most:
             return ()
         left = [each for number, each in self._known.items() if number not in (*gone, *kept)]
@@ -434,7 +420,6 @@ def _nearest(groups: Mapping[str, _Group], problem: Problem) -> tuple[float, int
 
 
 def _near(group: _Group, like: Likeness) -> list[tuple[float, int]]:
-    """Return the distances of memories of a group that are near enough, and their numbers."""
     apart = _largest(group.starts - like.start) + _largest(group.goals - like.goal)
     first = [int(place) for place in np.argsort(apart, kind="stable")[:LOOKED_AT] if apart[place] <= FAR]
     whole = [
@@ -449,12 +434,7 @@ def _largest(rows: Floats) -> Floats:
 
 
 def _won(result: Result, place: int, paths: int) -> bool | None:
-    """Return whether the motion came from the recalled path; None if that was not attempted.
-
-    Args:
-        place: The place of the path among those tried first.
-        paths: Number of paths tried first.
-    """
+    """Return whether the motion came from the recalled path; None if that was not attempted."""
     of_it = [
         each for each in result.attempts if each.kind is SeedKind.GIVEN and (each.number - 1) % paths == place
     ]

@@ -34,7 +34,7 @@ class Closed:
     """A box of configurations that are all in collision, or violate a required clearance.
 
     Attributes:
-        pairs: Links and objects whose contact, or required clearance, closes it, most frequent first.
+        pairs: Links and objects that close it, most frequent first.
         boxes: Number of examined boxes.
         farthest: Largest distance of the nearest pair at the middles of these [m].
     """
@@ -57,8 +57,7 @@ class ConfigurationCover:
         """Bound the travel of bodies.
 
         Args:
-            most: Largest number of boxes to examine, in all calls together, before a question is left
-                undecided.
+            most: Boxes to examine, in all calls together, before a question is left undecided.
             apart: Distance below which pairs count as in collision, shape (p,) [m], -inf for pairs that
                 never do; the required clearance when None.
         """
@@ -127,7 +126,7 @@ def halved(middle: Floats, half: Floats, axis: Ints) -> tuple[Floats, Floats]:
 def whole_range(reduced: ReducedModel) -> tuple[Floats, Floats]:
     """Return middle and half width of the box of all configurations, shape (n,) each.
 
-    Joints that turn need no more than one turn; others without limits are in no box (`endless`).
+    Joints that turn need one turn at most; others without limits are in no box (`endless`).
     """
     limits = reduced.limits
     lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
@@ -162,7 +161,7 @@ class ClosedCut:
 
     Attributes:
         position: The value [rad | m].
-        pairs: Links and objects whose contact, or required clearance, closes the cut, most frequent first.
+        pairs: Links and objects that close the cut, most frequent first.
         boxes: Boxes of configurations that were examined.
     """
 
@@ -175,15 +174,12 @@ class ClosedCut:
 def closed_cut(
     problem: Problem, *, apart: Floats | None = None, shares: Sequence[float] = SHARES
 ) -> ClosedCut | None:
-    """Look for a cut between the start and a goal of joints that no configuration can cross.
+    """Return the first proven cut between the start and a goal of joints; None proves nothing.
 
     Args:
         apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for pairs without
             one; the required clearance when None.
         shares: Shares of the way from start to goal at which each joint is cut.
-
-    Returns:
-        The first that is proven; None if none is, which proves nothing.
     """
     if endless(problem.reduced).any():
         return None
@@ -214,18 +210,17 @@ def _must_move(problem: Problem) -> dict[int, tuple[float, float]]:
 
 
 def _whole(reduced: ReducedModel, joint: int, value: float) -> tuple[Floats, Floats]:
-    """Return middle and half width of the box of all configurations on a cut, shape (n,) each."""
     middle, half = whole_range(reduced)
     middle[joint], half[joint] = value, 0.0
     return middle, half
 
 
 PAIR_BOXES = 60000
-"""Boxes to examine, of all pairs together, before the rest is left undecided: some tenths of a second,
-spent only if the start is too near already.
+"""Boxes to examine, of all pairs together, before the rest is left undecided: some tenths of a second, if the
+start is too near already.
 """
 CLOSER = 0.1
-"""Share of the lack by which the farthest distance is rounded up: proving less takes more boxes."""
+"""Share of the lack by which the farthest distance is rounded up, to need fewer boxes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,11 +228,9 @@ class NeverApart:
     """Two links or objects that are nearer than required in every configuration.
 
     Attributes:
-        first: One.
-        second: The other.
         distance: The required distance [m].
         most: Bound of their distance in all configurations [m].
-        farthest: The largest distance that was measured, smaller than the bound [m].
+        farthest: The largest distance that was measured [m].
     """
 
     first: str
@@ -270,7 +263,7 @@ def never_apart(
     """Return the pairs that are proven nearer than required in every configuration.
 
     Args:
-        reduced: The robot and its surroundings; joints outside the group do not move.
+        reduced: Joints outside the group do not move.
         distances: Required distance, by pair of links or objects [m].
     """
     owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
@@ -318,12 +311,7 @@ PROVEN_EXCESS = 1e-6
 
 
 def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
-    """Return whether every configuration of a box is proven to be in collision.
-
-    Args:
-        lower: Shape (n,) [rad | m]; finite.
-        upper: Shape (n,) [rad | m]; finite.
-    """
+    """Return whether every configuration of a box, shape (n,) [rad | m] and finite, is proven to collide."""
     return (
         ConfigurationCover(reduced, MOST_BOXES).close(0.5 * (lower + upper), 0.5 * (upper - lower))
         is not None
@@ -333,8 +321,7 @@ def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
 def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:
     """Return whether every configuration of a box is proven to violate a requirement.
 
-    Distances and residuals in the box differ from those at its middle by at most the travel that its joints
-    cause.
+    Distances and residuals differ from those at its middle by at most the travel that its joints cause.
 
     Args:
         lower: Shape (n,) [rad | m]; finite.
@@ -409,7 +396,6 @@ def box_overloads(problem: Problem, lower: Floats, upper: Floats) -> bool:
     """Return whether a joint is proven too weak to hold still at every configuration of a box.
 
     Args:
-        problem: The problem; has the load and the limits.
         lower: Shape (n,) [rad | m].
         upper: Shape (n,) [rad | m].
     """

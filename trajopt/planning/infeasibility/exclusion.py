@@ -1,8 +1,8 @@
 """Requirements that exclude each other: a proof for two of them, or a search for a smallest conflicting set.
 
-The proofs hold for any robot, by angles and distances alone. A frame turned to within an angle of a rotation,
-and an axis of it held within a cone, both restrict the same rotation; the triangle inequality of angles
-decides whether both can be held. Likewise two points of one body keep their distance in every placement.
+The proofs hold for any robot. A frame turned to within an angle of a rotation, and an axis of it held within
+a cone, both restrict the same rotation: the triangle inequality of angles decides whether both can be held.
+Likewise two points of one body keep their distance in every placement.
 """
 
 from collections.abc import Sequence
@@ -67,7 +67,6 @@ def exclusion(first: Requirement, second: Requirement, reduced: ReducedModel) ->
 
 
 def _bodies(required: Requirement, reduced: ReducedModel) -> tuple[int, int] | None:
-    """Return the joints that carry the frame and the reference."""
     if isinstance(required, AxisAlignment | FramePlacement | PositionInRegion):
         return reduced.attachment(required.frame)[0], reduced.attachment(required.reference)[0]
     return None
@@ -121,7 +120,6 @@ def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> s
 
 
 def _apart(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
-    """Compare the distance of two places with the distance of the body's own points."""
     if not (isinstance(first, FramePlacement) and isinstance(second, FramePlacement)):
         return ""
     one, other = _place(first, reduced), _place(second, reduced)
@@ -134,7 +132,6 @@ def _apart(first: Requirement, second: Requirement, reduced: ReducedModel) -> st
 
 
 def _outside(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
-    """Compare a place with a region that another point of the same body must be in."""
     if not (isinstance(first, FramePlacement) and isinstance(second, PositionInRegion)):
         return ""
     one = _place(first, reduced)
@@ -196,7 +193,7 @@ def distance(shape: Shape, point: Floats) -> float:
 
 
 STARTS = 1024
-"""Configurations that each subset is searched from: a set that can be held must not be called a conflict."""
+"""Starts of the search of each subset: a set that can be held must not be called a conflict."""
 
 
 def conflicting(
@@ -204,9 +201,9 @@ def conflicting(
 ) -> tuple[Requirement, ...]:
     """Return requirements for which no common configuration was found, a minimal set.
 
-    Without any one of them, the others can be held together. A single one cannot be held alone.
-    Source: the deletion filter of Chinneck and Dravnieks, Locating minimal infeasible constraint sets in
-    linear programs, ORSA J. Computing 1991, with the search of goal configurations as its oracle.
+    Without any one of them, the others can be held together. Source: the deletion filter of Chinneck and
+    Dravnieks, Locating minimal infeasible constraint sets in linear programs, ORSA J. Computing 1991, with
+    the search of goal configurations as its oracle.
 
     Args:
         query: Of the robot and its limits; collisions are not considered.

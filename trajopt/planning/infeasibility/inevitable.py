@@ -1,8 +1,7 @@
 """Proofs of inevitable collision with dynamic obstacles: at the start, at the goal, at a fixed link.
 
-The distance of an obstacle from a fixed link is the same in all configurations: the judge measures it in
-one. A motion has to end before the two come too near, which is impossible if every motion within the limits
-takes longer.
+The distance of an obstacle from a fixed link is the same in all configurations. A motion has to end before
+the two come too near, which is impossible if every motion within the limits takes longer.
 """
 
 from collections.abc import Sequence
@@ -28,20 +27,17 @@ from trajopt.values.printed import in_length
 LOOK = 0.02
 """Sampling interval for a configuration at rest [s]: objects at 1 m/s move by 2 cm."""
 LONGEST = 60.0
-"""Time horizon [s]: a later need is for another call."""
+"""Time horizon [s]."""
 FEW_BOXES, MOST_BOXES = 8, 400
 """Boxes to examine for an interval before it is halved; and for a single time or a short interval."""
 LONG = 1.0
 """Longer intervals are halved first [s]: objects move too far in them."""
 MOMENTS = 6
-"""Number of moments at which a proof is tried, the most promising first."""
+"""Moments at which a proof is tried, the most promising first."""
 SAMPLES = 256
-"""Number of reachable configurations to sample at a moment without a proof."""
+"""Reachable configurations to sample at a moment without a proof."""
 SCOUTS = 32
-"""Number of them to sample before a proof is tried: a clear one rules out the proof, and sampling takes no
-longer
-than examining a few boxes.
-"""
+"""Of these before a proof is tried: a clear one rules out the proof, and sampling is cheap."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +93,7 @@ class Occupied:
         begin: Earliest time at which a motion can be there [s].
         until: Time up to which it was examined [s]; infinite if nothing changes after.
         dwell: Required time of rest for which it is never free [s]; 0 if it is never free at all.
-        longest: The longest time for which it was seen to be free [s].
+        longest: The longest time for which it was free [s].
         proven: Whether it is proven for all of the goal, at all times.
         configurations: Number of examined configurations at the goal.
     """
@@ -143,7 +139,7 @@ class InTime:
     def inevitable(self, *, proven: bool) -> Sweep | None:
         """Find an obstacle that sweeps the start and that no motion escapes.
 
-        Obstacles of a link that no joint of the group moves are left out: there is no escape from them.
+        Links that no joint of the group moves are left out: there is no escape from their obstacles.
 
         Args:
             proven: Whether only a proof counts.
@@ -175,7 +171,7 @@ class InTime:
         """Find out whether all of the goal is occupied at all times.
 
         Args:
-            goals: Configurations at the goal, each of shape (n,) [rad | m].
+            goals: Configurations at the goal, shape (n,) each [rad | m].
             proven: Whether only a proof counts.
         """
         times = self.looks[self.looks >= self.earliest]
@@ -225,7 +221,7 @@ class InTime:
         return all(self._closed(lower, upper, *span) for span in pairwise((*cuts, cuts[-1])))
 
     def _never_long_free(self, lower: Floats, upper: Floats, times: Floats) -> bool:
-        """Prove that a box is occupied at moments so near to each other that nothing can dwell in between."""
+        """Prove that a box is occupied at moments so near to each other that no dwell fits in between."""
 
         def closed(time: float) -> bool:
             return bool(self.occupancy.throughout(lower, upper, time, time, most=MOST_BOXES))
@@ -274,7 +270,6 @@ class InTime:
         return ~np.any(free.reshape(len(times), count), axis=1)
 
     def _under_way(self, time: float) -> bool:
-        """Return whether no motion within the limits can be at the goal by a time."""
         box = self._by_then(time)
         if not all(np.isfinite(side).all() for side in box):
             return False
@@ -317,7 +312,6 @@ class InTime:
 
     @cached_property
     def _moments(self) -> Floats:
-        """When things appear and expire [s]."""
         both = [time for timing in self.timed.timings.values() for time in (timing.appears, timing.expires)]
         return np.array([time for time in both if 0.0 < time < inf])
 
@@ -359,7 +353,6 @@ class FixedLinkMet:
     """An obstacle that comes too near to a link that no joint of the group moves, before a motion is over.
 
     Attributes:
-        span: Obstacle, link, times and violation.
         over: Earliest end of a motion [s]: of all motions within the limits if proven, else of those found.
         dwell: Time for which it stays at its end [s].
         proven: Whether it is proven.
@@ -372,7 +365,6 @@ class FixedLinkMet:
 
     @property
     def words(self) -> str:
-        """Return a phrase with obstacle and time, stating that no motion changes it."""
         over = f"no motion within the limits is over before {self.over:.2f} s"
         if not self.proven:
             over = f"the motion without what changes takes {self.over:.2f} s"
@@ -390,7 +382,7 @@ def met_words(span: Span) -> str:
 
 @dataclass(eq=False)
 class FixedLinks:
-    """Checks the links of one problem's robot that no joint of the group moves; one for each thread.
+    """Checks the links that no joint of the group moves; one for each thread.
 
     Attributes:
         in_time: Looks for reasons in time.
@@ -399,12 +391,6 @@ class FixedLinks:
     in_time: InTime
 
     def met(self, takes: float | None = None) -> FixedLinkMet | None:
-        """Find an obstacle that meets such a link before a motion is over.
-
-        Args:
-            takes: Duration of the motion found without changing objects [s]; when None only a proof
-                counts.
-        """
         dwell, least = self.in_time.problem.dwell, self.in_time.earliest
         over = least if takes is None else max(least, takes)
         if not self._too_near(over + dwell):
@@ -435,5 +421,4 @@ class FixedLinks:
         )
 
     def _start(self, count: int) -> Floats:
-        """Return the start, which represents every configuration, repeated, (count, n) [rad | m]."""
         return np.tile(self.in_time.problem.reduced.start_positions, (count, 1))

@@ -22,17 +22,10 @@ START_ERROR = 1e-6
 
 
 def by_then(problem: Problem, time: float) -> tuple[Floats, Floats]:
-    """Return a box that holds every configuration of every motion of a problem up to a time.
+    """Return a box, shape (n,) each [rad | m], of all configurations that motions reach up to a time [s].
 
-    Each joint is bounded by its own limits of position, velocity, acceleration and jerk alone, so the
-    bound holds for all motions of the others.
-
-    Args:
-        problem: The problem; its start may be in motion.
-        time: From the start [s].
-
-    Returns:
-        Lower and upper bounds, shape (n,) each [rad | m]; infinite for joints without limits.
+    Each joint is bounded by its own limits of position, velocity, acceleration and jerk alone, so the bound
+    holds for all motions of the others; infinite for joints without limits. The start may be in motion.
     """
     limits, start = problem.limits, problem.reduced.start_positions
     rows = zip(
@@ -54,18 +47,14 @@ def by_then(problem: Problem, time: float) -> tuple[Floats, Floats]:
 
 
 def farthest(time: float, speed: float, gain: float, fastest: float, hardest: float, jerk: float) -> float:
-    """Bound the travel of a joint one way in a time, at the largest allowed acceleration.
+    """Bound the travel of a joint one way in a time [s], at the largest allowed acceleration [rad | m].
 
     Args:
-        time: From the start [s].
         speed: Its velocity that way; the other way counts as none.
         gain: Its acceleration that way; the other way counts as none.
         fastest: Limit of its velocity, may be infinite.
         hardest: Limit of its acceleration, may be infinite.
         jerk: Limit of its jerk, may be infinite.
-
-    Returns:
-        The travel [rad | m].
     """
     speed, gain = max(speed, 0.0) + START_ERROR, max(gain, 0.0)
     fastest, hardest = max(fastest, speed), max(hardest, gain)
@@ -87,9 +76,6 @@ def too_fast(problem: Problem) -> str:
     """Return which joint must leave its limits even at full braking; empty if none must.
 
     Braking is bounded by the joint's own limits of acceleration and jerk alone, so the verdict is proven.
-
-    Args:
-        problem: The problem; its start may be in motion.
     """
     if not problem.starts_moving:
         return ""
@@ -128,15 +114,12 @@ def too_fast(problem: Problem) -> str:
 
 
 def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> float:
-    """Return the least travel of a joint before it turns back [rad | m].
+    """Return the least travel of a joint before it turns back [rad | m]; -inf if it need not go that way.
 
     Args:
         gain: Its acceleration, at most `hardest`.
         hardest: Limit of the acceleration.
         jerk: Limit of the jerk, may be infinite.
-
-    Returns:
-        The travel; minus infinity if it need not go that way at all.
     """
     if not isfinite(jerk):
         return speed**2 / (2.0 * hardest) if speed > 0.0 else -inf
@@ -151,11 +134,8 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
 def too_late(problem: Problem) -> str:
     """Return the reason why no motion meets the deadline of a problem; empty if there is no proof.
 
-    Only limits of joints are used: no joint gets from start to goal in less time than its own velocity,
-    acceleration and jerk allow, and no frame moves faster than all joints at full speed could move it.
-
-    Args:
-        problem: With one goal.
+    No joint gets from start to goal in less time than its own limits allow, and no frame moves faster than
+    all joints at full speed could move it.
     """
     if problem.finish_by is None:
         return ""
@@ -168,15 +148,9 @@ def too_late(problem: Problem) -> str:
 
 
 def least_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
-    """Return the least time from rest to rest over a distance [s]; limits may be infinite.
+    """Return the least time from rest to rest over a distance >= 0 [s]; limits may be infinite.
 
     The larger of the times at full acceleration and at full jerk.
-
-    Args:
-        distance: Not negative [rad | m].
-        velocity: Limit [rad/s | m/s].
-        acceleration: Limit [rad/s^2 | m/s^2].
-        jerk: Limit [rad/s^3 | m/s^3].
     """
     if distance == 0.0:
         return 0.0
@@ -243,8 +217,8 @@ ENDLESS = 1e6
 class Chain:
     """Lengths of the chains of a reduced model.
 
-    A point cannot be farther from a joint's origin than the offsets of all joints between are long
-    together, with the range of those that slide.
+    A point is at most as far from a joint's origin as the offsets of all joints between are long together,
+    with the range of those that slide.
     """
 
     def __init__(self, reduced: ReducedModel) -> None:
@@ -266,13 +240,7 @@ class Chain:
         return [int(each) for each in self._reduced.model.supports[joint]][1:]
 
     def longest(self, first: int, joint: int, point: Floats) -> float:
-        """Bound the distance of a point from the origin of a joint further out [m].
-
-        Args:
-            first: The joint further out, one of those that carry `joint`.
-            joint: The joint that carries the point.
-            point: In the frame of `joint`, shape (3,) [m].
-        """
+        """Bound the distance of a point, in the frame of `joint` [m], from the origin of an outer joint."""
         chain = self.joints(joint)
         after = chain[chain.index(first) + 1 :]
         between = sum(self._offset[each - 1] + self._slide[each - 1] for each in after)
@@ -322,7 +290,7 @@ ACCURACY = 1e-6
 def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
     """Return how far a requirement is out of reach, as a sentence; empty if there is no proof.
 
-    The bound is the sum of the lengths of the chain, so it is generous: excluded goals are out of reach.
+    The bound is the sum of the lengths of the chain, so excluded goals are out of reach.
     """
     balls = _balls(required)
     if not balls or not isinstance(required, FramePlacement | PositionInRegion | PointOnArc):

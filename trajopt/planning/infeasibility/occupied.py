@@ -1,9 +1,8 @@
 """Proofs that changing objects occupy all of a box of configurations, at a time or throughout an interval.
 
-As in a cover (`trajopt/planning/infeasibility/cover.py`): at the middle of a box a pair penetrates or
-violates its clearance by more than its bodies can be moved apart while the joints stay in the box; else the
-box is halved. Time drives joints too, so an interval of time is a box of theirs. Depths are the judge's: the
-true ones differ by at most its stated error.
+As in a cover (`trajopt/planning/infeasibility/cover.py`): at the middle of a box a pair violates its
+clearance by more than its bodies can be moved apart within the box; else the box is halved. Time drives
+joints too, so an interval of time is a box of theirs. Depths are the judge's, with its stated error.
 """
 
 from collections.abc import Iterator
@@ -85,17 +84,14 @@ class Occupancy:
         self._obstacles = DynamicObstacles(self.timed, evaluator(self.timed.reduced, self.counts))
 
     def free(self, positions: Floats, times: Floats, which: Bools | None = None) -> Bools:
-        """Return which configurations (s, n) seem clear of changing objects at times (s,); see `too_near`."""
         free = np.ones(len(times), dtype=np.bool_)
         free[self.too_near(positions, times, which)[0]] = False
         return free
 
     def met(self, positions: Floats, times: Floats, which: Bools | None = None) -> tuple[Span, ...]:
-        """Return the objects that seem too near to configurations (s, n) at increasing times (s,).
+        """Return the objects that seem too near to configurations (s, n) at increasing times (s,) [s].
 
         Args:
-            positions: The configurations [rad | m].
-            times: The times [s].
             which: The pairs to examine, shape (p,); all when None.
 
         Returns:
@@ -127,11 +123,6 @@ class Occupancy:
     ) -> tuple[Ints, Ints, Floats]:
         """Measure configurations (s, n) at times (s,) as the optimiser does: evidence, not a proof.
 
-        Args:
-            positions: The configurations [rad | m].
-            times: The times [s].
-            which: The pairs to examine, shape (p,); all when None.
-
         Returns:
             Indices of configurations with a pair too near, the pair, and its violation [m], shape (k,) each.
         """
@@ -143,13 +134,7 @@ class Occupancy:
         return found.sample[near], found.pair[near], -found.least_spare[near]
 
     def is_met(self, positions: Floats, time: float, which: Bools) -> bool:
-        """Prove that a pair is too near at a configuration (n,) at a time [s].
-
-        Args:
-            positions: The configuration [rad | m].
-            time: The time [s].
-            which: The pairs that are looked at, shape (p,).
-        """
+        """Prove that one of some pairs is too near at a configuration (n,) at a time [s]."""
         known, times = self._pairs, np.array((time,))
         _, pair, _ = self.too_near(positions[None], times, which)
         # At the very moments at which something appears or expires contact is accepted.
@@ -257,11 +242,7 @@ class Occupancy:
         return ClosingPair(thing, link, depth, travel)
 
     def travel(self, pairs: Ints, half: Floats) -> Floats:
-        """Bound the distance that joints move pairs (s,) apart within boxes of half widths (s, n).
-
-        Returns:
-            Shape (s,) [m]; infinite for pairs without a bound.
-        """
+        """Bound how far joints move pairs apart in boxes of half widths (s, n), shape (s,) [m], or inf."""
         return np.einsum("sn,sn->s", self._levers[pairs, : half.shape[1]], half)
 
     def names(self, pair: int) -> tuple[str, str]:

@@ -107,7 +107,6 @@ def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple
     """Return the joints that cannot hold still as obstructions.
 
     Args:
-        overloads: The joints.
         where: Place as a phrase: "at the goal".
     """
     return tuple(
@@ -302,11 +301,7 @@ def not_verified(certificate: Certificate) -> str:
 
 
 def resting_hint(problem: Problem) -> str:
-    """Return a hint for a payload that touches something at the start; empty if it touches nothing.
-
-    Args:
-        problem: The problem, whose start was refused, or whose motion collides.
-    """
+    """Return a hint for a payload that touches something at the start; empty if it touches nothing."""
     scene = problem.scene
     start = problem.reduced.all_positions(problem.reduced.start_positions)
     excused = {allowance.pair for allowance in scene.allowances if allowance.first > 0.0}

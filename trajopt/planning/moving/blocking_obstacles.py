@@ -36,11 +36,7 @@ NAMED = 3
 
 
 def proof_of_failure(problem: Problem, static: Result, tracker: BudgetTracker) -> Result | None:
-    """Return the proof that no motion within the limits solves a problem in time; None if there is none.
-
-    Args:
-        static: The verified motion without dynamic obstacles.
-    """
+    """Return the proof that no motion within the limits solves a problem in time, if there is one."""
     motion = static.require()
     found = _BlockingObstacles(problem, motion.trajectory, tracker).refusal(proven=True)
     if found is None:
@@ -52,9 +48,7 @@ def proof_of_failure(problem: Problem, static: Result, tracker: BudgetTracker) -
 def explained(failure: Result, static: Result, tracker: BudgetTracker) -> Result:
     """Return a failure with its obstacles; as inevitable or occupied if all attempts are evidence of that.
 
-    Args:
-        failure: The failure; returned unchanged if its reason is known.
-        static: The verified motion without dynamic obstacles.
+    A failure whose reason is known is returned unchanged.
     """
     if failure.status is not Status.BLOCKED_IN_TIME:
         return failure
@@ -86,12 +80,6 @@ def _unknown(failure: Result) -> Sequence[Check]:
 
 @dataclass(eq=False)
 class _BlockingObstacles:
-    """Finds the obstructions of one problem.
-
-    Attributes:
-        static: The motion without dynamic obstacles.
-    """
-
     problem: Problem
     static: Trajectory
     tracker: BudgetTracker
@@ -159,7 +147,6 @@ class _BlockingObstacles:
         return goals
 
     def ends_before(self) -> str:
-        """Return by when a motion has to end, if an obstacle meets a link that no joint moves."""
         with self.tracker.stage("proof"):
             spans = self._fixed_links.spans
         self._count()

@@ -21,15 +21,11 @@ from trajopt.problem.requirements import GoalSet
 from trajopt.scene.scene import Scene
 
 DETOUR = 1.5
-"""Expected duration of a detour, as a multiple of the static one; it is clear of the tracks until then."""
+"""Assumed ratio of detour duration to static duration."""
 
 
 def planned_among_obstacles(search: PlanSearch) -> Result:
-    """Return the motion that ends soonest among dynamic obstacles, or the reason why there is none.
-
-    Args:
-        search: The call of planning. If its goals move, the motion meets them.
-    """
+    """Return the motion that ends soonest among dynamic obstacles, or the reason why there is none."""
     problem = search.problem
     if not goals_that_move(problem):
         return _to_resting_goal(search)
@@ -45,7 +41,6 @@ def planned_among_obstacles(search: PlanSearch) -> Result:
 
 
 def _to_resting_goal(search: PlanSearch) -> Result:
-    """Plan without dynamic obstacles, and from that motion among them."""
     problem = search.problem
     static = search.again(replace(problem, scene=without_changes(problem.scene))).run()
     there = replace(static.problem, scene=problem.scene)
@@ -109,16 +104,10 @@ class DynamicSearch:
 
     @cached_property
     def attempts(self) -> SpaceTimeAttempts | None:
-        """Attempts with shape and time optimised together; None if that method cannot plan the problem."""
         return SpaceTimeAttempts.of(self.work, self.static, self.best)
 
     def planned(self, row: DynamicRow, scene: Scene, choice: Choice | None = None) -> Iterator[Result]:
-        """Plan in a scene; yield a verified motion, timed among the obstacles if the scene has none.
-
-        Args:
-            row: The row of the table.
-            choice: The method; the one of the call when None.
-        """
+        """Plan in a scene; yield a verified motion, timed among the obstacles if the scene has none."""
         problem = self.search.problem
         found = self.search.again(replace(problem, scene=scene), choice=choice, most=row.attempts).run()
         self._stopped = found.stopped
@@ -254,7 +243,6 @@ def _timed(other: Result, work: PlanningWorkspace, by: float = inf) -> Result | 
 
 
 def _blocked(refused: Result) -> Result:
-    """Return a refused motion as a late one, or else as a blocked one."""
     if refused.status is Status.TOO_LATE:
         return refused
     words = f"the motion without what changes with time was refused: {refused.message}"

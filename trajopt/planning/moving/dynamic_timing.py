@@ -16,18 +16,17 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.trajectory import Trajectory
 
 STEP = 0.05
-"""Beginnings are tried in steps of this [s]; then halved between the last that was blocked and the next."""
+"""Step of start times [s]; then the interval between the last blocked one and the next is halved."""
 HALVINGS = 4
 """A motion then begins within 3 ms of the earliest time that is clear."""
 MOST = 3
-"""Number of start times of one motion to judge: an object between samples may be in the way of the first."""
+"""Start times of one motion to judge: an object between samples may be in the way of the first."""
 TOGETHER = 32
-"""Beginnings that are looked at together."""
+"""Start times that are checked together."""
 FEW = 4
-"""Looks of a motion at which something is too near that are looked at first for later beginnings: mostly
-something is there still."""
+"""Samples with an obstacle too near that are checked first for later starts: mostly it is there still."""
 LONGEST = 60.0
-"""Longest wait [s]: a later need is for another call."""
+"""Longest wait [s]."""
 
 
 @dataclass(eq=False)
@@ -38,7 +37,6 @@ class Waiting:
     candidates.
 
     Attributes:
-        checks: Checks configurations for dynamic obstacles.
         dwell: Time at rest at the end of a motion [s].
     """
 
@@ -46,12 +44,7 @@ class Waiting:
     dwell: float = 0.0
 
     def beginnings(self, trajectory: Trajectory, *, latest: float = inf) -> Iterator[Trajectory]:
-        """Yield a motion begun as early as seems clear, at rest until then, and a few times a little later.
-
-        Args:
-            trajectory: Of the group's joints.
-            latest: It is begun no later than so [s].
-        """
+        """Yield a motion begun as early as seems clear, by `latest` [s], and a few times a little later."""
         self.checks.start_at(trajectory(np.zeros(1)))
         met = self._met(trajectory, 0.0)
         if not len(met):
@@ -105,7 +98,7 @@ class Waiting:
     def _met(self, trajectory: Trajectory, wait: float) -> Floats:
         """Return times along a motion at which an object is too near if it is begun after a wait, few [s].
 
-        In addition to evenly spaced times, the moments at which objects appear and expire are sampled.
+        Moments at which objects appear and expire are sampled as well.
         """
         even = self._even(trajectory)
         moments = self.checks.obstacles.moments
@@ -152,10 +145,9 @@ class DynamicTiming:
     """Times motions of one problem among dynamic obstacles; one for each thread.
 
     Attributes:
-        checks: Checks configurations for the obstacles.
         waiting: Begins motions later.
         timing: Times motions on their paths.
-        latest: Latest end of a motion: the deadline, or the time until which the obstacles are known [s].
+        latest: Latest end of a motion: the deadline, or the end of the predictions [s].
     """
 
     checks: SampledChecks
@@ -165,11 +157,7 @@ class DynamicTiming:
 
     @staticmethod
     def of(problem: Problem, query: Evaluator) -> "DynamicTiming | None":
-        """Return the timing of a problem's motions; None if nothing changes with time.
-
-        Args:
-            query: Of its reduced model.
-        """
+        """Return the timing of a problem's motions; None if nothing changes with time."""
         obstacles = DynamicObstacles.of(problem.reduced, WorkCounts(), problem.evaluator)
         if obstacles is None:
             return None
@@ -184,12 +172,7 @@ class DynamicTiming:
         return self.checks.obstacles.query.counts
 
     def delayed(self, fastest: Trajectory, by: float) -> Iterator[TimedOnPath]:
-        """Yield a motion unchanged and begun later, if that seems clear.
-
-        Args:
-            fastest: The motion.
-            by: Latest end [s].
-        """
+        """Yield a motion unchanged and begun later, if that seems clear and it ends by a time [s]."""
         for begun in self.waiting.beginnings(fastest, latest=by - fastest.duration):
             wait = begun.duration - fastest.duration
             yield TimedOnPath(begun, () if begun is fastest else (waits(wait),))
@@ -198,8 +181,8 @@ class DynamicTiming:
         """Yield a motion unchanged, if that seems clear; then a few clear timings of it, the soonest first.
 
         Args:
-            fastest: The motion, the fastest along its path.
-            by: Latest end [s]; infinite for any time.
+            fastest: The fastest motion along its path.
+            by: Latest end [s]; may be infinite.
         """
         later = self.waiting.beginnings(fastest, latest=by - fastest.duration)
         begun = next(later, None)

@@ -1,10 +1,9 @@
 """Order search: the soonest way through the blocked cells of a path and time, before or after each of them.
 
 States are (start of a cell, rate of the clock, tick). All ticks at which a state can be reached are one
-integer, a bit for each: a change of ten ticks is a shift by ten, a blocked cell a mask. A robot at
-rest may rest until the place is blocked. So the search is complete for the rates and
-changes. Safe intervals keep only the earliest time; here a later one may be needed, since
-a moving robot cannot wait.
+integer, a bit for each: a change of ten ticks is a shift by ten, a blocked cell a mask. The search is
+complete for the rates and changes. Safe intervals keep only the earliest time; here a later one may be
+needed, since a moving robot cannot wait.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,9 +20,9 @@ from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.trajectory import Trajectory
 
 TICKS = 4
-"""In a cell, at full rate: the time of a cell is that between two looks, a tick a quarter of it."""
+"""Ticks of a cell at full rate; the time of a cell is the sampling interval."""
 RATES = (0.0, 0.25, 0.5, 0.8, 1.0)
-"""Of the clock; TICKS divided by each is whole. More would end a little sooner, and take longer to search."""
+"""Of the clock; TICKS divided by each is whole. More would end little sooner, and take longer to search."""
 FULL = len(RATES) - 1
 """The place of the full rate."""
 SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
@@ -31,8 +30,8 @@ SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
 FINE = 4
 """Slots of a cell: the points of a motion are a few milliseconds apart, a cell twenty."""
 EVEN = 9
-"""Evenly spaced samples of a change in addition to those of slots: one that begins at rest stays long in the
-first slot.
+"""Evenly spaced samples of a change in addition to slots: one that begins at rest stays long in the first
+slot.
 """
 SIDE = 1e-9
 """Distance of the samples on both sides of a jump of the jerk [s]."""
@@ -44,11 +43,10 @@ TOUCH = 1e-9
 class SpeedChange:
     """Change of the rate from one to another, anywhere on the path.
 
-    A `RateChange` over m whole cells of the clock and in a time that is a whole number of ticks: its bulge
-    makes up the difference. A motion that holds all limits holds them at every constant rate up to 1; a
-    change is possible if its accelerations, jerks and torques (`trajopt.timing.time_scaling`) do, at
-    samples. Rates are such that a cell takes a whole number of ticks with each: a search over cells and
-    ticks is exact in time.
+    A `RateChange` over m whole cells of the clock and a whole number of ticks: its bulge makes up the
+    difference. A change is possible if its accelerations, jerks and torques (`trajopt.timing.time_scaling`)
+    hold the limits at samples. A cell takes a whole number of ticks at each rate, so the search is exact in
+    time.
 
     Attributes:
         before: Place of the first rate.
@@ -93,10 +91,10 @@ class Limited:
     """Shares of the limits used by a motion, by its clock: middle and range of each value in a slot.
 
     Attributes:
-        cells: Number of cells of the clock, of FINE slots each.
+        cells: Cells of the clock, of FINE slots each.
         cell: Time of each [s].
-        pull: Factors of r. and r^2 in accelerations and torques, and their values at rest, each as part of
-            its limit, in the middle, shape (3, slots, j).
+        pull: Factors of r. and r^2 in accelerations and torques, and their values at rest, as parts of the
+            limits, in the middle, shape (3, slots, j).
         pull_around: Half the range of each.
         jerk: The joints' q', q'' and q''' as parts of their limits of jerk, shape (3, slots, n).
         jerk_around: Half the range of each.
@@ -113,10 +111,9 @@ class Limited:
     def of(
         motion: Trajectory, cells: int, limits: JointLimits, inverse_dynamics: InverseDynamics | None
     ) -> "Limited":
-        """Sample a motion.
+        """Sample a motion that holds the limits.
 
         Args:
-            motion: The motion, which holds the limits.
             cells: Number of cells of its clock.
             inverse_dynamics: Torques of the joints; None if they are not limited.
         """
@@ -143,7 +140,6 @@ class Limited:
         )
 
     def possible(self, of: SpeedChange, begins: Ints) -> Bools:
-        """Return whether a change can begin at the starts of cells, shape (k,)."""
         z, offset = _passing(of, FINE)
         _, rate, first, second = (each[:, None] for each in of.at(z, cell=self.cell))
         at = begins[:, None] * FINE + offset
@@ -172,7 +168,6 @@ def _most(middle: Floats, around: Floats, at: Ints, factors: tuple[Floats, Float
 
 @cache
 def _passing(of: SpeedChange, fine: int) -> tuple[Floats, Ints]:
-    """Return parts of the time of a change, and the slots that it passes then: each slot, and even times."""
     z: Floats = np.linspace(0.0, 1.0, 32 * of.span * fine + 1)
     clock = of.at(z, cell=float(fine))[0]
     middles = np.interp(np.arange(of.span * fine) + 0.5, clock, z)
@@ -222,7 +217,6 @@ class TimingStep:
 
     @property
     def ticks(self) -> int:
-        """Number of ticks; 0 of a rest, which lasts until the next step."""
         return HELD[self.rate] if self.change is None else self.change.ticks
 
     @property
@@ -286,7 +280,6 @@ class OrderSearch:
                     self._reached[end][rate] |= clear << ticks & self._whole
 
     def _free(self, begin: int) -> int:
-        """Return when the robot can rest at the start of a cell."""
         beside = self.blocked[begin] | self.blocked[max(begin - 1, 0)]
         return self._whole & ~beside
 
@@ -392,5 +385,4 @@ def _carried(begins: int, free: int) -> int:
 
 
 def _effort(step: TimingStep) -> tuple[int, int]:
-    """Order steps that lead to the same: staying at a rate before changes, from faster before from slower."""
     return (0 if step.change is None else 1, -step.rate)

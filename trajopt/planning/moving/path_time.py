@@ -25,8 +25,7 @@ class PathTime(Value):
     """The plane of a path and time.
 
     Attributes:
-        places: Borders of the m cells along the path, as parts of its length in joint space from 0
-            to 1, shape (m + 1,).
+        places: Borders of the m cells along the path, as parts of its length in joint space, shape (m + 1,).
         times: Borders of the k intervals, shape (k + 1,) [s].
         blocked: Object that is too near to the robot in each cell, as a place in `objects`; -1 for
             none, shape (m, k).
@@ -47,8 +46,8 @@ class PathTime(Value):
 def forbidden_times(plan: Plan | Result, *, until: float | None = None) -> PathTime:
     """Find the places along the path of a plan, and the times, at which dynamic obstacles are in the way.
 
-    Cells are sampled in their middle by the optimiser's distances, with the required clearance and
-    the prediction error: this shows why a motion waits. Proofs are in its certificate.
+    Cells are sampled in their middle by the optimiser's distances, with the required clearance and the
+    prediction error: this shows why a motion waits. Proofs are in its certificate.
 
     Args:
         plan: The plan, or a result that has one.
@@ -97,13 +96,9 @@ def _objects(
 
 
 SIDE = 8
-"""Cells along each side of the largest blocks: with fewer, most samples are of distant objects; with more,
-most blocks have to be cut.
-"""
+"""Cells along each side of the largest blocks: fewer sample distant objects, more have to be cut."""
 STRETCH = 8 * SIDE
-"""Intervals of time to sample before the reachable cells are computed: few enough to waste
-few samples, enough to sample many blocks together.
-"""
+"""Intervals of time to sample before the reachable cells are computed."""
 FREE = -1
 """In place of a pair, of a cell in which nothing is too near."""
 
@@ -114,22 +109,18 @@ Along: TypeAlias = Callable[[Floats], Floats]
 def blocked_cells(
     checks: SampledChecks, along: Along, edges: Floats, times: Floats, *, hurried: bool = False
 ) -> Ints:
-    """Find the cells of path and time that dynamic obstacles block.
+    """Find the cells of path and time that dynamic obstacles block: the pair, or FREE, shape (m, k).
 
-    A cell is sampled in its middle. Larger blocks of cells come first: an object farther away than the travel
-    within a block is clear of all of it, and a deeper contact blocks all of it, so that single cells are only
-    sampled along the borders of blocked regions.
+    A cell is sampled in its middle. Larger blocks come first: an object farther away than the travel within a
+    block is clear of all of it, and a deeper contact blocks all of it.
 
     Args:
-        checks: Checks configurations; it has the clearance that pairs keep.
+        checks: Has the clearance that pairs keep.
         edges: Parameters of the path at which its m cells begin and end, increasing, shape (m + 1,).
         times: When the k intervals begin and end, increasing, shape (k + 1,) [s].
         hurried: Whether the parameter is the time of the fastest motion along the path, no interval is longer
             than a cell, and all is over by the end of the times: then only cells that a motion can be in are
-            looked at: not so soon or so late, nor behind what it cannot have passed.
-
-    Returns:
-        The pair that is too near in each cell, or FREE, shape (m, k).
+            sampled.
     """
     plane = _Plane(checks, along, edges, times, hurried)
     parts, moments = plane.found.shape
@@ -162,19 +153,17 @@ def _reached(before: Bools, free: Bools) -> Bools:
 
 
 class _Plane:
-    """The plane of a path and time, in which blocks of cells are looked at."""
+    """The plane of a path and time, in which blocks of cells are sampled."""
 
     def __init__(
         self, checks: SampledChecks, along: Along, edges: Floats, times: Floats, hurried: bool
     ) -> None:
-        """Begin without results; for arguments see `blocked_cells`."""
         self.found = np.full((len(edges) - 1, len(times) - 1), FREE, dtype=np.int64)
         self._checks, self._along, self._edges, self._times = checks, along, edges, times
         self._hurried = hurried
         self._robot = self._travelled(along(edges), np.zeros(len(edges)))
 
     def look(self, parts: tuple[int, int], moments: tuple[int, int]) -> None:
-        """Look at the cells from some to before others."""
         size, edges, times = SIDE, self._edges, self._times
         ahead = slice(moments[0], moments[1] + 1)
         standing = np.repeat(self._along(edges[:1]), ahead.stop - ahead.start, axis=0)

@@ -1,8 +1,8 @@
 """Rendezvous with a moving goal: its time, and a motion that is at rest relative to the goal then.
 
-For each time that is tried a motion is planned to the goal's place at that time, as if it were at rest, and
-changed to follow the goal at its end (`following_frame`). It begins so that it arrives at that time. The
-result is the earliest rendezvous that the judge proves, to within hundredths of a second.
+For each tried time a motion is planned to the goal's place at that time, as if it were at rest, and changed
+to follow the goal at its end (`following_frame`). The result is the earliest rendezvous that the judge
+proves, to within hundredths of a second.
 """
 
 from collections.abc import Iterator
@@ -32,8 +32,9 @@ from trajopt.values.placement import as_rotation_vector
 from trajopt.values.trajectory import Path, Trajectory
 
 STEP = 0.25
-"""Step between the times that are tried [s]; then the interval between the last failure and the next time is
-halved. Steps grow to a tenth of the time: a late meeting is hardly worse a little later.
+"""Step between the tried times [s]; then the interval between the last failure and the next time is halved.
+Steps
+grow to a tenth of the time: a late meeting is hardly worse a little later.
 """
 GROWTH = 0.1
 HALVINGS = 3
@@ -78,7 +79,6 @@ class Rendezvous:
         self._last = min(LONGEST, due, timed.until - self.problem.dwell)
 
     def planned(self) -> Result:
-        """Return the soonest motion that meets the goal; else the obstruction of the nearest attempt."""
         try:
             found = self._searched()
         except Stopped as ended:
@@ -106,7 +106,6 @@ class Rendezvous:
         return self._late(self._met(where)[0] if 0.0 < nearest < inf else self._refused)
 
     def _late(self, refused: Result) -> Result:
-        """Return a refusal, as a missed deadline if there is one."""
         due = self.problem.finish_by
         if due is None:
             return refused
@@ -180,7 +179,6 @@ class Rendezvous:
                     break
 
     def _still(self, meeting: float) -> Problem:
-        """Return the problem with the goal at rest at its place of a time."""
         scene = at_rest(self.problem.scene, self._carriers, meeting)
         return replace(self.problem, scene=scene, dwell=0.0, finish_by=None)
 
@@ -201,17 +199,15 @@ def _rank(result: Result) -> int:
 
 
 FOLLOWING_STEP = 0.02
-"""Time between two following configurations [s]: the error of the spline between them is fractions of a
-micrometre at 1 m/s, far below the tolerances of placements.
+"""Time between two following configurations [s]: at 1 m/s the spline between them errs by fractions of a
+micrometre.
 """
 ITERATIONS, EXACT = 12, 1e-10
-"""Largest number of Newton steps, and their required precision [m | rad]: each squares the error, so few
-suffice.
-"""
+"""Largest number of Newton steps, and their required precision [m | rad]."""
 DAMPING = 1e-9
 """Keeps the steps finite at singular configurations, where following then fails."""
 SETTLING = 1e-3
-"""A motion may end with an acceleration: it is taken back in this time, without progress [s]."""
+"""Time in which a motion that ends with an acceleration takes it back, without progress [s]."""
 WITHIN = 0.998
 """Share of the limits that samples may reach, because of the values between them."""
 LOOKS = 12
@@ -234,18 +230,6 @@ class FollowingFrame:
         self._query = evaluator(self.timed.reduced)
 
     def positions(self, at_meeting: Floats, meeting: float, times: Floats) -> Floats | None:
-        """Return configurations that keep all placements as they are at the meeting, or None if some do not.
-
-        Coordinates that a placement leaves free are kept as well, if possible.
-
-        Args:
-            at_meeting: The group's positions at the meeting, shape (n,) [rad | m].
-            meeting: Time of the meeting [s].
-            times: Times to follow at, shape (s,) [s].
-
-        Returns:
-            Shape (s, n).
-        """
         wanted = [self._relative(goal, at_meeting[None], np.array((meeting,)))[:2] for goal in self.goals]
         for free in (False, True):
             found = self._kept(wanted, np.tile(at_meeting, (len(times), 1)), times, free=free)
@@ -278,7 +262,6 @@ class FollowingFrame:
     def _linearised(
         self, wanted: list[tuple[Floats, Floats]], positions: Floats, times: Floats, *, free: bool
     ) -> tuple[Floats, Floats]:
-        """Return the errors of placements, (s, r), and their derivatives by the joints, (s, r, n)."""
         errors: list[Floats] = []
         slopes: list[Floats] = []
         for goal, (rotation, point) in zip(self.goals, wanted, strict=True):
@@ -301,10 +284,10 @@ class FollowingMotion:
     """The joint motion that follows a goal, around the time at which it is met.
 
     A motion y that ends at rest, at the frame's place of a time T, is made into one that meets the frame
-    then. The added part is the joint travel that follows the frame from the configuration at T: q*(t) -
-    q*(T). That is exact in the last part, so that the robot moves relative to the frame as y does, which was
-    planned with a frame at rest. Before, the added part grows from zero, by a quintic. So the sum begins as y
-    does, and at T it has the frame's velocity and acceleration, and none relative to the frame.
+    then, by adding the joint travel that follows the frame from the configuration at T: q*(t) - q*(T). That
+    is exact in the last part, so that the robot moves relative to the frame as y does. Before, the added part
+    grows from zero, by a quintic. So the sum begins as y does, and at T it has the frame's velocity and
+    acceleration.
 
     Attributes:
         times: Shape (s,), increasing [s].
@@ -320,14 +303,10 @@ class FollowingMotion:
     def of(
         frame: FollowingFrame, at_meeting: Floats, meeting: float, begin: float, end: float
     ) -> "FollowingMotion | None":
-        """Return the motion from one time to another; None if no configuration follows.
+        """Return the motion from `begin` to `end`, the meeting or later [s]; None if nothing follows.
 
         Args:
-            frame: The frame to follow.
             at_meeting: The group's positions at the meeting, shape (n,) [rad | m].
-            meeting: Time of the meeting [s].
-            begin: First time [s].
-            end: Last time, the meeting or later [s].
         """
         before = np.linspace(begin, meeting, 1 + max(3, ceil((meeting - begin) / FOLLOWING_STEP)))
         after = np.linspace(meeting, end, 1 + ceil((end - meeting) / FOLLOWING_STEP))[1:]
@@ -338,9 +317,7 @@ class FollowingMotion:
         return FollowingMotion(times, _spline(times, found), meeting)
 
     def joined(self, still: Trajectory, slower: float) -> Trajectory:
-        """Return a motion that meets the goal and stays with it; see the module.
-
-        Its own time starts at 0 when it begins to move.
+        """Return a motion that meets the goal and stays with it; its time starts when it begins to move.
 
         Args:
             still: Ends at rest, at the configuration of the meeting.
@@ -383,12 +360,8 @@ class FollowingMotion:
 def _spline(times: Floats, values: Floats) -> Floats:
     """Return values, first and second derivatives of a cubic spline through points, (s, n) -> (3, s, n).
 
-    Its third derivative is continuous at the second and the last but one (not-a-knot), so that the ends need
-    no assumption. (SciPy's takes a second to import.)
-
-    Args:
-        times: Shape (s,), four or more.
-        values: Shape (s, n).
+    Its third derivative is continuous at the second and the last but one (not-a-knot). SciPy's takes a second
+    to import.
     """
     h, count = np.diff(times), len(times)
     slope = np.diff(values, axis=0) / h[:, None]
@@ -410,13 +383,6 @@ _NEAR = 1e-6
 
 
 def _grown(end: Floats, duration: float, times: Floats) -> list[Floats]:
-    """Return positions, velocities and accelerations of quintics that grow from nothing, (s, n) each.
-
-    Args:
-        end: Position, velocity and acceleration at the end, shape (3, n).
-        duration: When that is [s].
-        times: Shape (s,) [s].
-    """
     q, v, a = end[0], end[1] * duration, end[2] * duration**2
     third, fourth, fifth = 10 * q - 4 * v + a / 2, -15 * q + 7 * v - a, 6 * q - 3 * v + a / 2
     z = (times / duration)[:, None]

@@ -13,10 +13,12 @@ from trajopt.values.arrays import Bools, Floats, Ints
 INTERVAL = 0.02
 """Time between two checks along a motion [s]: at 1 m/s obstacles move by 2 cm in it."""
 MARGIN = 2e-3
-"""Clearance kept above the required one, as a reserve between checks [m]; a pair with less excess at the
-start keeps half of that excess."""
+"""Clearance kept above the required one, as a reserve between checks [m]; pairs with less excess at the start
+keep
+half of that.
+"""
 BATCH = 500
-"""Configurations that are checked together: the distances of all their pairs are held in memory."""
+"""Configurations that are checked together, to bound the memory for distances."""
 
 
 class SampledClearance(NamedTuple):
@@ -24,8 +26,8 @@ class SampledClearance(NamedTuple):
 
     Attributes:
         near: Whether an obstacle is too near at that very time, shape (s,).
-        within: Whether an obstacle would be too near if it came nearer by the interval's travel, shape (s,).
-        throughout: Whether an obstacle stays too near even if it moved away by that travel, shape (s,).
+        within: Whether one would be too near if it came nearer by the interval's travel, shape (s,).
+        throughout: Whether one stays too near even if it moved away by that travel, shape (s,).
         pair: The pair that is too near, or -1, shape (s,).
     """
 
@@ -63,7 +65,7 @@ class SampledChecks:
 
         Args:
             positions: Shape (s, n) [rad | m].
-            times: Their times, shape (s,) [s].
+            times: Shape (s,) [s].
             around: How far the interval reaches before and after, shape (s, 2) [s].
             travel: How much nearer to each other a pair may be elsewhere in it, shape (s,) [m].
         """
@@ -105,12 +107,10 @@ class SampledChecks:
 
 
 def _any(count: int, which: Ints) -> Bools:
-    """Return the mask of some of `count` samples."""
     found = np.zeros(count, dtype=np.bool_)
     found[which] = True
     return found
 
 
 def _rounded(value: float) -> float:
-    """Return the next power of two, or 0."""
     return 2.0 ** ceil(log2(value)) if value > 0.0 else 0.0

@@ -1,8 +1,8 @@
 """Attempts with shape and time optimised together among dynamic obstacles, each from a seed in time.
 
-Seeds are motions that need not be possible: the static one (the fastest without dynamic obstacles), the best
-one, the static one begun later, and paths of a sampling planner over configurations and times. The method
-makes each of them the shortest motion near to it.
+Seeds need not be possible: the static motion (the fastest without dynamic obstacles), the best one, the
+static one begun later, and paths of a sampling planner over configurations and times. The method makes each
+of them the shortest motion near to it.
 """
 
 from dataclasses import dataclass, replace
@@ -54,9 +54,11 @@ def _order(result: Result) -> tuple[bool, bool, bool, float]:
 
 ENOUGH = 1.05
 """Factor on the static duration that is short enough: even pieces and the precision of the duration cost
-about half of it."""
+about
+half of it.
+"""
 FAR = 1.25
-"""Factor on the static duration that is worth another seed: the path may be a long one."""
+"""Factor on the static duration that is worth another seed."""
 LEFT = 1e-3
 """A motion has left its start when a joint has moved this far [rad | m]."""
 SOON = 0.1
@@ -68,7 +70,7 @@ STEPS = 10
 HORIZONS = (1.5, 3.0, 6.0)
 """Static durations in which paths are sampled, in turn."""
 CHECKED = 20_000
-"""Configurations that are checked for each of these paths: the number for a path in a static scene."""
+"""Configurations that are checked for each of these paths, as many as in a static scene."""
 BECAUSE = "things move, appear or expire, and no timing of the path without them is better"
 """The reason for the method."""
 
@@ -92,12 +94,6 @@ class SpaceTimeAttempts:
 
     @staticmethod
     def of(work: PlanningWorkspace, static: Result, best: BestMotion) -> "SpaceTimeAttempts | None":
-        """Return the attempts at a problem; None if the method cannot plan it.
-
-        Args:
-            work: Of the problem, with one goal.
-            static: The verified motion without dynamic obstacles.
-        """
         problem, method = work.problem, SpaceTime()
         if problem.waypoints or method.objection(problem):
             return None
@@ -111,16 +107,13 @@ class SpaceTimeAttempts:
             self._too_short = self.enough
 
     def longer(self) -> None:
-        """Attempt a longer motion from the static one."""
         self._attempt(self._motion, too_short=self._too_short)
 
     def from_best(self) -> None:
-        """Attempt a shorter motion from the best one, unless that is one of these attempts."""
         if self.best.verified and self.best.result is not self._found:
             self._attempt(self.best.result.require().trajectory)
 
     def from_later_start(self) -> None:
-        """Attempt a motion from the static one begun at the first time at which it is clear."""
         if self.best.duration <= FAR * self._motion.duration:
             return
         with self.work.tracker.stage("wait"):
@@ -140,10 +133,7 @@ class SpaceTimeAttempts:
 
     @cached_property
     def enough(self) -> float:
-        """Duration that is short enough [s]; infinite if no motion can end.
-
-        It is hardly longer than the static motion, or than the time until its end is clear.
-        """
+        """Sufficient duration [s]: hardly longer than the static one, or than until its end is clear."""
         # Obstacles may move for ever.
         static, until = self._motion, min(self.program.until, LONGEST)
         enough, dwell, margins = ENOUGH * static.duration, self.work.problem.dwell, self.program.obstacles
@@ -156,7 +146,6 @@ class SpaceTimeAttempts:
         """Optimise a seed if its motion may become the shortest.
 
         Args:
-            seed: The seed; None for none.
             too_short: No motion of this duration or a shorter one was found from it before [s].
         """
         longest = PRECISION * self.best.duration
@@ -200,10 +189,7 @@ class SpaceTimeAttempts:
         return True
 
     def _first_clear(self) -> float:
-        """Return the first start of the static motion at which it is clear, whatever happens before [s].
-
-        It is 0 if there is none, or the motion is clear without a delay.
-        """
+        """Return the first start at which the static motion is clear [s]; 0 if none, or without a delay."""
         assert self.program.obstacles is not None
         motion, margins, dwell = self._motion, self.program.obstacles, self.program.problem.dwell
         times = np.linspace(0.0, motion.duration, SAMPLES)
@@ -217,7 +203,6 @@ class SpaceTimeAttempts:
         return 0.0
 
     def _sampled(self, horizon: float, rng: np.random.Generator) -> Trajectory | None:
-        """Return a sampled path that ends within `horizon` static durations; None if none was found."""
         program, tracker, motion = self.program, self.work.tracker, self._motion
         assert program.obstacles is not None
         counts, latest = program.counts, min(horizon * motion.duration, program.until)
@@ -253,7 +238,6 @@ def _described(motion: Trajectory, static: Trajectory) -> str:
 
 
 def _begun(motion: Trajectory) -> float:
-    """Return the time at which a motion has left its start [s]."""
     times = np.linspace(0.0, motion.duration, SAMPLES)
     away = (np.abs(motion(times) - motion(0.0)) > LEFT).any(axis=1)
     return float(times[np.argmax(away)])

@@ -31,11 +31,10 @@ def without_changes(scene: Scene) -> Scene:
 
 
 def at_rest(scene: Scene, carriers: frozenset[str], time: float) -> Scene:
-    """Return a scene with moving objects at rest at their places of a time, without other dynamic obstacles.
+    """Return a scene with moving objects at rest at their places of a time [s], without dynamic obstacles.
 
     Args:
         carriers: The moving objects; objects on them are present too, unless they appear or expire.
-        time: By the clock of the scene [s].
     """
     for name in carriers:
         motion = scene.objects[name].timing.motion
@@ -45,11 +44,7 @@ def at_rest(scene: Scene, carriers: frozenset[str], time: float) -> Scene:
 
 
 def along_tracks(scene: Scene, duration: float) -> Scene:
-    """Return a scene with copies of each dynamic obstacle at rest along its track.
-
-    Args:
-        duration: Tracks are considered until this time [s].
-    """
+    """Return a scene with copies of each dynamic obstacle at rest along its track, until a time [s]."""
     return _with_copies(scene, {name: _times(scene, name, duration) for name in scene.changing})
 
 

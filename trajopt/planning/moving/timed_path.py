@@ -1,8 +1,8 @@
 """Timed on its path: a motion along the path of another that stops on its way, slows down, or passes before.
 
-The other is the fastest along its path, so nothing ends sooner; it gives the clock.
-Cells of that clock and of time are sampled, the search finds the order in which blocked cells are passed,
-and its steps become a trajectory: the points of the other, at other times.
+The other is the fastest along its path; it gives the clock. Cells of that clock and of time are sampled, the
+search finds the order in which blocked cells are passed, and its steps give the points of the other new
+times.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,18 +33,21 @@ from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Interpolation, Trajectory
 
 CELLS = (24, 200)
-"""Least and most cells of a path: each as long as the sampling interval, but enough for a short motion,
-and few enough to be searched within the time of planning.
+"""Least and most cells of a path: each as long as the sampling interval, but enough for a short motion, and
+few
+enough to be searched in time.
 """
 SLOWER = 1.005
 """The clock is slower than the fastest by this, so that a change that holds all limits at samples does so
-between them too, and in the quintics that it becomes."""
+between
+them too.
+"""
 GROWN = (0, 1, 2)
 """Cells by which blocked regions are enlarged, in turn: a cell is sampled in its middle only."""
 POINTS = 12
-"""Least number of points of a change of speed, besides the motion's: the error of quintics between them is
-below
-the reserve of the slower clock.
+"""Least points of a change of speed, besides the motion's, so that the error of quintics stays below the
+reserve of
+the slower clock.
 """
 APART = 2e-4
 """Least distance of points [s]: between nearer ones rounding would cause a jerk."""
@@ -68,7 +71,6 @@ class PathTiming:
     """Times motions among dynamic obstacles; one for each thread.
 
     Attributes:
-        checks: Checks configurations for dynamic obstacles.
         inverse_dynamics: Torques of the joints; None if they are not limited.
         dwell: Time at rest at the end of a motion [s].
     """
@@ -79,11 +81,10 @@ class PathTiming:
     dwell: float = 0.0
 
     def timings(self, fastest: Trajectory, until: float) -> Iterator[TimedOnPath]:
-        """Yield motions along the path that seem clear and are over before a time, the soonest first.
+        """Yield motions along the path that seem clear and are over before `until` [s], the soonest first.
 
         Args:
             fastest: The fastest motion along the path, which holds all limits.
-            until: When it must be over [s].
         """
         if fastest.interpolation is not Interpolation.QUINTIC or until <= fastest.duration:
             return
@@ -126,7 +127,6 @@ def stretched(motion: Trajectory, factor: float) -> Trajectory:
 
 
 def _grown(blocked: Ints, by: int) -> Ints:
-    """Return blocked cells, and their neighbours in path and time."""
     for _ in range(by):
         wide = np.pad(blocked, 1)
         blocked = wide[1:-1, 1:-1] | wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:]
@@ -134,7 +134,6 @@ def _grown(blocked: Ints, by: int) -> Ints:
 
 
 def _bits(row: Ints) -> int:
-    """Return the ticks at which a cell is blocked as bits."""
     ticks = np.repeat(row, TICKS)
     return int.from_bytes(np.packbits(ticks, bitorder="little").tobytes(), "little")
 
@@ -143,7 +142,7 @@ def followed(clock: Trajectory, steps: Sequence[TimingStep], cell: float) -> Tra
     """Return the motion that steps make of another.
 
     Args:
-        steps: The steps, from the start of its first cell to the end of the last.
+        steps: From the start of its first cell to the end of the last.
         cell: Time of a cell on its clock [s].
     """
     waits = steps[0].rate == 0 and steps[0].begin == 0 and steps[0].change is None
@@ -202,11 +201,7 @@ def _inner(clock: Trajectory, begin: float, end: float) -> Floats:
 
 
 def waits(seconds: float, cause: str = "what changes with time") -> str:
-    """Return a sentence on a motion that begins later.
-
-    Args:
-        seconds: Delay [s].
-    """
+    """Return a sentence on a motion that begins a delay later [s]."""
     return f"waits {seconds:.3f} s before it moves, for {cause}"
 
 
@@ -216,8 +211,7 @@ def remarks_of(
     """Describe the stops and slower parts of a timing.
 
     Args:
-        pairs: What blocks each cell, or FREE.
-        checks: Names the obstacle of each pair.
+        pairs: The pair that blocks each cell, or FREE.
         rows: Configurations at the ends of the cells.
         tick: Time of one [s].
     """
@@ -254,7 +248,6 @@ class _Delay:
 
 
 def _delays(steps: Sequence[TimingStep]) -> Iterator[_Delay]:
-    """Yield the parts that are not at the full rate, each rest by itself."""
     ends = [*(step.tick for step in steps[1:]), steps[-1].tick + steps[-1].ticks]
     both = list(zip(steps, ends, strict=True))
     for slow, part in groupby(both, key=lambda one: _slowest(one[0]) < FULL):
@@ -275,7 +268,6 @@ def _slowest(step: TimingStep) -> int:
 
 
 def _cause(delay: _Delay, steps: Sequence[TimingStep], pairs: Ints, checks: SampledChecks) -> str:
-    """Name the object that would be in the way if the rest of the timing came earlier."""
     later = [step for step in steps if step.cells and step.tick >= delay.ends - step.ticks]
     cells = np.concatenate([np.arange(step.begin, step.begin + step.cells) for step in later])
     ticks = np.concatenate([step.tick + np.arange(step.cells) * step.ticks // step.cells for step in later])

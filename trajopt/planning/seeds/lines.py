@@ -14,16 +14,7 @@ from trajopt.values.errors.arguments import checked
 
 @checked
 def straight_line(start: Floats, goal: Floats, knots: int) -> Floats:
-    """Return knots evenly spaced between two configurations.
-
-    Args:
-        start: Shape (n,) [rad | m].
-        goal: Shape (n,).
-        knots: Number of knots, ends included.
-
-    Returns:
-        Shape (knots, n).
-    """
+    """Return knots evenly spaced between two configurations, shape (knots, n) [rad | m], ends included."""
     return np.linspace(start, goal, knots)
 
 
@@ -40,7 +31,6 @@ class StraightLines:
     def seeds(
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
-        """Yield the line; see `Source.seeds`."""
         del blocked, rng
         yield GivenSeed(context.line.knots)
 
@@ -67,7 +57,6 @@ class Bumps:
     def seeds(
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
-        """Yield bent lines; see `Source.seeds`."""
         del blocked
         for index in count():
             spread = self.bend * (1.0 + index / GROWTH) * context.scale
@@ -75,10 +64,9 @@ class Bumps:
 
 
 def bump(line: Floats, spread: Floats, rng: np.random.Generator) -> Floats:
-    """Return a line plus a half and a whole sine wave of random heights in every joint.
+    """Return a line (N, n) plus a half and a whole sine wave of random heights in every joint.
 
     Args:
-        line: Knots, shape (N, n); the ends stay.
         spread: Standard deviation of the half wave's height in each joint, shape (n,) [rad | m].
     """
     phase = np.linspace(0.0, np.pi, len(line))[:, None]
@@ -120,9 +108,9 @@ STILL = 1e-6
 class DetourLines:
     """The `Source` of lines bent around obstacles.
 
-    The sides are relative to the touching point of the body: across its way, in the world. First comes the
-    side that the contact itself pushes to. The bend is found by moving that point in small steps with the
-    damped inverse of its Jacobian (Nakamura and Hanafusa 1986), and dies away towards the ends of its leg.
+    The sides are across the touching point's way, in the world; first comes the side that the contact pushes
+    to. The point is moved in small steps with the damped inverse of its Jacobian (Nakamura and Hanafusa
+    1986); the bend dies away towards the ends of its leg.
     """
 
     kind = SeedKind.AROUND
@@ -130,7 +118,6 @@ class DetourLines:
     def seeds(
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
-        """Yield bent lines, as many for each blocked try as it has sides and sizes; see `Source.seeds`."""
         del rng
         for size in SIZES:
             for side in range(SIDES):
@@ -151,16 +138,11 @@ class _Bent(Value):
 
 
 def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, counts: WorkCounts) -> Floats:
-    """Return the context's line, bent so that the touching point passes to one side.
+    """Return the context's line, bent so that the touching point passes to one side; within the limits.
 
     Args:
-        context: The line, its robot and surroundings.
-        blocked: Place of the contact.
         side: 0 for the side that the contact pushes to most, 3 for the one it pushes to least.
         size: Displacement of the point [m].
-
-    Returns:
-        Knots, shape (N, n), within the limits; first, last and waypoints as in the line.
     """
     query = context.query(counts)
     point = _TouchingPoint.of(query, blocked)
@@ -187,7 +169,7 @@ class _TouchingPoint:
     Attributes:
         positions: The configuration, shape (n,).
         joint: The joint that carries it.
-        local: Its position in the joint's frame, shape (3,) [m].
+        local: In the joint's frame, shape (3,) [m].
         push: Unit vector in which the contact pushes it, in the world, shape (3,).
     """
 
@@ -217,7 +199,6 @@ class _TouchingPoint:
         return _TouchingPoint(query, positions, joint, local, push)
 
     def moved(self, shift: Floats, scale: Floats) -> Floats:
-        """Return a configuration within the limits at which the point is elsewhere, or on its way there."""
         limits, positions = self.query.reduced.limits, self.positions
         target = self._place(positions)[0] + shift
         for _ in range(STEPS):
@@ -230,11 +211,7 @@ class _TouchingPoint:
         return positions
 
     def sides(self, way: Floats) -> Floats:
-        """Return the unit vectors across the point's way, (4, 3); first the one that the contact pushes to.
-
-        Args:
-            way: Direction of the configuration along the motion, shape (n,).
-        """
+        """Return the unit vectors across the point's way, (4, 3); first that to which the contact pushes."""
         along = self._place(self.positions)[1] @ way
         length = float(np.linalg.norm(along))
         if length < STILL:

@@ -1,8 +1,7 @@
 """Paths of a sampling planner as seeds: RRT-Connect to all goal configurations together, shortened.
 
-It checks the clearance of all pairs and the joint limits, not path constraints: its path is
-projected onto these knot by knot, and the optimiser does the rest.
-Source: Kuffner and LaValle, ICRA 2000.
+It checks the clearance of all pairs and the joint limits, not path constraints: its path is projected onto
+these knot by knot. Source: Kuffner and LaValle, ICRA 2000.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,10 +26,10 @@ STEP = 0.03
 BRANCH = 10 * STEP
 """Travel of bodies by a joint alone along a branch of the trees: ten checks for every joint [m]."""
 NUDGE = 0.1
-"""How far joints are moved to see how far that moves bodies, in ordinary steps."""
+"""Displacement of joints that measures the travel of bodies, in ordinary steps."""
 KEPT = (0.5, -1.0)
-"""Parts of each pair's margin beyond the requirement that successive searches keep: narrow ends
-are left more easily if bodies may overlap by their margin, which the optimiser corrects.
+"""Parts of each pair's margin beyond the requirement that successive searches keep: narrow ends are left more
+easily if bodies may overlap by their margin, which the optimiser corrects.
 """
 TURN = np.pi
 """Largest range of a joint beyond its start and goals, regardless of its limits [rad | m]."""
@@ -47,7 +46,6 @@ class SampledPaths:
     def seeds(
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
-        """Yield paths; see `Source.seeds`."""
         del blocked
         for index in count():
             looks = CHECKED * (1 + index // PATIENCE)
@@ -76,7 +74,7 @@ def sampled(
     checked: int = CHECKED,
     kept: float = KEPT[0],
 ) -> Floats:
-    """Return a collision-free path between the knots' stops.
+    """Return a collision-free path between the knots' stops, evenly spaced on each leg, shape (N, n).
 
     Args:
         context: Goals; the path leads to the one reached first.
@@ -84,9 +82,6 @@ def sampled(
         check: Called while it searches; may raise to stop.
         checked: Largest number of configurations to check on each leg.
         kept: Part of each pair's margin that is kept, beyond the requirement.
-
-    Returns:
-        Knots, shape (N, n), evenly spaced on each leg, with the stops of the context's line.
     """
     query, knots = context.query(counts), context.line.knots
     places = (0, *context.line.places, len(knots) - 1)
@@ -147,7 +142,6 @@ def _held(path: Floats, context: SeedContext, query: Evaluator) -> Floats:
 
 
 def _even(path: Floats, segments: int, speed: Floats) -> Floats:
-    """Return knots evenly spaced in time at full speed along a polyline, shape (segments + 1, n)."""
     lengths = np.maximum((np.abs(np.diff(path, axis=0)) / speed).max(axis=1), 1e-9)
     along: Floats = np.concatenate((np.zeros(1), np.cumsum(lengths)))
     wanted = np.linspace(0.0, float(along[-1]), segments + 1)

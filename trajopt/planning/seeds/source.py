@@ -45,7 +45,6 @@ class SeedContext(Value):
     """Input of a source of seeds.
 
     Attributes:
-        problem: The problem, with its robot and surroundings.
         line: Straight legs from the start through the waypoints to a goal configuration.
         scale: A step of ordinary size in each joint, shape (n,) [rad | m].
         other_ends: Goal configurations that a seed may lead to instead of the line's, each of shape (n,).
@@ -96,18 +95,12 @@ class GivenSeed(Value):
     knots: Floats
 
     def __call__(self, counts: WorkCounts, check: Check) -> Floats:
-        """Return them."""
         del counts, check
         return self.knots
 
 
 def with_knots(knots: Floats, count: int) -> Floats:
-    """Return a path with a number of knots, evenly along it; unchanged if it has that number.
-
-    Args:
-        knots: Shape (k, n) [rad | m].
-        count: New number of knots.
-    """
+    """Return a path (k, n) with another number of knots, evenly along it."""
     if len(knots) == count:
         return knots
     lengths = np.linalg.norm(np.diff(knots, axis=0), axis=1)
@@ -185,7 +178,6 @@ class GivenPaths:
     def seeds(
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
-        """Yield one for each path, to the goal configuration nearest to its end; see `Source.seeds`."""
         del blocked, rng
         start, ends = context.line.knots[0], context.ends
         for path in self.paths:

@@ -1,8 +1,8 @@
 """Paths through space and time: RRT-Connect over configurations and times, among dynamic obstacles.
 
-A branch is straight in configuration and time, within the velocity limits. One tree grows from the start
-forward in time, the other from the goal backward in time, from times at which the goal is free.
-Sources: Kuffner and LaValle, ICRA 2000; Grothe, Hartmann, Orthey and Toussaint, ICRA 2022 (space-time).
+Branches are straight, within the velocity limits. One tree grows from the start forward in time, the other
+backward from times at which the goal is free. Sources: Kuffner and LaValle, ICRA 2000; Grothe, Hartmann,
+Orthey and Toussaint, ICRA 2022 (space-time).
 """
 
 from collections.abc import Callable
@@ -45,8 +45,8 @@ class SpaceTimeProblem(Printed):
 
     Attributes:
         margins: The dynamic obstacles around the robot, with the margins from them.
-        start: Start configuration, at time 0, shape (n,) [rad | m].
-        goal: Goal configuration, shape (n,).
+        start: At time 0, shape (n,) [rad | m].
+        goal: Shape (n,).
         latest: Latest end [s].
         dwell: Time at rest at the end [s].
         checks: Configurations that may still be checked.
@@ -92,7 +92,6 @@ class SpaceTimeProblem(Printed):
         return self.margins.rows
 
     def spend(self, count: int) -> None:
-        """Count configurations as checked."""
         self.check()
         self.checks -= count
         if self.checks < 0:
@@ -104,11 +103,7 @@ class SpaceTimeProblem(Printed):
         return len(clear) if clear.all() else int(np.argmin(clear))
 
     def clear(self, states: Floats) -> Bools:
-        """Return the mask of free states, shape (s,).
-
-        Args:
-            states: Positions and time [s], shape (s, n + 1).
-        """
+        """Return the mask of free states (s, n + 1), of positions and time [s]."""
         self.spend(len(states))
         return self._obstacles.clear(states[:, :-1], states[:, -1], self.kept, until=self.latest)
 
@@ -179,7 +174,6 @@ class _Tree:
         return self.add(looks[free - 1], parent) if free else -1
 
     def way(self, number: int) -> Floats:
-        """Return the states from a root to one of them, shape (k, n + 1)."""
         found: list[int] = []
         while number >= 0:
             found.append(number)
@@ -188,11 +182,7 @@ class _Tree:
 
 
 def searched(stage: SpaceTimeProblem, names: tuple[str, ...], rng: np.random.Generator) -> Trajectory | None:
-    """Search a path through space and time.
-
-    Returns:
-        A motion of constant speeds between its points; None if none was found.
-    """
+    """Return a motion of constant speeds through space and time, if one is found."""
     first = np.append(stage.start, 0.0)
     forward = _Tree(stage, 1.0, np.empty((0, len(first))))
     backward = _Tree(stage, -1.0, np.empty((0, len(first))))
@@ -268,7 +258,6 @@ def _met(tree: _Tree, state: Floats) -> int:
 
 
 def _shortened(states: Floats, stage: SpaceTimeProblem, rng: np.random.Generator) -> Floats:
-    """Return a path with straight branches between pairs of its moments, if free."""
     for _ in range(SHORTCUTS):
         begin, end = np.sort(rng.uniform(0.0, states[-1, -1], 2))
         ends = _between(states, np.array((begin, end)))

@@ -65,12 +65,10 @@ def choose_waypoints(
     If joint positions are required, these are tried first, and then others within their tolerances.
 
     Args:
-        query: Of the robot and its surroundings.
         waypoints: Requirements at each, in order.
         passing: Other requirements at each, which hold on the way to it or on from it.
         rng: Draws the starts of the search.
-        effort: Effort limits within which the joints must hold the arm and its payload still, shape (n,)
-            [Nm | N]; not required when None.
+        effort: Effort limits for holding still, shape (n,) [Nm | N]; not considered when None.
         check: Called repeatedly; may raise to stop.
     """
     reduced = query.reduced
@@ -126,13 +124,9 @@ def _why_none(
 
 
 def line_through(reduced: ReducedModel, stops: Sequence[Floats], knots: int) -> WaypointLine:
-    """Lay straight legs through stops; each gets knots in proportion to its length in joint space.
-
-    The length of a leg is its travel time at the joints' full speed.
+    """Lay straight legs through stops, shape (n,) each; knots are in proportion to the time at full speed.
 
     Args:
-        reduced: The robot; has the speeds.
-        stops: Start, waypoints and goal, shape (n,) each.
         knots: Number of knots, ends included; more than there are legs.
     """
     legs = len(stops) - 1

@@ -20,7 +20,7 @@ from trajopt.values.arrays import Floats, Ints, Loss
 from trajopt.values.errors import shown
 
 ROUNDS = 6
-"""Largest number of solutions: each begins at the last, on finer samples or with a larger penalty."""
+"""Most solutions: each begins at the last, on finer samples or with a larger penalty."""
 GROWTH = 10.0
 """Factor on the penalty if constraints do not hold."""
 PENALTY = 5.0
@@ -43,7 +43,7 @@ FATROP: Mapping[str, object] = {
     "fatrop.mu_init": 1e-4,
     "fatrop.tol": 1e-3,
 }
-"""The same for fatrop, whose structure is found from the pattern of the stages."""
+"""As for ipopt; the structure is found from the pattern of the stages."""
 SQPMETHOD: Mapping[str, object] = {
     "qpsol": "piqp",
     "qpsol_options": {"error_on_fail": False},
@@ -52,7 +52,7 @@ SQPMETHOD: Mapping[str, object] = {
     "tol_du": 1e-2,
     "tol_pr": 1e-4,
 }
-"""Of its QP solvers only PIQP is quick and right here: docs/decisions/casadi.md."""
+"""Of its QP solvers only PIQP is quick and correct here: docs/decisions/casadi.md."""
 
 
 def ipopt() -> Nlpsol:
@@ -60,7 +60,7 @@ def ipopt() -> Nlpsol:
 
 
 def fatrop() -> Nlpsol:
-    """Return fatrop as planning uses it: with hard bounds, for slacks have no place in its structure."""
+    """Return fatrop as planning uses it: hard bounds, since slacks have no place in its structure."""
     return Nlpsol("fatrop", FATROP)
 
 
@@ -70,7 +70,7 @@ def sqpmethod() -> Nlpsol:
 
 @dataclass(frozen=True)
 class CasadiKnots:
-    """Kinematic terms are expressions with exact derivatives; contacts are measured, with Gauss-Newton's.
+    """Kinematic terms as expressions with exact derivatives; contacts are measured, with Gauss-Newton's.
 
     Attributes:
         solver: The plugin, with its options.
@@ -87,7 +87,6 @@ class CasadiKnots:
         return self.solver.plugin == "fatrop"
 
     def objection(self, problem: Problem) -> str:
-        """Refuse residuals whose rows may come and go, and for fatrop costs with a kink."""
         costs, reduced = problem.costs or (), problem.reduced
         partial = [part.required for part in problem.partial]
         held = [item for item in (*problem.residual_constraints, *partial) if isinstance(item, Constraint)]
@@ -111,7 +110,6 @@ class CasadiKnots:
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
     ) -> "CasadiKnotsProgram":
-        """Transcribe a problem over knots; see `Method.program`."""
         return CasadiKnotsProgram(transcribe(problem, seed, waypoint_knots), self.solver, self._staged)
 
 
@@ -123,10 +121,7 @@ class CasadiKnotsProgram(NlpProgram[KnotsNlp]):
     staged: bool
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed; see `Program.solve`.
-
-        On coarse samples first, then on as many as the motion that is found needs.
-        """
+        """Solve on coarse samples, then on as many as the motion needs."""
         nlp, solver = self.nlp, self.solver
         knots = np.clip(seed, nlp.lower, nlp.upper)
         sampling = nlp.sampling(knots, fine=False)
@@ -149,7 +144,6 @@ class CasadiKnotsProgram(NlpProgram[KnotsNlp]):
         return SolveResult(status, at.x, at, tuple(log))
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
-        """Return the path through the knots; see `Program.decode`."""
         return (Decoded(self.nlp.decode(solved.x), waypoint_knots=self.nlp.waypoint_knots),)
 
     def _round(
@@ -160,7 +154,6 @@ class CasadiKnotsProgram(NlpProgram[KnotsNlp]):
         log: list[Iteration],
         progress: Progress | None,
     ) -> tuple[SolverStatus, Linearisation]:
-        """Solve on given samples from a point; return the solution and its linearisation there."""
         writing = (by_stages if self.staged else plainly)(self.nlp, sampling)
         program = writing.program()
         try:

@@ -1,9 +1,8 @@
 """Measured rows as a CasADi function with a sparse Jacobian.
 
-A program of CasADi has a fixed number of rows, so measured rows are put in slots: one for each component
-at each sample of a permanent row, or a few for the rows nearest to their bound, in each segment and for each
-link, if rows come and go. Empty slots have a value far from any bound. Second derivatives are left out: the
-Hessian of the Lagrangian is the Gauss-Newton approximation in these rows.
+A CasADi program has a fixed number of rows, so measured rows fill slots: one for each component and sample of
+a permanent row, or a few for the rows nearest to their bound, in each segment and for each link. Empty slots
+have a value far from any bound. The Hessian of these rows is the Gauss-Newton approximation.
 """
 
 from collections.abc import Sequence
@@ -57,7 +56,7 @@ class SegmentEnds:
 
 @dataclass(frozen=True, eq=False)
 class Filled:
-    """Rows and the slots that they go into; values are turned so that they must be between the bounds."""
+    """Rows and their slots; values are turned so that they must lie between the bounds."""
 
     slot: Ints
     value: Floats
@@ -111,11 +110,12 @@ class EverySample:
 
 @dataclass(frozen=True, eq=False)
 class NearestRows:
-    """Slots for the rows nearest to their one bound, `NEAREST` for each link in each segment.
+    """`NEAREST` slots for each link in each segment, for the rows nearest to their one bound.
 
     Their values are distances inside the bound.
 
     Attributes:
+        item: The constraint.
         link: Of each component, shape (p,); all one link when empty.
         segments: Number of segments of the motion.
     """
@@ -128,7 +128,6 @@ class NearestRows:
 
     @property
     def segment(self) -> Ints:
-        """The segment that each slot is of."""
         return np.repeat(np.arange(self.segments, dtype=np.int64), self.links * NEAREST)
 
     def fill(self, motion: Motion) -> Filled:

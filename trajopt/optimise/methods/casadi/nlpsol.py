@@ -1,4 +1,4 @@
-"""Solvers of CasADi: a nonlinear program of expressions and callbacks, solved by a plugin."""
+"""CasADi's solvers: a nonlinear program of expressions and callbacks, solved by a plugin."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -84,10 +84,8 @@ class Nlpsol:
     Attributes:
         plugin: "ipopt", "fatrop" or "sqpmethod".
         options: Passed to `casadi.nlpsol`.
-        penalty: Weight of the excess of elastic functions over their bounds, which keeps every step
-            feasible; 0 keeps all bounds hard.
-        curvature: Whether the Hessian holds second derivatives of the functions; without them it is
-            the objective's. Fatrop always takes them.
+        penalty: Weight of the excess of elastic functions over their bounds; 0 keeps all bounds hard.
+        curvature: Whether the Hessian includes second derivatives of the functions. Fatrop always does.
     """
 
     plugin: str
@@ -107,11 +105,13 @@ class Nlpsol:
     def solve(
         self, program: CasadiProgram, x0: Floats, *, progress: Progress | None = None
     ) -> CasadiSolution:
-        """Minimise from a seed.
+        """Minimise from a seed of shape (v,).
 
         Args:
-            x0: Seed, shape (v,).
-            progress: Called after every iteration, of plugins that report them.
+            progress: Called after every iteration, if the plugin reports them.
+
+        Raises:
+            BackendFailed: If the plugin raised an error of its own.
         """
         stretched = _Elastic(program, self.penalty)
         whole = stretched.program
@@ -142,7 +142,6 @@ class Nlpsol:
 
 
 def _of_objective(program: CasadiProgram, plugin: str) -> ca.Function:
-    """Return the Hessian of the objective in place of the Lagrangian's."""
     multipliers = ca.MX.sym("lam_g", len(program.least))
     given = [program.x, ca.MX.sym("p", 0), ca.MX.sym("lam_f"), multipliers]
     hessian = given[2] * ca.hessian(program.objective, program.x)[0]
@@ -153,7 +152,7 @@ def _of_objective(program: CasadiProgram, plugin: str) -> ca.Function:
 
 
 class _Elastic:
-    """A program with slacks: one for every finite bound of an elastic function."""
+    """A program with a slack for every finite bound of an elastic function."""
 
     def __init__(self, given: CasadiProgram, penalty: float) -> None:
         self.given, self.penalty = given, penalty

@@ -88,11 +88,7 @@ class Plain:
     """The free knots are the variables, one after the other."""
 
     def __init__(self, lower: Floats, upper: Floats) -> None:
-        """Lay them out.
-
-        Args:
-            lower: Lower bounds of the knots, shape (N, n); equal to upper for fixed ones.
-        """
+        """Lay out the knots between bounds of shape (N, n); equal bounds fix a knot."""
         self._lower, self._upper = lower, upper
         self._moves: Bools = np.any(lower < upper, axis=1)
         joints = lower.shape[1]
@@ -131,15 +127,15 @@ class Plain:
 class Staged:
     """A stage for each knot: its position, the differences before it, and the step to the next as control.
 
-    Every row and cost then is of one stage, and q_{k+1} = q_k + u_k closes the gaps: the structure of
-    optimal control, which a Riccati recursion solves. Source: Vanroye et al., FATROP, IROS 2023.
+    q_{k+1} = q_k + u_k closes the gaps: the structure of optimal control, which a Riccati recursion solves.
+    Source: Vanroye et al., FATROP, IROS 2023.
     """
 
     def __init__(self, lower: Floats, upper: Floats, order: int) -> None:
         """Lay the stages out.
 
         Args:
-            lower: Lower bounds of the knots, shape (N, n); equal to upper for fixed ones.
+            lower: Bounds of the knots, shape (N, n); equal ones fix a knot.
             order: Highest order of the differences in the costs, 1 to 3.
         """
         self._lower, self._upper, self._order = lower, upper, order
@@ -157,7 +153,6 @@ class Staged:
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Bounds of the free positions; fixed ones are equalities."""
         count = len(self._lower)
         found: list[Floats] = []
         for bounds, without in ((self._lower, -np.inf), (self._upper, np.inf)):
@@ -228,10 +223,7 @@ NEAR = (Clearance, SightClearance)
 
 
 def objection(residual: Residual, reduced: ReducedModel) -> str:
-    """Return the reason why a residual cannot be in a CasADi program; empty if it can.
-
-    Clearance can be in it only as the constraint that every problem has.
-    """
+    """Return the reason why a residual cannot be in a CasADi program; empty if it can."""
     if isinstance(residual, Exceeded):
         required = residual.required
         union = isinstance(required, PositionInRegion) and len(required.members) > 1
@@ -243,7 +235,6 @@ def objection(residual: Residual, reduced: ReducedModel) -> str:
 
 
 def requirement_objection(required: Requirement, reduced: ReducedModel) -> str:
-    """Return the reason why a requirement cannot be in a CasADi program; empty if it can."""
     residuals = (item.residual for item in constrain(required, reduced, WHOLE))
     found = (objection(each, reduced) for each in residuals if not isinstance(each, NEAR))
     return "; ".join(text for text in found if text)
@@ -283,7 +274,6 @@ class CasadiTranscription:
                 raise callback.failure
 
     def unpack(self, x: Floats) -> Floats:
-        """Return the knots, shape (N, n), within their bounds."""
         knots = self.layout.unpack(x[: self.layout.x.shape[0]])
         return np.clip(knots, self.nlp.lower, self.nlp.upper)
 
@@ -398,7 +388,6 @@ class _Writer:
         return ca.vec(values), np.repeat(self._ends.segment[samples], symbolic.shape[0])
 
     def _positions(self, samples: Ints) -> ca.MX:
-        """Positions at samples, shape (n, s)."""
         segment = self._ends.segment[samples].tolist()
         fraction = ca.MX(self._ends.fraction[samples]).T
         first, second = self._layout.first[:, segment], self._layout.second[:, segment]

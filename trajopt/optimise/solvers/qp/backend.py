@@ -40,10 +40,10 @@ GENERAL: Mapping[str, str] = {
 }
 """Backends that are driven through qpsolvers, and the package of each; in the extra `qp` but for `GPL`."""
 GPL = ("quadprog",)
-"""Backends under the GPL, in an extra of their own, `qp-gpl`: who distributes an environment has to know."""
+"""Backends under the GPL, in the extra `qp-gpl`: whoever distributes an environment has to know."""
 
 BACKENDS = (*NATIVE, *GENERAL)
-"""Names of the backends that are known; any other that qpsolvers finds installed works too."""
+"""Names of the known backends; any other that qpsolvers finds installed works too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,9 +88,8 @@ class Qp:
     def residual(self, x: Floats, row_multipliers: Floats) -> float:
         """Return the distance of a point and its multipliers from optimality, >= 0; 0 only at an optimum.
 
-        The natural residual of the KKT conditions, with the gradient g = Px + q + A'y and the projection
-        onto bounds: max(|x - clip(x - g)|, |Ax - clip(Ax + y)|) (Facchinei and Pang, Finite-Dimensional
-        Variational Inequalities, 2003, section 1.5).
+        The natural residual of the KKT conditions, with g = Px + q + A'y: max(|x - clip(x - g)|, |Ax -
+        clip(Ax + y)|) (Facchinei and Pang, Finite-Dimensional Variational Inequalities, 2003, section 1.5).
 
         Args:
             x: Shape (n,).
@@ -116,11 +115,8 @@ class QpSolution:
     """Result of a backend.
 
     Attributes:
-        status: Reason for its end.
         x: The minimiser, shape (n,).
-        row_multipliers: Of the rows, positive at the upper bound, shape (m,); NaN if the backend
-            states none.
-        iterations: Iterations used.
+        row_multipliers: Positive at the upper bound, shape (m,); NaN if the backend states none.
     """
 
     status: QpStatus
@@ -146,7 +142,6 @@ class QpBackend(Protocol):
 
 
 def finite(bound: Floats) -> Floats:
-    """Return bounds with infinities replaced by `UNBOUNDED`."""
     return np.clip(bound, -UNBOUNDED, UNBOUNDED)
 
 
@@ -170,7 +165,7 @@ class Checked:
         self._qp = qp
 
     def solve(self) -> QpSolution:
-        """Solve; a solution that is not as good as it claims is called inaccurate, or failed."""
+        """Solve; a solution worse than it claims is called inaccurate, or failed."""
         if self._qp is None:
             raise SolverError("solve before setup")
         solution = self.backend.solve()
@@ -178,7 +173,7 @@ class Checked:
 
 
 def judged(qp: Qp, solution: QpSolution) -> QpStatus:
-    """Return the status that a solution deserves: never better than its backend's own."""
+    """Return the status that a solution deserves, never better than its backend's."""
     if solution.status is QpStatus.FAILED or not np.isfinite(solution.x).all():
         return QpStatus.FAILED
     violation = qp.violation(solution.x)

@@ -18,9 +18,9 @@ OPTIONS: Mapping[str, Mapping[str, float]] = {
 }
 """Options of solvers whose defaults are too inaccurate for a step, or have no limit of time."""
 STRICT = {"quadprog"}
-"""Solvers that take positive definite Hessians only: the proximal point method is run for them."""
+"""Solvers of positive definite Hessians only: the proximal point method is run for them."""
 PROXIMAL_WEIGHT = 1e-3
-"""Weight of the squared distance from the last point, of that method."""
+"""Weight of the squared distance from the last point."""
 PROXIMAL_STEPS = 100
 """Its steps at most."""
 PROXIMAL_TOLERANCE = 1e-5
@@ -30,9 +30,6 @@ PROXIMAL_TOLERANCE = 1e-5
 @dataclass(eq=False)
 class Generic:
     """A backend of qpsolvers by name; rebuilt at every solve.
-
-    Attributes:
-        solver: Its name there.
 
     Raises:
         MissingExtra: If it is known and not installed.
@@ -60,10 +57,10 @@ class Generic:
         return self._proximal(self._qp) if self.solver in STRICT else self._once(self._qp)
 
     def _proximal(self, qp: Qp) -> QpSolution:
-        """Solve a program that is semidefinite only, by the proximal point method.
+        """Solve a semidefinite program by the proximal point method.
 
-        x+ = argmin f(x) + w/2 |x - x-|^2 over the feasible set: each program is strictly convex, and the
-        points converge to a minimiser of f (Rockafellar, SIAM J. Control 14, 1976).
+        x+ = argmin f(x) + w/2 |x - x-|^2 over the feasible set: strictly convex programs whose points
+        converge to a minimiser of f (Rockafellar, SIAM J. Control 14, 1976).
         """
         size = len(qp.q)
         hessian = csc_matrix(qp.P + PROXIMAL_WEIGHT * eye(size, format="csc"))
@@ -79,7 +76,6 @@ class Generic:
                 return replace(found, status=QpStatus.INACCURATE, iterations=count)
 
     def _once(self, qp: Qp) -> QpSolution:
-        """Solve a program as one-sided rows."""
         above, below = np.isfinite(qp.u), np.isfinite(qp.l)
         rows = csc_matrix(vstack((qp.A[above], -qp.A[below]), format="csc"))
         bounds = np.concatenate((qp.u[above], -qp.l[below]))

@@ -15,8 +15,8 @@ from trajopt.values.errors import SolverError
 class Proxqp:
     """ProxQP on sparse matrices; bounds of variables become rows.
 
-    Every update starts afresh: with its warm start and updated matrices the library of version
-    0.8.0 reports success at points that are not optimal.
+    Every update starts afresh: warm starts with updated matrices report success at points that are not
+    optimal (version 0.8.0).
 
     Attributes:
         tolerance: Absolute tolerance of the residuals.

@@ -81,12 +81,7 @@ class SymbolicKinematics:
         return turned.T @ (point - base)
 
     def joint_point(self, joint: int, offset: Floats) -> ca.SX:
-        """Return a point carried by a joint of the model, in the world, shape (3, 1) [m].
-
-        Args:
-            joint: Its number in the model.
-            offset: The point, in the joint's frame [m].
-        """
+        """Return a point carried by a joint, by its number, in the world, shape (3, 1) [m]."""
         return self._translations[joint] + self._rotations[joint] @ ca.SX(offset)
 
     def _in_world(self, frame: str) -> tuple[ca.SX, ca.SX]:
@@ -105,7 +100,7 @@ def _turn(axis: Floats, angle: ca.SX) -> ca.SX:
 class Symbolic(Protocol):
     """A residual with an expression: the same numbers, with automatic derivatives of any order.
 
-    Residuals without one are measured (clearance, lines of sight, singular values) or plain functions.
+    Others are measured (clearance, lines of sight, singular values) or plain functions.
     """
 
     def expression(self, kinematics: SymbolicKinematics) -> ca.SX:
