@@ -314,7 +314,6 @@ def planned(folder: CampaignFolder, engine: Engine, *, as_json: bool) -> NoRetur
 
 
 def tell_status(folder: CampaignFolder, *, as_json: bool) -> bool:
-    """Print the progress of a campaign and its counts of statuses; return whether it is complete."""
     statuses, shards = folder.statuses(), len(folder.shards)
     done = statuses.total()
     if as_json:
@@ -380,13 +379,9 @@ class Words:
     Attributes:
         source: A folder, a table, or the name of a generated or installed source.
         robot: The robot, or None.
-        group: The group that moves.
-        count: Number of drawn problems.
-        seed: Of the random generator.
         shift: Largest shift of an object along each axis [m].
         turn: Largest turn of an object about the vertical [rad].
         grid: Places of the base by axis [m, rad].
-        sets: Sets of a folder.
         limit: Largest number of problems of each set of a folder.
     """
 

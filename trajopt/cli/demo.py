@@ -89,8 +89,6 @@ def _produce(plan: Plan, document: dict[str, object], out: Path) -> tuple[Rollou
 
 
 def _pictures(plan: Plan, rollout: Rollout, out: Path, line: ProgressLine) -> dict[str, Path]:
-    """Render a still of several moments, and a clip."""
-
     def show(share: float) -> None:
         line.show(f"rendering {share:.0%}", None)
 

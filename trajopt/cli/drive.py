@@ -55,7 +55,6 @@ class Watching:
         self._begun: tuple[float, float] | None = None
 
     def look(self, watched: Watched) -> None:
-        """Record the present moment; with a page, wait for real time."""
         looks = [each.look for each in (self._viewer, self._publisher) if each is not None]
         for look in looks if self._viewer is not None else [*looks, self._logbook.look]:
             look(watched)
@@ -277,7 +276,6 @@ def servo(
 
 
 def _still_problem(source: RobotSource, scene: Path, motions: Path | None, group: str, start: str) -> Problem:
-    """Return the robot in its scene; it is to go nowhere."""
     loaded = source.load()
     around = read_scene(scene, loaded)
     placed = around.scene if motions is None else read_motions(motions, around.scene)

@@ -101,7 +101,6 @@ class RobotSource:
         robot: Name of an installed robot or path of a URDF file.
         limits: MoveIt's `joint_limits.yaml`.
         exact_meshes: Whether collision meshes stay triangles.
-        torque_scaling: Factor on the torque limits.
         limit_jerk: Whether joints without a jerk limit get one.
     """
 
@@ -114,7 +113,6 @@ class RobotSource:
     limit_jerk: bool = False
 
     def load(self) -> Robot:
-        """Load the robot; print a line while the convex pieces of new meshes are computed."""
         with status_line(f"loading {self.robot}: covering its meshes, once"):
             return self._load()
 
@@ -130,7 +128,6 @@ class RobotSource:
         )
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data from which `from_dict` makes the same source, on this machine."""
         is_file = Path(self.robot).is_file()
         return {
             "robot": str(Path(self.robot).resolve()) if is_file else self.robot,

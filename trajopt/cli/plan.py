@@ -163,7 +163,6 @@ def plan(
 def _ends(
     start: str | None, goal: str | None, group: str, *, degrees: bool, request: Path | None
 ) -> Ends | None:
-    """Return start and goal of the command line; None with a request."""
     if request is not None:
         if start is not None or goal is not None or group or degrees:
             raise ProblemError("--request has a start, a goal and a group: leave out the options for them")
@@ -192,11 +191,7 @@ def _in_joint_space(problem: Problem, length: float) -> str:
 
 
 def report(result: Result, notes: Sequence[str] = ()) -> str:
-    """Return the report of a result.
-
-    Args:
-        notes: Notes on the files.
-    """
+    """Return the report of a result."""
     lines = ["asked", *_indented(str(result.problem)), "", "answer", f"  {result.reason}"]
     trajectory, path = result.trajectory, result.path
     if trajectory is not None and path is not None:

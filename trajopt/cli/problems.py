@@ -142,12 +142,10 @@ class Ends:
         return Problem(scene=scene, start=start, goal=goal, group=self.group, degrees=self.degrees)
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data from which `from_dict` makes the same ends."""
         return {"start": self.start, "goal": self.goal, "group": self.group, "degrees": self.degrees}
 
     @staticmethod
     def from_dict(document: Mapping[str, object]) -> "Ends | None":
-        """Return the ends that `as_dict` wrote; None if there are none."""
         start, goal = document.get("start"), document.get("goal")
         if not isinstance(start, str) or not isinstance(goal, str):
             return None

@@ -45,21 +45,18 @@ def status_line(text: str) -> Generator[Callable[[str], None]]:
 
 @contextmanager
 def progress_line() -> Generator[ProgressLine]:
-    """Show a spinner with the present stage; silent without a terminal."""
     with status_line("starting") as write:
         yield ProgressLine(write)
 
 
 @contextmanager
 def progress_bar(text: str, total: int) -> Generator[Callable[[int], None]]:
-    """Show a progress bar; silent without a terminal."""
     with quiet_bar() as bar:
         task = bar.add_task(text, total=total)
         yield lambda done: bar.update(task, completed=done)
 
 
 def quiet_bar() -> "Bar":
-    """Return a transient progress bar on standard error; silent without a terminal."""
     from rich.console import Console
     from rich.progress import Progress as Bar
 

@@ -75,7 +75,6 @@ class RosbridgeFace:
     """The rosbridge server of the options.
 
     Attributes:
-        host: Address that it listens on.
         origins: Addresses of web pages that may connect.
         ros: The ROS generation that it emulates.
         clouds: Topics of clouds that become obstacles.
@@ -92,9 +91,6 @@ class RosbridgeFace:
 
     def of(self, source: RobotSource, robot: Robot, names: tuple[str, ...]) -> "Face":
         """Return the server for a robot.
-
-        Args:
-            names: Other host names for clients.
 
         Raises:
             ModelError: If the robot has no URDF.
@@ -223,11 +219,7 @@ def serve(
 
 
 def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
-    """Return the HTTP server.
-
-    Args:
-        options: Address and access control.
-    """
+    """Return the HTTP server."""
     from trajopt.server.http import serve_http
 
     def listening(at: int) -> None:

@@ -73,7 +73,6 @@ class Thumbnails(Generic[Key]):
         self._enabled = enabled
 
     def draw(self, key: Key, result: Result) -> None:
-        """Add the picture of a result: of its motion, or of the start without one."""
         if not self._enabled:
             return
         motion = result.trajectory if result.verified else None

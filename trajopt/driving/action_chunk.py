@@ -71,7 +71,6 @@ class ActionMotion(Value):
     jerks: Floats
 
     def first(self, count: int, limits: JointLimits) -> Trajectory:
-        """Return the motion to the first `count` actions, and the stop after them."""
         return before_stop(
             self.times[:count], self.states[:, :count], self.times[count], self.states[:, count], limits
         )

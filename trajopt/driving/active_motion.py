@@ -41,11 +41,7 @@ class PieceStatus(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Pause(Value):
-    """A stop on the path of a motion.
-
-    Attributes:
-        stop: The stop on its path.
-    """
+    """A stop on the path of a motion."""
 
     intended: IntendedMotion
     stop: PathStop
@@ -89,7 +85,6 @@ class ActiveMotion(Printed):
 
     @property
     def intended(self) -> IntendedMotion | None:
-        """The motion; None if the robot is on none."""
         return self._state.intended if isinstance(self._state, _Moving) else None
 
     @property
@@ -104,7 +99,6 @@ class ActiveMotion(Printed):
 
     @property
     def partly_committed(self) -> bool:
-        """Whether the end of the motion is not committed yet."""
         return self.intended is not None and self.brake_time < self.intended.end
 
     def branch_time(self, now: float) -> float | None:
@@ -127,7 +121,6 @@ class ActiveMotion(Printed):
         self._state = None
 
     def forget_pause(self) -> None:
-        """Do not resume the motion on whose path the robot rests."""
         if isinstance(self._state, Pause):
             self._state = None
 

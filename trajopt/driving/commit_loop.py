@@ -55,9 +55,7 @@ class Commitment(Printed):
     """The proven motion to which a robot is bound; it ends at rest.
 
     Attributes:
-        executor: Driver of the robot.
         guard: Proves motions to the present goal.
-        world: The world as last reported.
         motion: The motion that the executor holds.
         world_changed: Whether the motion has not been judged in this world yet.
         constrained: Whether the motion satisfies the path constraints, in addition to limits and clearances.
@@ -115,7 +113,6 @@ class Commitment(Printed):
         """Return the query of the allowed approach speeds in a scene.
 
         Args:
-            braking: Of the group's joints.
             clearance: Distance to keep in addition to the required clearances and the tracking deviation [m].
         """
         problem = self.guard.problem
@@ -153,7 +150,6 @@ class Commitment(Printed):
         return bool(words)
 
     def broken(self) -> bool:
-        """Return whether the committed motion is not proven in the world as last reported."""
         begin = self.soonest
         ahead = self.motion.ahead(begin, self.joint_names)
         if ahead is None:
@@ -183,7 +179,6 @@ class Commitment(Printed):
         return refused
 
     def satisfies_all(self, guard: MotionGuard) -> None:
-        """Record that a guard has proven the committed motion with all path constraints."""
         self.guard, self.constrained, self.left_path_at = guard, True, None
 
     def planning_scene(self, at: float, world: WorldSnapshot) -> Scene:
@@ -209,7 +204,6 @@ class Commitment(Printed):
         later begin. If no stop is accepted, the motors brake.
 
         Args:
-            why: Reason, for the event.
             path_stop: Returns the earliest stop on the path that begins at a time; None if there is none.
         """
         lead = 0.0
@@ -257,9 +251,6 @@ class CommitLoop(Printed, ABC):
 
     In each turn the robot is compared with its committed motion, and that motion is judged again if the world
     has changed. If it is no longer proven, the robot stops.
-
-    Attributes:
-        executor: Driver of the robot.
     """
 
     executor: Executor
@@ -278,7 +269,6 @@ class CommitLoop(Printed, ABC):
 
     @property
     def events(self) -> list[Event]:
-        """Events, in order."""
         return self._commitment.journal.events
 
     @property
@@ -359,7 +349,6 @@ class CommitLoop(Printed, ABC):
         """Judge the committed motion in the changed world, and stop if it is not proven."""
 
     def _watch(self) -> bool:
-        """Watch the robot and the world; return whether the robot follows."""
         if self._commitment.failed(engaged=self._engaged):
             self._abandon()
             return False

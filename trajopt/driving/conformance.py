@@ -211,7 +211,6 @@ class _Trial:
         )
 
     def _followed(self, motion: Trajectory, begin: float, duration: float) -> str:
-        """Watch a motion; describe the largest tracking error beyond the tolerance."""
         executor, end = self.executor, begin + duration
         worst, which = 0.0, 0
         while executor.now() < end:

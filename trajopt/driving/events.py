@@ -75,13 +75,11 @@ class Journal(Printed):
         self.events.append(Event(self._now(), kind, words))
 
     def note_once(self, kind: EventKind, words: str) -> None:
-        """Note a lasting condition when it begins or its words change; empty words end it."""
         if words and words != self._lasting.get(kind):
             self.note(kind, words)
         self._lasting[kind] = words
 
     def note_unless_latest(self, kind: EventKind, words: str) -> None:
-        """Note an event unless the latest one is of the same kind."""
         if not self.events or self.events[-1].kind is not kind:
             self.note(kind, words)
 

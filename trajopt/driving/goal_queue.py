@@ -132,7 +132,6 @@ class _PlanRequest(Printed):
         self.goal, self.not_before = goal, 0.0
 
     def require(self, goal: GuardedGoal) -> None:
-        """Plan to a goal unless there is a request already."""
         self.goal = self.goal or goal
 
     def fulfilled(self) -> None:
@@ -159,7 +158,6 @@ class GoalQueue(Printed):
     Attributes:
         commitment: The motion to which the robot is bound.
         active: The motion that the robot is on.
-        later: Goals after the present one.
         followed: A moving goal; None if there is none.
     """
 
@@ -327,7 +325,6 @@ class GoalQueue(Printed):
         return True
 
     def _planned(self, goal: GuardedGoal, trajectory: Trajectory, at: float) -> None:
-        """Take a planned motion, unless the active one ends about as soon."""
         intended, request = self.active.intended, self._request
         only_sooner = request.only_sooner
         request.fulfilled()

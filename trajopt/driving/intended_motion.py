@@ -120,7 +120,6 @@ class GuardedGoal(Value):
 
     Attributes:
         problem: The requirements of the motion to it.
-        guard: Proves the motions to it.
         blend_radius: If another goal follows, the tool may pass within this distance instead of stopping [m].
     """
 
@@ -151,7 +150,6 @@ class IntendedMotion(Value):
     def of(
         goal: GuardedGoal, planned: Trajectory, begin: float, *, held_back: bool = False
     ) -> "IntendedMotion":
-        """Return a planned motion at full speed; arguments are the attributes."""
         return IntendedMotion(
             goal=goal,
             planned=planned,

@@ -49,7 +49,6 @@ class MotionGuard(Value):
     is increased by the tracking deviation. The judges of the last scenes are kept.
 
     Attributes:
-        problem: The requirements and the group.
         deviation: Largest distance of any point of the robot, or of an attached object, from its commanded
             position [m].
     """
@@ -63,8 +62,6 @@ class MotionGuard(Value):
         """Return whether a motion is proven.
 
         Args:
-            motion: Of the group's joints.
-            world: The world as last reported.
             begin: When the motion begins, on the executor's clock [s].
             requirements: Whether the path constraints of the problem must hold, in addition to limits and
                 clearances.
@@ -145,7 +142,6 @@ def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: S
     """Return a problem that starts at rest in the commanded configuration of a time, in a scene.
 
     Args:
-        committed: The motion of the robot.
         time: On the executor's clock [s].
     """
     positions = np.array(problem.start_positions)

@@ -151,7 +151,6 @@ class Recording(Value):
 
     @checked
     def reduced(self, sighting: Sighting) -> ReducedModel:
-        """Return robot and scene of a sighting, joints outside the group as at the beginning."""
         return reduce_model(sighting.world.scene, self.group, self.start)
 
     @checked

@@ -24,7 +24,6 @@ def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: floa
     """Answer all pending requests; an error of one is part of its answer.
 
     Args:
-        connection: To the planning process.
         wait: Time to wait for a request [s].
 
     Returns:

@@ -48,7 +48,6 @@ class Transition(Value):
 
     Attributes:
         kind: Event at its beginning: the goal before is reached, or passed.
-        words: Particulars of the event.
         at_rest: The transition from rest that takes its place if passing fails; None for one from rest.
     """
 
@@ -97,7 +96,6 @@ def retime_on_path(
 
     Args:
         here: Its problem, from the state of the robot when the rest begins.
-        world: The world as last reported.
         begin: When the rest begins, on the executor's clock [s].
         patience: It ends no later than this after the present motion [s].
     """
@@ -118,7 +116,6 @@ def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: 
     Args:
         commitment: The motion to which the robot is bound.
         at: When it begins, on the executor's clock [s].
-        budget: Limits of the plan.
 
     Returns:
         The motion; None if there is none, or no stop led off a path.
@@ -168,7 +165,6 @@ def passing(
 
     Args:
         commitment: The motion to which the robot is bound.
-        at_rest: The transition from its end.
 
     Returns:
         The transition that ends sooner.

@@ -189,7 +189,6 @@ class ApproachQuery:
 
         Args:
             reduced: Robot and scene, whose clock shows the `time` of `limits`.
-            braking: Of the group's joints.
             clearance: Distance to keep in addition to the required clearances [m].
         """
         timed = reduced.timed

@@ -51,7 +51,6 @@ class Tool(Value):
 
     @staticmethod
     def at(query: Evaluator, positions: Floats, frame: str, joints: int) -> "Tool":
-        """Return a tool at positions of the query's joints, the group's joints first."""
         reduced, placed = query.reduced, query.kinematics(positions[None])
         joint, held = reduced.attachment(frame)
         chain = reduced.derived_of_robot(_chains)[joint]
@@ -172,7 +171,6 @@ def twist_to(target: Placement, here: Placement, options: ServoOptions, delay: f
     overshoot.
 
     Args:
-        options: Largest speeds, and locked axes.
         delay: Time in which the joints follow [s].
     """
     away = target.translation - here.translation

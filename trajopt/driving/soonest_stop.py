@@ -96,9 +96,7 @@ def why_unproven(guard: MotionGuard, world: WorldSnapshot, begin: float, stop: T
     """Describe why no stop is proven: the nearest pair, and whether another stop could be better.
 
     Args:
-        world: The world as last reported.
         begin: When the stop begins, on the executor's clock [s].
-        stop: The stop that was taken.
     """
     why = guard.failed_check(stop, world, begin)
     if world.stale(begin + stop.duration):
@@ -119,7 +117,6 @@ def evading_stops(
     """Yield stops that turn away from obstacles first; none if the robot is too near when they begin.
 
     Args:
-        world: The world as last reported.
         begin: When the stop begins, on the executor's clock [s].
         here: The requirements, with the configuration of the robot at that time.
         ahead: The committed motion from that time.
@@ -152,7 +149,6 @@ def clear_at(guard: MotionGuard, world: WorldSnapshot, begin: float, ahead: Traj
     """Return whether the robot is clear at the start of a stop; otherwise no stop can be proven.
 
     Args:
-        world: The world as last reported.
         begin: When the stop begins, on the executor's clock [s].
         ahead: The committed motion from that time.
     """

@@ -47,8 +47,6 @@ class BoxCover:
         centre: Of each box, in the cloud's frame, shape (k, 3) [m].
         half: Half of its edges, shape (k, 3) [m].
         core: Finds the points in each box.
-        geometries: Coal's of the boxes.
-        solids: The core's solids of them.
     """
 
     axes: Floats
@@ -60,7 +58,6 @@ class BoxCover:
 
     @staticmethod
     def of(cloud: Points | Voxels, core: proximity.CloudCover) -> "BoxCover":
-        """Make the boxes around the parts of a cloud."""
         axes, (low, high) = core.axes(), core.pieces()
         around = cloud.radius if isinstance(cloud, Points) else cloud.size / 2.0 * np.abs(axes).sum(axis=0)
         half = (high - low) / 2.0 + around
@@ -127,7 +124,6 @@ class Covered:
 
     Attributes:
         covers: The covers, by the number of the cloud's body.
-        cell: As the core needs it.
         stands_for: Of each pair of the cell the pair of the model, shape (m,).
         first: Its first body, shape (m,).
         second: Its second, shape (m,).

@@ -118,7 +118,6 @@ def evaluator(
 
 
 def cell(reduced: ReducedModel) -> proximity.Cell:
-    """Return a reduced model as the core needs it; made once for each."""
     return reduced.derived(_cell)
 
 
@@ -131,7 +130,6 @@ class BodyParts:
     """The bodies of a cell.
 
     Attributes:
-        geometries: Coal's, one for each.
         solids: The core's solid of each shape.
     """
 

@@ -35,7 +35,6 @@ class ReachMap(Value):
     be reachable.
 
     Attributes:
-        robot: Name of the robot.
         group: Its group that moves.
         reference: The reference frame of positions.
         origin: Lowest corner of the grid, shape (3,) [m].
@@ -287,9 +286,6 @@ class ConfigurationTable(Value):
     """Configurations, the placements of a frame, and whether they are clear of everything, one per row.
 
     Attributes:
-        robot: Name of the robot.
-        group: Its group that moves.
-        reference: The reference frame of placements.
         positions: Shape (S, n) [rad | m].
         translation: Of the frame, shape (S, 3) [m].
         quaternion: Of the frame (x, y, z, w), w >= 0, shape (S, 4).

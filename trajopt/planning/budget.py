@@ -245,7 +245,6 @@ class StepWatch:
 
     Attributes:
         counts: Of the program that is solved.
-        before: Its counts at the beginning.
     """
 
     tracker: BudgetTracker

@@ -42,9 +42,7 @@ class GoalBranch(Value):
     """One possible end of a motion.
 
     Attributes:
-        kind: Of its straight line.
         problem: With this end as its goal.
-        line: Straight legs to it.
         blocked: Contact that ended its straight line.
     """
 

@@ -164,12 +164,10 @@ class EveryGoal:
     """One call of planning that keeps the result of every goal.
 
     Attributes:
-        problem: Its goal is a set.
         choice: The method, and the reason for its choice.
         rng: Random generator for each goal; None for the same as when planned alone.
         tracker: Counts the use of the budget, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before, to any goal.
-        results: By the goal's name.
     """
 
     problem: Problem

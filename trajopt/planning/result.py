@@ -83,7 +83,6 @@ class ComparedGoal:
     """Result of one goal of a set.
 
     Attributes:
-        status: Status of planning to it.
         duration: Of the verified motion to it [s]; None without.
         path_length: Of its path in joint space [rad | m].
         clearance: Proven distance to everything that must keep apart [m]; may be infinite.

@@ -41,13 +41,11 @@ class PlanSearch:
     """One call of planning.
 
     Attributes:
-        problem: May have a goal set.
         choice: The method, and the reason for its choice.
         tracker: Counts the use of the budget, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
         given: Knots of the paths that are tried first, shape (k, n) each.
         most: Largest number of attempts; None for the budget's.
-        attempts: Record of each seed.
     """
 
     problem: Problem
@@ -156,11 +154,7 @@ class PlanSearch:
                 self.on_incumbent(self._complete(self.incumbent))
 
     def result(self, stopped: Stop | None) -> Result:
-        """Return the best motion, or the reason why there is none.
-
-        Args:
-            stopped: Reason for ending planning early.
-        """
+        """Return the best motion, or the reason why there is none."""
         found = self.incumbent or self._failure(stopped)
         return self._complete(replace(found, stopped=stopped or found.stopped))
 

@@ -109,7 +109,6 @@ class Relaxation:
         """Relax one field of a requirement.
 
         Args:
-            field: Name of the field, a number.
             what: Name of the number in reports.
             largest: Largest change.
             unit: Unit in reports.

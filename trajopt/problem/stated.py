@@ -338,7 +338,6 @@ def start_rates(
         stated: Joint -> velocity [rad/s | m/s] or acceleration [rad/s^2 | m/s^2].
         kind: Velocity or acceleration.
         limits: Limits of the group's n joints.
-        model: Pinocchio's model of the robot.
 
     Raises:
         JointNotFound: If a joint is not in the group.

@@ -96,7 +96,6 @@ def _of_joints(robot: Robot, name: str, given: ArrayLike, group: str) -> tuple[t
 
 
 def _in_state(robot: Robot, group: str, name: str) -> Floats:
-    """Return all joints' positions in a group's state, with states of that name in other groups."""
     others = {
         joint: at
         for (_, state), found in reversed(tuple(robot.states.items()))

@@ -41,7 +41,6 @@ def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
 
 
 def joint_units(model: pin.Model) -> dict[str, str]:
-    """Return the unit of each movable joint's position, "rad" or "m", by its name."""
     return {name: joint_unit(model, name) for name in list(model.names)[1:]}
 
 

@@ -115,7 +115,6 @@ def load(
 
 
 def _root(file: Path) -> str:
-    """Return the root tag of an XML file; empty if it cannot be read."""
     try:
         with file.open("rb") as opened:
             tag = str(next(ElementTree.iterparse(opened, events=("start",)))[1].tag)
@@ -161,7 +160,6 @@ class ConfigFolder:
     """The files of a robot.
 
     Attributes:
-        urdf: The URDF or xacro file.
         srdf: MoveIt's semantic description; None if there is none.
         limits: `joint_limits.yaml`; None if there is none.
     """

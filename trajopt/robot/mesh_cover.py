@@ -88,7 +88,6 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
 
     Args:
         scale: Factors along x, y, z, as in a URDF.
-        policy: How the mesh becomes convex.
     """
     if policy.exact or path.suffix.lower() not in ALONE or not path.is_file():
         return cover_mesh(load_mesh(path, scale), policy)
@@ -245,9 +244,6 @@ class CoverProgress:
 
     The lines go to the logger "trajopt.robot" as warnings, which Python prints on standard error unless
     logging is configured: they explain that the first load is slow and later ones are not.
-
-    Attributes:
-        done: Number of covered meshes.
     """
 
     total: int

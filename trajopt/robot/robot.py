@@ -69,7 +69,6 @@ class FrameAttachment:
     """A frame fixed to a link, such as the tool centre point.
 
     Attributes:
-        link: Name of the link.
         placement: Of the frame in the link's frame.
     """
 
@@ -81,7 +80,6 @@ class FrameAttachment:
 
 
 def frame_attachment(name: str, value: FrameAttachment | tuple[str, PlacementLike]) -> FrameAttachment:
-    """Return a frame fixed to a link, also from a pair (link, placement)."""
     if isinstance(value, FrameAttachment):
         return value
     if not isinstance(value, tuple) or len(value) != 2:  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -124,11 +122,9 @@ class LoadOptions:
     meshes: MeshPolicy | None
 
     def semantics(self) -> Srdf:
-        """Return the SRDF; an empty one if there is none."""
         return Srdf() if self.srdf is None else read_srdf(Path(self.srdf))
 
     def stated_limits(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return the content of `joint_limits.yaml`; empty if there is none."""
         return {} if self.limits is None else read_joint_limits(Path(self.limits))
 
 
@@ -146,7 +142,6 @@ class Robot(Value):
         limits: Limits of all movable joints.
         groups: Planning groups by name.
         states: Named joint positions by (group, state).
-        end_effectors: By name.
         passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
         mimics: Mimic joints, each with the joint at the head of its chain.

@@ -95,7 +95,6 @@ class FollowJointTrajectoryExecutor:
     real time.
 
     Attributes:
-        joint_names: Joints that the controller drives.
         period: Control period of the controller [s].
         latency: Shortest time until a new motion can begin [s].
         tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
@@ -121,10 +120,8 @@ class FollowJointTrajectoryExecutor:
 
         Args:
             url: Address of the rosbridge server, such as "ws://robot:9090".
-            joint_names: All joints of the controller.
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
                 `conformance` reports a tolerance that is too small.
-            action: Name of the action.
             joint_states: Name of the topic of `sensor_msgs/JointState`; messages of other joints are ignored.
             generation: ROS 2 with actions, or ROS 1 with the topics of actionlib.
             period: Control period of the controller [s].
@@ -289,7 +286,6 @@ class FollowJointTrajectoryExecutor:
 
 
 def _chosen(name: str, stated: object, columns: list[int]) -> Floats | None:
-    """Select the numbers of some joints; None if one is missing or not a number."""
     if not isinstance(stated, list) or len(cast(list[object], stated)) <= max(columns):
         return None
     values = [cast(list[object], stated)[column] for column in columns]
@@ -328,7 +324,6 @@ class RosbridgeClient:
         self._reader.start()
 
     def send(self, **operation: object) -> str:
-        """Send an operation; return the reason if it cannot be sent."""
         if not self.failure:
             try:
                 self._socket.send(written(operation).decode())
@@ -388,7 +383,6 @@ class Ros2Action:
         """Do nothing; results arrive without a subscription."""
 
     def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
-        """Send a goal; return the reason if it cannot be sent."""
         return client.send(
             op="send_action_goal",
             id=goal_id,
@@ -424,7 +418,6 @@ class Ros1Action:
         client.send(op="advertise", topic=f"{self._name}/cancel", type="actionlib_msgs/GoalID")
 
     def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
-        """Send a goal; return the reason if it cannot be sent."""
         now = Time.now()
         message = {
             "header": encode(Header(stamp=now), Generation.ROS1),

@@ -44,8 +44,6 @@ def kept(every: float, kinds: Mapping[PairKind, float], one: Part, other: Part) 
     Args:
         every: Default distance [m].
         kinds: Distances of kinds of pairs that differ [m].
-        one: Role of one body.
-        other: Role of the other.
     """
     both = {one, other}
     stated = [PairKind.WORLD] if Part.WORLD in both else []

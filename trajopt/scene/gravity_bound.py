@@ -65,7 +65,6 @@ def _largest_torques(reduced: ReducedModel) -> Floats:
 
 
 def _derived(reduced: ReducedModel, build: Callable[[ReducedModel], Floats]) -> Floats:
-    """Return the enclosure, shared by all scenes if nothing is attached."""
     return reduced.derived(build) if payloads(reduced) else reduced.derived_of_robot(build)
 
 

@@ -34,7 +34,6 @@ class ContactRules:
     """The contact rules of a scene.
 
     Attributes:
-        allowed: Pairs that may touch.
         touch_links: Links that may touch an object, by object; objects without any may be missing.
         margin: Default margin of the optimiser [m].
         pair_margins: Margins of single pairs that differ [m].
@@ -96,7 +95,6 @@ class _Owners:
 
     Attributes:
         names: Names of the owners, o of them.
-        of_body: Owner of each body.
         row: Row of each owner, shape (o,); -1 for objects in the world.
         excused: Whether two owners may touch, shape (rows, o).
         fixed: Whether they cannot move relative to each other, shape (rows, o).
@@ -150,7 +148,6 @@ class _Owners:
         return tuple(sorted(found, key=lambda entry: entry[0]))
 
     def immobile(self) -> frozenset[frozenset[str]]:
-        """Return the pairs to be checked that cannot move relative to each other."""
         rows, others = np.nonzero(self.fixed & ~self.excused)
         mine, theirs = map(int, self._of_row[rows]), map(int, others)
         names = self.names
@@ -179,7 +176,6 @@ class _Owners:
         return values
 
     def _enter(self, matrix: Bools | Floats, one: str, other: str, value: float) -> None:
-        """Set the value of two names, if both own bodies and the first has a row."""
         place, column = self._index.get(one), self._index.get(other)
         if place is not None and column is not None and self.row[place] >= 0:
             matrix[self.row[place], column] = value

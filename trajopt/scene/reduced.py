@@ -35,7 +35,6 @@ class DrivenJoints(Value):
     """Positions of joints that are driven by time.
 
     Attributes:
-        names: Names of the m joints.
         times: Ends of the k pieces, increasing, shape (k + 1,) [s]; outside of them all rest.
         coefficients: Of the joints' positions, in the time since the start of each piece, highest power
             first, shape (degree + 1, k, m) [rad | m].
@@ -85,7 +84,6 @@ class CollisionModel:
     Attributes:
         anchors: Carrying joint and placement of each frame, tool, object and the world, by name.
         bodies: Collision bodies of links, then of objects.
-        pairs: Those that must keep apart.
     """
 
     anchors: Mapping[str, Anchor]
@@ -98,7 +96,6 @@ class ReducedModel:
     """A scene's robot with only one group's joints free.
 
     Attributes:
-        group: Name of the group.
         start: Positions of all joints at the start, shape (number of joints,) [rad | m].
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.

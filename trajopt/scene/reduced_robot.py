@@ -35,7 +35,6 @@ def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> AddedJoints:
 
     Args:
         model: Changed in place: the joints are appended.
-        tracks: The frames' tracks, by name.
     """
     names: list[str] = []
     anchors: dict[str, Anchor] = {}
@@ -98,7 +97,6 @@ class ReducedRobot:
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         anchors: Carrying joint and placement of links, tool frames and the world, by name.
-        bodies: Collision bodies of all links.
         driven: Joints that are driven by time and carry dynamic obstacles; None to leave these out.
     """
 
@@ -118,7 +116,6 @@ def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
     The last results are cached for each robot: they depend only on the fixed joints.
 
     Args:
-        group: Name of the planning group.
         start: Positions of all joints, shape (number of joints,) [rad | m].
     """
     joints = robot.group(group).joints

@@ -24,7 +24,6 @@ from trajopt.values.errors.arguments import checked
 
 
 def _pickled(reduced: ReducedModel) -> tuple[Callable[..., ReducedModel], tuple[Any, ...]]:
-    """Pickle a model by its scene; a model with a load is pickled whole."""
     robot = reduce_robot(reduced.scene.robot, reduced.group, reduced.start)
     loaded = None if reduced.model is robot.model else model_data(reduced.model)
     return _again, (reduced.scene, reduced.group, reduced.start, loaded)
@@ -97,7 +96,6 @@ def tool_frames(reduced: ReducedModel) -> tuple[str, ...]:
 
 
 def _tool_on(reduced: ReducedModel, carrier: int) -> str:
-    """Return the tool frame, or else the farthest link, on a joint."""
     robot = reduced.scene.robot
     tip = robot.group(reduced.group).tip
     for name in (*reversed(tuple(reduced.scene.tools)), *robot.frames):
@@ -196,12 +194,10 @@ def _built(reduced: ReducedModel, robot: ReducedRobot) -> TimedModel:
 
 
 def _nothing_else(timed: ReducedModel) -> None:
-    """Build no further timed model: the model already has all dynamic obstacles."""
     del timed
 
 
 def _timing(scene: Scene, name: str) -> Timing:
-    """Return the existence of an object, and the motion of its carrier."""
     carrier = scene.carrier(name)
     motion: Prediction | None = None if carrier is None else scene.objects[carrier].timing.motion
     return replace(scene.objects[name].timing, motion=motion)

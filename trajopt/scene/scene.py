@@ -760,7 +760,6 @@ class Scene(Value):
         return frozenset(self._owner(name, "touch link") for name in several("touch_links", names, str))
 
     def _check_not_within(self, name: str, frame: str) -> None:
-        """Refuse a frame that is placed, directly or indirectly, in itself."""
         over, placed = frame, self.placed
         while over in placed:
             if over == name:
@@ -861,8 +860,6 @@ def robot_objects(
     The first object on each joint has a track, and the others are placed in its frame.
 
     Args:
-        name: Prefix of the ids.
-        trajectory: Of its group's joints.
         base: Placement of its world in the scene that the objects are for.
         start: Start of the motion on the clock of that scene [s].
         until: End of the time for which the motion is known [s].

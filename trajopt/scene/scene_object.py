@@ -30,7 +30,6 @@ class AnchoredObject:
 
     Attributes:
         anchor: The joint that carries it, and its placement there.
-        bodies: Its collision bodies there.
     """
 
     anchor: Anchor
@@ -136,7 +135,6 @@ def covered_parts(
 
     Args:
         shape: One shape at its origin, or several with placements in the object's frame.
-        policy: How meshes become convex.
 
     Warns:
         UnitWarning: If a mesh is wider than a robot cell.
@@ -167,7 +165,6 @@ def _is_part(item: object) -> bool:
 
 
 def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
-    """Return the parts of an object for a cloud in the world; empty for None."""
     if not isinstance(cloud, Points | Voxels | None):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ModelError(f"cloud must be Points, Voxels or None, is {shown(cloud)}")
     return () if cloud is None else ((cloud, IDENTITY),)
@@ -176,7 +173,6 @@ def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
 def replaced_cloud(
     old: SceneObject, cloud: Points | Voxels | None, given: tuple[str, ...] = ()
 ) -> SceneObject:
-    """Return an object with its cloud replaced by another."""
     if not all(isinstance(shape, Points | Voxels) for shape, _ in old.parts):
         raise ModelError(
             f"{shown(old.name)} is not a cloud, and would be lost: remove it, or take another name"

@@ -349,7 +349,6 @@ def frame_pieces(
     """Return pieces of a track that follow a frame.
 
     Args:
-        trajectory: Of its group's joints.
         anchor: The joint that carries the frame, and its placement there.
         reach: Of the points that count, from the frame's origin [m].
         tolerance: Largest error [m].

@@ -24,11 +24,8 @@ class Assignment(Value):
     """Work for a worker.
 
     Attributes:
-        operation: Name of the operation.
-        scene: Content of the session.
         positions: Of all joints of its robot [rad | m].
         body: The arguments, JSON.
-        attachment: Bytes that came with them.
         stamps: Measurement times of clouds in the scene, by name.
         seconds: Time limit, waiting included [s].
         moved: Receives the robot's positions while it is driven [rad | m].
@@ -109,7 +106,6 @@ class Job:
             self._worker.send(Changed(self.number, scene.robot, scene.data, scene.key))
 
     def tell(self, feedback: Feedback) -> None:
-        """Pass on the progress; a failing listener is reported to the caller and ends the worker."""
         if feedback.positions is not None and self.assignment.moved is not None:
             self.assignment.moved(feedback.positions)
         if self.assignment.listener is not None and not self.over:
@@ -125,7 +121,6 @@ class Job:
             self.done.set_result(answered)
 
     def refuse(self, refusal: RequestRefused) -> None:
-        """Refuse it, with the reason of its cancellation if there is one."""
         self._finish()
         if not self.over:
             self.done.set_exception(self._wanted or refusal)
@@ -174,10 +169,7 @@ class Done:
     """A finished request.
 
     Attributes:
-        operation: Name of the operation.
-        session: Id of the session.
         why: Kind of refusal; None with an answer.
-        reason: The reason in a sentence.
         waited: Time until a worker began, with an answer [s].
         seconds: Total time [s].
         cpu: CPU time of the worker, with an answer [s].
@@ -197,8 +189,6 @@ def counted(session: str, operation: str, observer: Callable[[Done], None] | Non
     """Record the outcome of a request, and notify the observer.
 
     Args:
-        session: Id of its session.
-        operation: Name of the operation.
         observer: The observer, or None.
     """
     begin, done = time.monotonic(), Done(operation, session)
@@ -228,7 +218,6 @@ class Cancellation:
         self._called = False
 
     def __call__(self) -> None:
-        """Cancel the request: a plan returns its best motion so far; a waiting request is refused."""
         self._called = True
         if self._job is not None:
             self._job.cancel()

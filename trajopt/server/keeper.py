@@ -39,7 +39,6 @@ class Keeper:
 
         Args:
             warehouse: The file; it stays open, so that SQLite need not clean up after each write.
-            hello: First message to workers.
             limits: Of requests: storing a session has the time limit of one.
         """
         self._warehouse, self._limits, self._known = warehouse, limits, set[str]()
@@ -110,7 +109,6 @@ class Keeper:
         scene: PackedScene,
         positions: Sequence[float],
     ) -> None:
-        """Write by the worker."""
         try:
             await self._done(session.id, what, said, scene, positions)
         except RequestRefused as refusal:

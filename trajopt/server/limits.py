@@ -37,7 +37,6 @@ class Limits(Value):
         triangles: Of all meshes of a request.
         points: Of a trajectory in a request.
         cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.
-        sessions: Number of sessions.
         idle: Idle time after which the longest unused session is removed if there are too many [s].
         session_bytes: Size of a session [bytes].
     """

@@ -68,7 +68,6 @@ def check_sizes(document: object, watch: Watch) -> None:
 
 
 def _count(value: object, points: int) -> int:
-    """Return the triangles of all meshes in a document; refuse a list of too many points."""
     if isinstance(value, list):
         return sum(_count(each, points) for each in cast("list[object]", value))
     if not isinstance(value, dict):

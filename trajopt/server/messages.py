@@ -15,7 +15,6 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
 
     Attributes:
         robots: The robots by name, pickled.
-        modules: Modules with the operations.
         memory: Memory of one request, beyond the worker's present memory [bytes].
         triangles: Of the meshes of a request.
         points: Of a trajectory in a request.
@@ -35,12 +34,9 @@ class Request(msgspec.Struct, tag=True, frozen=True):
 
     Attributes:
         number: Its number, in all messages about it.
-        operation: Name of the operation.
-        robot: Name of the robot.
         stamps: Measurement times of clouds in it, by name.
         positions: Of all joints [rad | m].
         body: The arguments, JSON.
-        attachment: Bytes that came with them.
         seconds: Time limit [s].
         feedback: Whether progress is requested.
         driven: Whether another request drives the session's robot.

@@ -20,12 +20,7 @@ MEMORY = 0.01
 
 
 class WorkerPool:
-    """Workers and their waiting requests.
-
-    Attributes:
-        restarts: Number of replaced workers.
-        busy: Number of working workers.
-    """
+    """Workers and their waiting requests."""
 
     def __init__(
         self,
@@ -39,7 +34,6 @@ class WorkerPool:
         """Store the options; `start` starts the workers.
 
         Args:
-            hello: First message to each worker.
             limits: Of the queue and of requests.
             eager: Whether workers are started before the first request.
         """
@@ -84,11 +78,7 @@ class WorkerPool:
             (await self._queue.take()).refuse(_closing())
 
     def submit(self, owner: str, assignment: Assignment) -> Job:
-        """Queue a request.
-
-        Args:
-            owner: Id of its session.
-        """
+        """Queue a request."""
         if self._closed:
             raise _closing()
         if self._queue.of(owner) >= self._limits.waiting_per_session:
@@ -207,7 +197,6 @@ class FairQueue(Generic[Item]):
         self._there.release()
 
     def discard(self, owner: object, item: Item) -> bool:
-        """Remove an item; return whether it was queued."""
         line = self._waiting.get(owner)
         if line is None or item not in line:
             return False

@@ -34,9 +34,7 @@ class Service:
     """Robots, sessions and workers; `async with` starts and ends them.
 
     Attributes:
-        robots: The robots by name.
         limits: Limits of clients.
-        operations: The operations by name.
         pools: The workers of each lane.
     """
 
@@ -200,7 +198,6 @@ class Service:
 
         Args:
             session: The session of its scene and robot, which stores its changes.
-            operation: Its name.
             arguments: JSON, or plain data.
             attachment: Bytes for the operation.
             seconds: Time limit, waiting included [s]; at most that of the limits.
@@ -354,7 +351,6 @@ class Service:
 
 
 def _written(arguments: Mapping[str, Any]) -> bytes:
-    """Return plain data as JSON."""
     try:
         return _JSON.encode(arguments)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:

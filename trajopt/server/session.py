@@ -48,7 +48,6 @@ class ServiceSession:
 
     @property
     def robot(self) -> str:
-        """Name by which the server knows the robot."""
         return self.scene.robot
 
     @asynccontextmanager
@@ -114,7 +113,6 @@ class Sessions:
         face: str = "",
         stamps: Mapping[str, float] | None = None,
     ) -> ServiceSession:
-        """Add a session; if there are too many, the longest unused one is removed."""
         if len(self._all) >= self._limits.sessions:
             self._forget_one()
         name = secrets.token_urlsafe(ID_BYTES)
@@ -123,7 +121,6 @@ class Sessions:
         return session
 
     def get(self, name: str) -> ServiceSession:
-        """Return a session by its id."""
         session = self._all.get(name)
         if session is None:
             raise RequestRefused(Why.UNKNOWN, "there is no such session, or it was unused for too long")
@@ -131,7 +128,6 @@ class Sessions:
         return session
 
     def remove(self, name: str) -> None:
-        """Remove a session; its driven robot stops."""
         session = self.get(name)
         if session.run is not None:
             session.run.cancel()

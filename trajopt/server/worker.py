@@ -62,7 +62,6 @@ class Channel:
         self._socket, self._stream = connected, connected.makefile("rb")
 
     def receive(self) -> ToWorker | None:
-        """Return the next message; None at the end."""
         head = self._stream.read(LENGTH.size)
         if len(head) < LENGTH.size:
             return None
@@ -143,7 +142,6 @@ class Worker:
         return self._scenes.get(scene.key, lambda: unpacked(scene, self._robots))
 
     def _listen(self) -> None:
-        """Receive messages while requests run; a worker whose socket closed ends."""
         try:
             while (message := self._channel.receive()) is not None:
                 self._hear(message)

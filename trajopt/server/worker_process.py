@@ -69,7 +69,6 @@ class WorkerProcess:
         return worker
 
     def send(self, message: ToWorker) -> None:
-        """Send a message; ignored if the worker has ended."""
         self._writer.write(framed(message))
 
     async def receive(self) -> FromWorker:
@@ -91,7 +90,6 @@ class WorkerProcess:
         await asyncio.to_thread(self._process.wait)
 
     async def _ending(self) -> str:
-        """Describe its end."""
         self.kill()  # a socket that is closed while the process lives is of no use either
         code = await asyncio.to_thread(self._process.wait)
         self._writer.close()
@@ -118,5 +116,4 @@ def _started() -> tuple[subprocess.Popen[bytes], socket.socket]:
 
 
 def lost(error: WorkerLost) -> RequestRefused:
-    """Return the message to the client of a request whose worker ended."""
     return RequestRefused(Why.WORKER_LOST, f"the process that did it has ended ({error}); others go on")

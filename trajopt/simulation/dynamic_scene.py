@@ -62,7 +62,6 @@ class DynamicScene:
         return 0.0 if self.timed is None else self.timed.error(name, time)
 
     def is_uncertain(self, name: str) -> bool:
-        """Return whether a link or an object has a position error at any time."""
         return self.timed is not None and self.timed.is_uncertain(name)
 
     def moved(self, name: str, time: float) -> Placement:
@@ -89,9 +88,6 @@ class DynamicScene:
         self, spec: mujoco.MjSpec, joints: Sequence[mujoco.MjsBody]
     ) -> Mapping[int, mujoco.MjsBody]:
         """Add a mocap body of MuJoCo for each frame that moves by itself.
-
-        Args:
-            joints: Its bodies, by joint.
 
         Returns:
             These, and the mocap bodies by the last joint of their frames.
@@ -147,7 +143,6 @@ class Presence:
         """Find the pairs of bodies that appear or expire.
 
         Args:
-            changing: The scene over time.
             model: The compiled model; its pairs are changed.
             owners: Link or object of each geometry.
         """
@@ -195,7 +190,6 @@ class MujocoGeom:
     """A geometry of MuJoCo.
 
     Attributes:
-        kind: Geometry type of MuJoCo.
         size: Size parameters of MuJoCo, shape (3,) [m].
         placement: In the frame of the shape.
         vertices: Of a mesh, shape (n, 3) [m]; empty for native types.

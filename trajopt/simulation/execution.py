@@ -470,7 +470,6 @@ class _Press:
         self._since, self._rest = phase.trajectory.duration, max(phase.rest, dt)
 
     def __call__(self, t: float, torques: Floats) -> Floats:
-        """Return the motor commands at a time of the phase, given the controller's."""
         share = min(max((t - self._since) / self._rest, 0.0), 1.0) if self._grows else 1.0
         return np.where(self._pressing, (1.0 - share) * torques + share * self._forces, torques)
 

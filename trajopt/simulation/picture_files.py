@@ -47,7 +47,6 @@ def check_path(path: Path) -> str:
 
 
 def write_strip(path: Path, pictures: list[Image]) -> None:
-    """Write pictures side by side, in rows of an approximate square."""
     columns = int(np.ceil(np.sqrt(len(pictures))))
     rows = -(-len(pictures) // columns)
     height, width = pictures[0].shape[:2]
@@ -59,7 +58,6 @@ def write_strip(path: Path, pictures: list[Image]) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
-    """Write an endless animation with the colours of the first picture."""
     images = [Pillow.fromarray(picture) for picture in pictures]
     # Colours by octree, since selection by frequency would drop the colours of thin objects.
     palette = images[0].quantize(256, method=Pillow.Quantize.FASTOCTREE)

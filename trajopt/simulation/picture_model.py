@@ -63,7 +63,6 @@ class PictureSpec:
     Attributes:
         spec: Model of MuJoCo, not compiled yet, without collisions.
         owners: Name of a geometry -> its object, for objects that the robot does not move.
-        changing: The scene over time.
         coming: Name of a geometry -> its object, for objects that appear or expire.
         halos: Name of the geometry of a halo -> its object, and the halo.
     """
@@ -161,7 +160,6 @@ def _drawn_geoms(shape: Shape) -> tuple[MujocoGeom, ...]:
 def _robot_pieces(
     reduced: ReducedModel, highlight: frozenset[str]
 ) -> Iterator[tuple[int, Placement, MujocoGeom, Colour]]:
-    """Yield joint, placement in it, piece and colour of the robot's visuals."""
     robot = reduced.scene.robot
     drawn, failed = _visual_pieces(robot)
     for visual, piece in drawn:
@@ -280,7 +278,6 @@ class PosedModel:
 
     Attributes:
         owners: Index of a geometry -> its object, for objects that the robot does not move.
-        changing: The scene over time.
         paths: Paths of the tools of the group, shape (tools, PATH_POINTS, 3) in the world [m].
     """
 

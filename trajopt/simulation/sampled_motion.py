@@ -55,7 +55,6 @@ class SampledMotion:
 
 
 def held_start(reduced: ReducedModel) -> SampledMotion:
-    """Return a motion that stays at the start."""
     return SampledMotion(np.array((0.0, 1.0)), np.stack((reduced.start_positions, reduced.start_positions)))
 
 

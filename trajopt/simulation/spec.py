@@ -54,7 +54,6 @@ class SpecReport:
         spec: The model, not compiled yet.
         owners: Name of a collision geometry -> its link or object.
         notes: A sentence for each shape, inertia or motion that MuJoCo does not represent exactly.
-        changing: The scene over time.
     """
 
     spec: mujoco.MjSpec
@@ -256,7 +255,6 @@ def add_loose(
     Args:
         report: The model, without the object; its specification is changed.
         where: Its placement in the world.
-        fingers: Links with rubber pads.
     """
     if item.mass <= 0.0:
         raise ModelError(f"object {shown(item.name)} has no mass; pass mass= to Scene.add")

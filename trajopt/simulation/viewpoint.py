@@ -45,11 +45,7 @@ AFTER_HIT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """A camera, and the objects that hide the motion from it.
-
-    Attributes:
-        hiding: Objects to be drawn translucent.
-    """
+    """A camera, and the objects that hide the motion from it."""
 
     camera: CameraView
     hiding: frozenset[str]
@@ -165,7 +161,6 @@ def _divided(line: Floats, longest: float) -> Floats:
 
 
 def _hidden(posed: PosedModel, camera: CameraView, curves: _Curves) -> Bools:
-    """Return a mask of the pieces that objects or another part of the robot hide."""
     eye, rays = camera.position, curves.middles - camera.position
     by_robot = _first_hits(posed, eye, rays, ROBOT_GROUP) < 1.0 - _near(curves) / np.linalg.norm(rays, axis=1)
     return by_robot | (_first_hits(posed, eye, rays, OBJECT_GROUP) < 1.0)

@@ -81,7 +81,6 @@ def indices(name: str, value: object, width: int, count: int) -> Ints:
     Args:
         name: Name of the argument, for the error.
         value: Rows of whole numbers: an integer array, or nested sequences of `int`.
-        width: Required length of a row.
         count: Number of items that the indices select from.
 
     Returns:
@@ -306,7 +305,6 @@ def name_of(what: str, value: str) -> str:
 
     Args:
         what: The named thing, for the error.
-        value: The name.
 
     Raises:
         ModelError: If the name has a lone surrogate, which UTF-8 cannot encode.

@@ -77,7 +77,6 @@ def meant_in_joint(joint: str, value: float, lower: float, upper: float, unit: s
     """Suggest the likely unit of a joint position beyond its limits; empty without a likely one.
 
     Args:
-        joint: The joint's name.
         value: The position [rad | m].
         lower: Its lower limit.
         upper: Its upper limit.

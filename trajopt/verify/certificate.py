@@ -162,7 +162,6 @@ class Certificate:
     """Verdict on a trajectory.
 
     Attributes:
-        checks: All checks.
         clearance: Proven lower bound of all pair distances, at all times without accepted contact [m].
             Without a proof, the smallest measured distance. Infinite if there are no pairs.
         at_fault: The clearance at times at which the robot moves a body of the pair: an obstacle that

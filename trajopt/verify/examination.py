@@ -60,7 +60,6 @@ class OutOfLimit:
     """A joint beyond one of its position limits.
 
     Attributes:
-        joint: Name of the joint.
         position: Its position [rad | m].
         lower: Its lower limit [rad | m].
         upper: Its upper limit [rad | m].
@@ -129,7 +128,6 @@ def examine_with(
         distances: Workspace for distances of the same reduced model.
         positions: Positions of the group's joints, shape (n,) [rad | m].
         moment: Moment of a motion at which the configuration occurs.
-        options: Options of the judge.
     """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
@@ -168,7 +166,6 @@ def requirements_with(
 
     Args:
         positions: Positions of the group's joints, shape (n,) [rad | m].
-        options: Options of the judge.
     """
     motion = motion_at_rest(kinematics, positions, options)
     return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
@@ -179,7 +176,6 @@ def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOpt
 
     Args:
         positions: Positions of the group's joints, shape (n,) [rad | m].
-        options: Options of the judge.
     """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))

@@ -33,7 +33,6 @@ class Nearest:
     The error of a dynamic obstacle's track is subtracted from the distance.
 
     Attributes:
-        owners: The two links or objects.
         distance: Signed: positive apart, negative in penetration [m].
         required: Required clearance [m].
         margin: Margin of the optimiser, at least the required clearance [m].
@@ -86,7 +85,6 @@ class ClearanceQuery:
         Args:
             t: Time [s].
             positions: The group's at that time, shape (n,) [rad | m].
-            count: Largest number of pairs.
         """
         pairs, moment = self.reduced.pairs, np.array([t])
         checked, error = ~self.meant(moment)[0], self.error(moment)[0]
@@ -166,7 +164,6 @@ class ClearanceQuery:
 
     @property
     def _robot_joints(self) -> int:
-        """Number of the robot's joints, the world included; the others are driven by time."""
         return self.reduced.model.njoints - (0 if self.timed is None else len(self.timed.driven.names))
 
 
@@ -197,7 +194,6 @@ class MotionSamples:
     """A motion at S times.
 
     Attributes:
-        joint_names: Names of the n joints.
         times: Shape (S,) [s].
         position_shares: -1 at the lower limit, 1 at the upper; half turns without limits, (S, n).
         velocity_shares: Velocities divided by their limits, shape (S, n).
@@ -237,7 +233,6 @@ def sample_motion(
 
     Args:
         trajectory: The motion of the group's joints.
-        limits: Limits of the group's joints.
     """
     duration = trajectory.duration
     times = np.union1d(np.linspace(0.0, duration, SAMPLES), trajectory.times)

@@ -66,7 +66,6 @@ class Drawing:
 
         Args:
             reduced: Robot and scene, with joints driven by time among dynamic obstacles.
-            start: Positions of its joints.
             root: Name of the root node, if a page has several; empty for the page's own.
             robot: Whether to draw the robot and the floor.
             objects: Whether to draw the objects.
@@ -120,7 +119,6 @@ class Drawing:
                 frame.position = where.translation
 
     def joint_placement(self, joint: str) -> Placement:
-        """Return the drawn placement of a joint of the model in the world."""
         frame = self._joints[list(self._reduced.model.names).index(joint) - 1]
         w, x, y, z = frame.wxyz
         return placement(frame.position, quaternion=(x, y, z, w))
@@ -220,7 +218,6 @@ class Drawing:
                 self._objects.append((body.owner, self._mesh(node, body.shape, body.placement, colour)))
 
     def _colours(self) -> dict[str, Rgb]:
-        """Return the colour of each object; objects of one robot, with a common prefix, share it."""
         alike = list(dict.fromkeys(name.split("/")[0] for name in self._reduced.scene.objects))
         return {
             name: palette.SURFACES[alike.index(name.split("/")[0]) % len(palette.SURFACES)]
@@ -263,7 +260,6 @@ class Drawing:
 
 
 def _readable(visuals: list[LinkGeometry]) -> list[tuple[LinkGeometry, Shape]]:
-    """Load the meshes of a link's visual elements; nothing if one cannot be read."""
     shapes: list[tuple[LinkGeometry, Shape]] = []
     for visual in visuals:
         if isinstance(visual.geometry, MeshReference):
@@ -291,7 +287,6 @@ def _lowest(body: FixedBody) -> float:
 
 
 def in_world(reduced: ReducedModel, name: str, kinematics: JointPlacements) -> Placement:
-    """Return the placement of a frame or object in the world in the first configuration."""
     joint, where = reduced.attachment(name)
     return Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint]) * where
 
@@ -370,7 +365,6 @@ class Ghost:
         self._root.remove()
 
     def stand(self, kinematics: JointPlacements | None) -> None:
-        """Place it in the last configuration; hide it without one."""
         with self._server.atomic():
             self._root.visible = kinematics is not None
             if kinematics is None:
@@ -519,7 +513,6 @@ class NearestDrawing:
 
 
 def colour_of(near: Nearest) -> palette.Rgb:
-    """Return the colour of a clearance: below the required one, below the margin, or sufficient."""
     if near.distance <= max(near.required, 0.0):
         return palette.TOUCHING
     return palette.NARROW if near.distance < near.margin else palette.SAFE
@@ -536,7 +529,6 @@ def telling_pairs(clearance: ClearanceQuery, positions: Floats, count: int) -> t
 
     Args:
         positions: Of the group, shape (n,) [rad | m].
-        count: Largest number of pairs.
     """
     found = clearance.nearest_pairs(0.0, positions, MEASURED)
     objects = clearance.reduced.scene.objects.keys()

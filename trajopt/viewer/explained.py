@@ -117,7 +117,6 @@ def _shown(explanation: Explanation) -> _Shown:
 
 
 def _highlight(explanation: Explanation) -> set[str]:
-    """Return the bodies of the worst contact, and of the next one at the same place."""
     touching = [block for block in explanation.blocks if block.kind is ObstructionKind.CONTACT]
     together = 2 if explanation.path is None else 1
     return {name for block in touching[:together] for name in block.subjects}

@@ -66,11 +66,7 @@ _STARTS = threading.Lock()
 
 
 class GuardedServer(ViserServer):
-    """A server of one page, which opens only by the address with the secret.
-
-    Attributes:
-        address: The address of the page.
-    """
+    """A server of one page, which opens only by the address with the secret."""
 
     address: str
 
@@ -78,7 +74,6 @@ class GuardedServer(ViserServer):
         """Start to serve an empty page.
 
         Args:
-            host: Address to serve on.
             port: Port; the next free one if it is taken.
         """
         guard = PageGuard(host)

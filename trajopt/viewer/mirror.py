@@ -42,7 +42,6 @@ class RemoteState(Value):
     """State of a remote robot.
 
     Attributes:
-        revision: Changes whenever the surroundings change.
         positions: Of all joints, shape (number of joints,) [rad | m].
         driven: Whether it is being driven.
         ahead: Positions of all joints along the rest of its motion, shape (k, number of joints); None
@@ -108,7 +107,6 @@ class MirrorClient:
 
         Args:
             url: Of a session of a server ("http://127.0.0.1:8080/sessions/ID"), or of a run.
-            token: Access token of the server.
 
         Raises:
             MissingExtra: If httpx is not installed.
@@ -276,7 +274,6 @@ class MirrorView(Served):
         self._say()
 
     def _say(self) -> None:
-        """Show whether the robot moves, or that the state is old."""
         since = time.monotonic() - self._heard
         if self._lost and since > OLD:
             words = [f"No answer for {since:.0f} s: the picture is old.", self._lost]
@@ -391,7 +388,6 @@ class RunPublisher:
         return world.scene.still_at(moment.time - world.stamp)
 
     def _revised(self, moment: RecordedMoment) -> int:
-        """Return the revision of the surroundings, which changes with them."""
         scene = moment.sighting.world.scene
         now = (moment.sighting, moment.time if scene.changing else 0.0)
         with self._lock:

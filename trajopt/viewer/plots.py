@@ -486,7 +486,6 @@ def _panels(figure: "Figure", rows: int, columns: int) -> "list[Axes]":
 
 
 def _legend(figure: "Figure", panels: "Sequence[Axes]", used: int) -> None:
-    """Name every method once, below all panels; hide panels that nothing is drawn in."""
     for panel in panels[used:]:
         panel.set_visible(False)
     named: dict[str, Artist] = {}

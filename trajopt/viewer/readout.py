@@ -66,7 +66,6 @@ def events_html(events: Sequence[Event], shown: int) -> str:
 
     Args:
         events: In the order of time.
-        shown: Number of shown events.
     """
     rows = [
         f'<tr><td style="text-align:right;padding-right:0.8em;vertical-align:top">{event.time:.2f} s</td>'
@@ -149,7 +148,6 @@ def _failure(result: Result, planned: PlanningOutcome) -> str:
 
 
 def _prices(prices: Sequence[Price]) -> list[str]:
-    """Return the binding limits, the most expensive first, with the gain of a change if known."""
     saved = [
         f"• {each.what}: {1000.0 * each.seconds:.0f} ms shorter for each {each.unit} given up"
         for each in sorted(prices, key=lambda each: -(each.seconds or 0.0))

@@ -41,7 +41,6 @@ class RunDrawing:
         """Draw the robot at its start.
 
         Args:
-            group: The group that moves.
             start: Positions of all joints at the start, shape (number of joints,) [rad | m].
             first: The world known at the start.
         """
@@ -77,7 +76,6 @@ class RunDrawing:
             self._stop.visible, self._plan.visible = stop, plan
 
     def _known(self, sighting: Sighting) -> SceneView:
-        """Return the known surroundings; drawn on first use."""
         scene, stamp = sighting.world.scene, sighting.world.stamp
         for known, around in self._around:
             if known.world.scene is scene and known.world.stamp == stamp:

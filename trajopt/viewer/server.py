@@ -24,7 +24,6 @@ def open_server(host: str, port: int) -> "GuardedServer":
     """Serve an empty page, which opens only by the address with its secret.
 
     Args:
-        host: Address to serve on.
         port: Port; the next free one if it is taken.
     """
     try:

@@ -354,7 +354,6 @@ class _Search:
         )
 
     def _smaller(self, enough: float) -> float | None:
-        """Return the smallest sufficient amount, rounded; None if every amount seems sufficient."""
         for _ in range(HALVINGS):
             if not self._solves(enough / 2.0):
                 break

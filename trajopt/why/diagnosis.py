@@ -37,12 +37,10 @@ PRESSED = 1e-3
 
 
 def diagnose(result: Result) -> Explanation:
-    """Return the explanation of a failure for one goal, without remedies and prices."""
     return _BY_STATUS.get(result.status, _of_the_way)(result)
 
 
 def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> Explanation:
-    """Return the outcome, with the certainty of the result unless it is proven here."""
     return Explanation(
         problem=result.problem,
         status=result.status,
@@ -237,7 +235,6 @@ def _swept(result: Result) -> Explanation:
 
 
 def _fixed_link_met(result: Result) -> Explanation:
-    """Explain a collision with a link that no joint of the group moves."""
     if result.certainty is Certainty.PROVEN:
         grounds = (
             "the two are as near to each other whatever the joints do, the judge measured how near, and by "

@@ -69,7 +69,6 @@ def explain(
 
 
 def _of_a_goal_set(result: Result, plan_again: bool, plan: Callable[[Problem], Result]) -> Explanation:
-    """Explain a set of goals by its first tried goal: the nearest that was not refused."""
     name, nearest = next(iter(result.alternatives.items()))
     alone = explain(nearest, plan_again=plan_again, plan=plan)
     grounds = f"of the goal {shown(name)}, {alone.grounds}"
@@ -158,7 +157,6 @@ def _at_a_searched_goal(known: Explanation) -> Iterator[ProblemChange]:
 def _gives_way(
     problem: Problem, wanted: Sequence[Requirement], always: Sequence[Requirement]
 ) -> Iterator[ProblemChange]:
-    """Yield relaxations of single requirements of one moment."""
     for required in wanted:
         rest = [*(item for item in wanted if item is not required), *always]
         stood = least_missed(problem, [required], hard=rest)
@@ -208,7 +206,6 @@ def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) 
 
 
 def _requirements_in_the_way(known: Explanation) -> Iterator[ProblemChange]:
-    """Yield path constraints and goals that a path violated, widened by the violation."""
     problem = known.problem
     for block in known.blocks:
         if block.kind is ObstructionKind.REQUIREMENT and block.place is not None:
@@ -309,7 +306,6 @@ def begun_later(problem: Problem, first: float) -> ProblemChange | None:
 
 
 def longer(problem: Problem, deadline: float) -> ProblemChange:
-    """Return the change to a later deadline."""
     return ProblemChange(
         what="deadline",
         unit="s",
@@ -321,7 +317,6 @@ def longer(problem: Problem, deadline: float) -> ProblemChange:
 
 
 def may_touch(problem: Problem, link: str, name: str) -> ProblemChange:
-    """Return the change that allows contact of an object with a link."""
     touching = replace(problem, scene=problem.scene.allow(link, name))
     return ProblemChange(
         what=f"contact of {link} and {name}",
@@ -335,7 +330,6 @@ def may_touch(problem: Problem, link: str, name: str) -> ProblemChange:
 
 
 def removed(problem: Problem, name: str) -> ProblemChange:
-    """Return the change that removes an object, with those placed on it."""
     without = replace(problem, scene=_without(problem.scene, name))
     return ProblemChange(
         what=name,

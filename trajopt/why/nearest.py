@@ -71,7 +71,6 @@ class ConfigurationSolution:
         positions: Shape (n,) [rad | m].
         holds: Whether all hard requirements hold.
         given: Total violation of the soft requirements [m and rad].
-        at: Linearisation of everything there.
     """
 
     positions: Floats

@@ -58,7 +58,6 @@ def multipliers(at: Linearisation, lower: Floats, upper: Floats) -> Multipliers:
     Source: Nocedal and Wright, Numerical Optimization, 2nd edition, section 12.3.
 
     Args:
-        at: Everything linearised at the solution.
         lower: Lower bounds of the knots, shape (N, n); equal to the upper for a fixed knot.
         upper: Upper bounds, shape (N, n).
     """

@@ -212,7 +212,6 @@ def _holds(what: Result | Plan | Problem) -> Holds:
 
 
 def _answer_members(writer: BundleWriter, what: Result | Plan) -> dict[str, bytes]:
-    """Return the result and the motion as planned."""
     stated = {"path": what.path, "trajectory": what.trajectory}
     motion = {name: writer.document(each, name) for name, each in stated.items() if each is not None}
     if isinstance(what, Plan):
@@ -251,7 +250,6 @@ def _arguments_members(writer: BundleWriter, result: Result) -> dict[str, bytes]
 
 
 def _plain_state(item: object) -> object:
-    """Return the state of a random generator as JSON data: arrays become lists of integers."""
     tolist = getattr(item, "tolist", None)
     if tolist is None:
         raise ModelError(f"the state of the random generator is not data: {type(item).__name__}")
@@ -422,7 +420,6 @@ def _arguments(archive: Members, reader: BundleReader) -> PlanArguments | None:
 
 
 def _recalled(node: Node, seeds: tuple[Floats, ...]) -> Recalled | None:
-    """Return the recalled experience; its paths are the last of the seeds."""
     if node.missing:
         return None
     node.only(("version", "memories"))

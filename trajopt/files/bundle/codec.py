@@ -221,7 +221,6 @@ def request_kinds() -> Kinds:
 
 @cache
 def all_kinds() -> Kinds:
-    """Return the classes of answers of a server: robots, and results of all kinds."""
     return {**bundle_kinds(), **kinds_in({**_ASKED, **_ANSWERED})}
 
 

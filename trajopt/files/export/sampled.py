@@ -36,7 +36,6 @@ class JointTrajectory:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion, by default its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         write_message(path, _joint_trajectory(motion))
         return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))
@@ -48,7 +47,6 @@ class FollowJointTrajectory:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion, by default its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         goal: dict[str, object] = {
             "trajectory": _joint_trajectory(motion),
@@ -67,7 +65,6 @@ class RobotTrajectoryMessage:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion, by default its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
         write_trajectory(motion, path)
         return Exported(path, len(motion.times), motion.duration, _notes(trajectory, motion, hz))

@@ -270,7 +270,6 @@ class MessageDefinition:
     Attributes:
         name: Its full name as ROS 1 writes it, such as "moveit_msgs/PlanningScene".
         fields: Its fields in order.
-        constants: Its constants by name.
     """
 
     name: str

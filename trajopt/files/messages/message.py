@@ -17,11 +17,7 @@ ROS1_TIMES = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces
 
 
 class Message:
-    """A message of ROS.
-
-    Attributes:
-        definition: Its name, fields and constants.
-    """
+    """A message of ROS."""
 
     __slots__ = ()
     definition: ClassVar[MessageDefinition]

@@ -126,7 +126,6 @@ class Orientation:
         reference: The reference frame of the orientation.
         rotation: Of the frame in the reference, shape (3, 3).
         tolerance: About each axis of `rotation`, shape (3,) [rad]; inf leaves an axis free.
-        coordinates: Parametrisation of the error.
         original: The frame named in the message.
         turn: Rotation from the coordinates of `original` to the coordinates of `frame`, shape (3, 3).
     """

@@ -52,7 +52,6 @@ def reading_at(scene: Scene, positions: Floats, notes: list[str] | None = None) 
 
 
 def frame_id(node: Node) -> str:
-    """Return the frame id of a header, without the leading slash of old files."""
     return node.only(field_names(Header))["frame_id"].text("").removeprefix("/")
 
 
@@ -84,7 +83,6 @@ def placement_in_world(frame: str, scene: Scene, reading: Reading) -> Placement:
 
 
 def require(node: Node, error: type[NameNotFound], kind: str, name: str, known: Iterable[str]) -> None:
-    """Check that a name is known."""
     names = tuple(known)
     if name not in names:
         raise error(f"{kind} (at {node.place} in {node.path})", name, names)

@@ -32,7 +32,6 @@ class ObjectMessage:
     """A collision object message.
 
     Attributes:
-        node: Its place in the file.
         operation: ADD, REMOVE, APPEND or MOVE.
         placement: Of the object in the frame of its header.
         parts: Its shapes with their placements in the object's frame.
@@ -193,7 +192,6 @@ def _emptied(scene: Scene) -> Scene:
 
 
 def _without_lost_tools(scene: Scene, before: Scene) -> Scene:
-    """Return the scene without tool frames on removed objects."""
     owners = {name: before.owner(name) for name in scene.tools}
     gone = set(before.objects) - set(scene.objects)
     return replace(scene, tools={name: scene.tools[name] for name in owners if owners[name] not in gone})
@@ -290,7 +288,6 @@ def read_parts(node: Node, notes: list[str]) -> tuple[Part, ...]:
     """Return the shapes of a collision object, each with its placement in the object's frame.
 
     Args:
-        node: The collision object message.
         notes: Receives a sentence for every plane, and for every quaternion not of unit length.
     """
 

@@ -39,7 +39,6 @@ def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
     Args:
         node: The matrix; its rows are lists, or mappings with `enabled`.
         scene: The scene with everything that the matrix may name.
-        notes: Receives notes on omissions.
     """
     node.only(field_names(AllowedCollisionMatrix))
     names = [name.text() for name in node["entry_names"].elements()]
@@ -235,7 +234,6 @@ def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool 
 
 
 def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -> Scene:
-    """Return the scene with a frame fixed to the robot; either frame may be the parent."""
     try:
         return scene.with_tool(name, on, where)
     except ModelError as error:
@@ -350,7 +348,6 @@ def _let_go(scene: Scene) -> Scene:
 
 
 def _empty(scene: Scene) -> Scene:
-    """Return a scene with the unscaled robot, its tools, margins and general clearances."""
     everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
     robot = scene.robot
     if any(body.scale != 1.0 for body in robot.bodies):

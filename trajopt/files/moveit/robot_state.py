@@ -68,8 +68,6 @@ def read_workspace(
 
     Args:
         node: The workspace; a box of zero size is ignored, as in MoveIt.
-        group: Name of the planning group.
-        world_names: Frame ids of the world.
         notes: Receives a sentence if the box is in another frame and therefore ignored.
     """
     moved = robot.base.joints[:2] if len(robot.base.joints) == len(PLANAR) else ()
@@ -153,7 +151,6 @@ def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
 
 
 def _stated(node: Node) -> Mapping[str, tuple[float, Node, Node]]:
-    """Return the listed joints: by joint, its position, and the nodes of name and position."""
     state = node.only(field_names(RobotState))["joint_state"]
     state.only(field_names(JointState))
     names, values = state["name"].elements(), state["position"].elements()

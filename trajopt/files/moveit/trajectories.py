@@ -146,7 +146,6 @@ def planar_joints(joint_names: Sequence[str]) -> tuple[str, ...]:
 
 
 def planar_placement(x: float, y: float, yaw: float) -> Placement:
-    """Return the placement of a planar joint's link in the parent frame."""
     turned = from_rpy(0.0, 0.0, yaw)  # yaw may include full turns
     return placement((x, y, 0.0), rotation=turned)
 

@@ -84,7 +84,6 @@ class ConvexPart:
 
 
 def placed(joint: int, where: Placement) -> Document:
-    """Return a placement in a joint's frame as a proof states it."""
     x, y, z, w = where.quaternion.tolist()
     return {"joint": joint, "rotation": [w, x, y, z], "translation": where.translation.tolist()}
 

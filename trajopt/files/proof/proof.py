@@ -38,7 +38,6 @@ class ProofSize:
     Attributes:
         statement: Bytes of the statement.
         witness: Bytes of the witness.
-        leaves: Number of leaves.
         times: Number of times in the grid.
     """
 

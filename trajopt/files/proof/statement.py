@@ -33,7 +33,6 @@ class Pairs:
     excused: tuple[tuple[str, str, str], ...]
 
     def excusing(self, lost: Collection[int], reason: str) -> "Pairs":
-        """Return them without some pairs and all others of the same owners, excused for a reason."""
         gone = {_owners(self.parts, *self.pairs[pair].tolist()) for pair in lost}
         kept = [_owners(self.parts, one, other) not in gone for one, other in self.pairs.tolist()]
         excused = tuple((min(owners), max(owners), reason) for owners in gone)

@@ -92,8 +92,6 @@ class CampaignTask:
     Attributes:
         id: Hash of the problem, its options and the package versions.
         problem_id: Hash of the problem's contents and of the seed.
-        family: Its set in the statistics.
-        number: Its number in the set.
         robot: Name of the robot; empty if unknown before the problem is made.
         options: Index of the options among the campaign's.
         recipe: Its recipe, as JSON.

@@ -111,7 +111,6 @@ class RayPool:
         """Start actors.
 
         Args:
-            setup: Initial message to each worker.
             most: Largest number of actors; 0 for the number of cores.
         """
         self._ray, self._most = ray, most
@@ -153,7 +152,6 @@ class RayPool:
             self._ray.kill(actor)
 
     def _grow(self) -> None:
-        """Start actors on new cores."""
         now = time.monotonic()
         if self._free or self._busy:
             self._alive = now

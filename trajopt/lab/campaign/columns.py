@@ -43,7 +43,6 @@ ROWS_AT_ONCE = 1000
 
 
 def need_parquet() -> None:
-    """Make sure that tables can be written and read."""
     if find_spec("pyarrow") is None:
         raise MissingExtra("pyarrow", "parquet")
 
@@ -149,7 +148,6 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
 
 
 def size_of(path: Path) -> tuple[int, frozenset[str]]:
-    """Return the number of rows of a table, and the names of its columns."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -56,7 +56,6 @@ class Packer:
         self._known: dict[int, tuple[object, str]] = {}
 
     def key(self, value: Robot | Scene | Problem) -> str:
-        """Store a value's document; return its key."""
         known = self._known.get(id(value))
         if known is not None:
             return known[1]
@@ -76,7 +75,6 @@ class Packer:
         return {"document": document, "arrays": arrays}
 
     def write(self, folder: Path) -> None:
-        """Write every document into a folder."""
         for key, members in self.members.items():
             write_archive(folder / f"{key}{SUFFIX}", members)
 
@@ -104,7 +102,6 @@ class Library:
         self._made: LruCache[str, object] = LruCache(KEPT)
 
     def robot(self, key: str) -> Robot:
-        """Return a robot."""
         return self._one(key, Robot)
 
     def scene(self, key: str) -> Scene:
@@ -160,7 +157,6 @@ class Sent(Members):
         return tuple(self._held)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return the content of a member."""
         if name not in self._held:
             raise self.error(f"has no member {name}")
         return self._held[name]

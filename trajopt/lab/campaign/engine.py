@@ -37,7 +37,6 @@ class PlannedBlock:
         seconds: Wall-clock time of making and planning its problems [s].
         busy: CPU time of planning [s].
         waited: Wall-clock time that its worker waited for it [s].
-        verified: Rows with a verified motion.
     """
 
     block: Block
@@ -107,7 +106,6 @@ class Setup:
 
     Attributes:
         documents: Shared values: their folder, or the members of each document by its key.
-        options: The options of the campaign.
         versions: Package versions at the start of the campaign.
         most_seconds: Wall-clock time limit of a problem [s].
     """

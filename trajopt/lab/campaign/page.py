@@ -166,7 +166,6 @@ def distribution(times: Floats, name: str) -> str:
 
     Args:
         times: Values, ascending, positive.
-        name: Their name, with the unit.
     """
     low, high = floor(log10(times[0])), ceil(log10(times[-1]))
     high = max(high, low + 1)

@@ -44,7 +44,6 @@ class Workshop:
         self._reduced: LruCache[tuple[Scene, str], ReducedModel] = LruCache(KEPT)
 
     def reduced(self, scene: Scene, group: str) -> ReducedModel:
-        """Return a scene's robot with a group's joints free, the others in the default configuration."""
         return self._reduced.get(
             (scene, group), lambda: reduce_model(scene, group, scene.robot.positions(None))
         )
@@ -81,7 +80,6 @@ class FromMessages:
     """A problem of MoveIt's messages, as texts.
 
     Attributes:
-        robot: Key of the robot.
         name: Name of the problem, also in error messages.
         scene: `PlanningScene` in YAML.
         request: `MotionPlanRequest` in YAML.
@@ -111,8 +109,6 @@ class JointToJoint:
     """A motion between two configurations in a shared scene.
 
     Attributes:
-        scene: Key of the scene.
-        group: The group that moves.
         start: Positions of its joints; the others are in the default configuration [rad | m].
         goal: Positions at the end [rad | m].
     """
@@ -129,14 +125,7 @@ class JointToJoint:
 
 @dataclass(frozen=True)
 class RandomMotion:
-    """A motion between two random free configurations.
-
-    Attributes:
-        scene: Key of the scene.
-        group: The group that moves.
-        seed: Of the campaign's random generator.
-        number: Its number in the sequence.
-    """
+    """A motion between two random free configurations."""
 
     scene: str
     group: str
@@ -144,7 +133,6 @@ class RandomMotion:
     number: int
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem."""
         scene = shop.library.scene(self.scene)
         rng = np.random.default_rng((self.seed, self.number))
         found = random_configurations(shop.reduced(scene, self.group), 2, rng=rng)
@@ -159,9 +147,6 @@ class Perturbed:
     """A problem with randomly displaced objects.
 
     Attributes:
-        base: Key of the problem.
-        seed: Of the campaign's random generator.
-        number: Its number in the sequence.
         shift: Largest shift along each axis [m].
         turn: Largest turn about the vertical through the object's origin [rad].
     """
@@ -173,7 +158,6 @@ class Perturbed:
     turn: float
 
     def problem(self, shop: Workshop, /) -> Problem:
-        """Make the problem: each object in the world is displaced independently."""
         base = shop.library.problem(self.base)
         rng, scene = np.random.default_rng((self.seed, self.number)), base.scene
         for name, item in base.scene.objects.items():
@@ -192,7 +176,6 @@ class BasePlaced:
     """A problem with another placement of the robot's base; goals in the world stay.
 
     Attributes:
-        base: Key of the problem.
         where: Of the robot's root in the world: x, y, z [m] and the turn about z [rad].
     """
 
@@ -252,7 +235,6 @@ def _between(scene: Scene, group: str, start: Any, goal: Any, name: str) -> Prob
 
 
 def _with_base_at(scene: Scene, where: tuple[float, ...]) -> Scene:
-    """Return a scene with its robot's root elsewhere."""
     robot = scene.robot
     if robot.base.joints:
         raise ProblemError(f"the base of {robot.name} moves by itself: state its joints at the start")

@@ -34,8 +34,6 @@ class Posed:
     """One problem of a campaign, before it is made.
 
     Attributes:
-        family: Its set in the statistics.
-        number: Its number in the set.
         robot: Name of the robot; empty if unknown before the problem is made.
         parameters: Its parameters in a study, by name.
     """

@@ -101,7 +101,6 @@ class RowGroup:
     """Statistics of some rows of a campaign.
 
     Attributes:
-        verified: Those with a verified motion.
         cpu_median: Median CPU time of one problem [s]; None if not measured.
         cpu_p90: 90th percentile of the CPU time [s].
         duration: Median duration of the verified motions [s]; None without any.
@@ -144,7 +143,6 @@ class CampaignSummary(Value):
     Attributes:
         name: The campaign's name.
         total: Total number of rows.
-        whole: All present rows.
         by_family: Groups by set.
         by_options: Groups by method and options.
         causes: Number of failures by cause, the most frequent first.
@@ -266,9 +264,6 @@ class RowChange:
 
     Attributes:
         id: Of its row in the second campaign.
-        family: Its set in the statistics.
-        before: Its status in the first.
-        after: Its status in the second.
     """
 
     id: str
@@ -282,8 +277,6 @@ class Comparison:
     """Differences of two campaigns on their common problems.
 
     Attributes:
-        first: Name of the first.
-        second: Name of the second.
         common: Number of common problems.
         only_first: Number of problems of the first only.
         only_second: Number of problems of the second only.

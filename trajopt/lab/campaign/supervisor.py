@@ -52,7 +52,6 @@ class Worked:
     """Results of a block.
 
     Attributes:
-        rows: A row for each problem.
         waited: Wall-clock time that the worker waited for problems [s].
     """
 
@@ -77,7 +76,6 @@ class WorkerSupervisor:
 
     @property
     def pipe(self) -> "Connection[object, object]":
-        """Handle that becomes readable when the worker sends a message, or ends."""
         return self._pipe
 
     @property
@@ -219,7 +217,6 @@ class WorkerSupervisor:
         self._again()
 
     def _ran_over(self) -> None:
-        """Give up the present problem, unless it started later than known."""
         if not self._ready:
             raise CampaignError(f"a worker was not ready after {START:g} s")
         at = self._at()
@@ -271,7 +268,6 @@ class Local:
 
     @contextmanager
     def pool(self, folder: CampaignFolder) -> Generator[EnginePool]:
-        """Return the workers of a campaign, which end with the context."""
         workers = LocalPool(setup_of(folder), self.workers or cores())
         try:
             yield workers

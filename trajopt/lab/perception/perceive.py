@@ -282,7 +282,6 @@ class Sight:
 
         Args:
             scene: The robot that has the camera.
-            sensing: Bounds of the noise.
             holes_are_clear: Whether a pixel without a measurement hides nothing.
         """
         camera, depth = image.camera, image.metres
@@ -352,7 +351,6 @@ class Sight:
         return found
 
     def _holes(self, begin: Ints, end: Ints) -> Floats:
-        """Return the share of pixels that measured nothing in rectangles, from their first to their last."""
         table, (left, top), (right, bottom) = self.holes, begin.T, end.T + 1
         many = table[bottom, right] - table[top, right] - table[bottom, left] + table[top, left]
         return many / ((right - left) * (bottom - top))

@@ -74,7 +74,6 @@ class LinkTree:
         return tuple(found)
 
     def moving_below(self, name: str) -> tuple[str, ...]:
-        """Return the links joined below that move, or have something below that does."""
         return tuple(child for child in self.below[name] if any(link.moving for link in self.subtree(child)))
 
     def extent(self, name: str) -> float:
@@ -82,15 +81,10 @@ class LinkTree:
         return self.links[name].length + max((self.extent(child) for child in self.below[name]), default=0.0)
 
     def joined(self, one: str, other: str, solid: frozenset[str]) -> bool:
-        """Return whether two links are joined by a joint, or by joints with only body-less links between.
-
-        Args:
-            solid: Links that have collision bodies.
-        """
+        """Return whether two links are joined by a joint, or by joints with only body-less links between."""
         return other in self._neighbours_above(one, solid) or one in self._neighbours_above(other, solid)
 
     def _neighbours_above(self, name: str, solid: frozenset[str]) -> tuple[str, ...]:
-        """Return the links above up to the first that has bodies."""
         found: list[str] = []
         above = self.links[name].parent
         while above:
@@ -412,7 +406,6 @@ def gripper_name(palm: str, carrier: str, *, alone: bool) -> str:
 
 
 def _shared(joints: Sequence[str], left_out: frozenset[str]) -> str:
-    """Return the leading words that all names share, the last word of several names aside."""
     split = [joint.split("_") for joint in joints]
     columns = (
         zip(*(each[:-1] for each in split), strict=False) if len(split) > 1 else zip(*split, strict=True)

@@ -85,7 +85,6 @@ class Confidence:
 
     @checked
     def lower(self, collisions: int, samples: int, *, pairs: int) -> float:
-        """Bound the share of configurations in collision from below; see `upper`."""
         from scipy.special import betaincinv
 
         if collisions == 0:
@@ -103,7 +102,6 @@ class PairEvidence(Value):
     Attributes:
         first: One link.
         second: The other.
-        verdict: The verdict on the pair.
         collisions: Number of sampled configurations in collision.
         samples: Number of sampled configurations; 0 for links that cannot move relative to each other.
         lower: Lower bound on the share of configurations in collision.
@@ -274,7 +272,6 @@ def descend(
     Args:
         query: Of the model with all driven joints free.
         counts: The evidence, whose `nearest` and `at` are updated.
-        chosen: Indices of the pairs.
         rng: Draws the configurations around the nearest.
     """
     limits = query.reduced.limits
@@ -303,7 +300,6 @@ def descend(
 
 
 def _nearest(query: Evaluator, positions: Floats, reach: Floats) -> tuple[Floats, Floats]:
-    """Return the smallest distance at each configuration, (S,), and its slope, (S, n)."""
     contacts = query.close_pairs(positions, reach)
     order = np.argsort(-contacts.distance, kind="stable")
     distance, slope = np.full(len(positions), np.inf), np.zeros(positions.shape)

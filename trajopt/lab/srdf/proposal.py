@@ -262,9 +262,6 @@ def gripper_states(robot: Robot, group: ProposedGroup) -> Mapping[str, Mapping[s
     At "open" its fingers' collision bodies are farther apart on average. The shape of a single finger that
     closes on the palm does not determine the ends.
 
-    Args:
-        group: One of its grippers.
-
     Returns:
         Joint -> position [rad | m] by state, of the driven joints; empty for one finger, and for an unlimited
         stroke.

@@ -27,7 +27,6 @@ def document(title: str, style: str, body: str) -> str:
     """Return a page.
 
     Args:
-        title: Its title and first heading.
         body: Its content below the heading, in HTML.
     """
     return (

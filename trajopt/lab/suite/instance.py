@@ -189,7 +189,6 @@ def find_instances(
 
     Args:
         folder: Contains one folder for each set.
-        robot: The robot of the problems.
         sets: Names of the sets; all if empty.
         limit: Largest number of problems of each set, lowest numbers first.
     """
@@ -256,13 +255,11 @@ def cause(outcome: RunOutcome) -> str:
 
 
 def cause_of(status: Status, message: str) -> str:
-    """Return the name of a status, and the main obstacle if a message names it."""
     blocked = re.search(r"worst is (.+?) by ", message)
     return status.name if blocked is None else f"{status.name}: {blocked[1]}"
 
 
 def not_proven_unaskable(outcome: RunOutcome) -> bool:
-    """Return whether a problem counts, as far as planning can decide."""
     return outcome.askable
 
 

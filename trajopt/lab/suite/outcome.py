@@ -179,12 +179,10 @@ class MethodSummary:
     """One method over all valid problems.
 
     Attributes:
-        solver: Name of the method.
         good: Problems with the expected outcome: a verified motion, or the right refusal.
         groups: Both numbers (good, total) by group of problems.
         cpu_total: CPU time over all problems [s].
         cpu_median: Median over the problems with a verified motion [s]; None without any, like the following.
-        iterations: Median number of steps.
         cost: Median ratio of its cost to the least of all methods on the same problem.
         duration: Median ratio of the motion's duration to the least.
         path_length: Median ratio of the path's length to the least.

@@ -105,7 +105,6 @@ def _judged(result: Result) -> tuple[Check, ...]:
 
 
 def _violations(result: Result) -> dict[str, float]:
-    """Return the violations: of the judge, or of the solver if nothing was judged."""
     if result.certificate is not None:
         return {
             check.name: -check.slack if check.slack is not None else float("nan")

@@ -110,7 +110,6 @@ _COLUMNS = {
 
 
 def text_table(outcomes: Sequence[RunOutcome]) -> list[str]:
-    """Return aligned lines: every constraint of every motion with its worst value, bound and time."""
     rows: list[tuple[str, ...]] = [HEAD]
     for outcome in outcomes:
         lead = ("ok" if outcome.good else "FAIL", outcome.problem, outcome.instance)
@@ -121,7 +120,6 @@ def text_table(outcomes: Sequence[RunOutcome]) -> list[str]:
 
 
 def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
-    """Return a constraint as constraint, place, worst value, bound, unit, time and evidence."""
     name = item.name if len(item.name) <= WIDEST else f"{item.name[: WIDEST - 3]}..."
     return (
         name if item.holds else f"BROKEN {name}",

@@ -74,7 +74,6 @@ class _Asked:
 
     Attributes:
         accepted: Bounds within which the requirement holds.
-        lower: Lower bound to aim at.
         upper: Upper bound to aim at; equal to the lower to aim at a value.
     """
 

@@ -65,7 +65,6 @@ def random_configurations(
     Args:
         reduced: The robot with its group's joints free, in its scene.
         count: Number of configurations to find.
-        rng: Draws them.
         margin: Clearance to keep from everything [m]; the scene's own margins when None.
         requirements: Requirements to hold.
         progress: Called with the number found so far.

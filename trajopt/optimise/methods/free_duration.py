@@ -44,9 +44,7 @@ class FreeDuration:
     nothing faster is found.
 
     Attributes:
-        pieces: Polynomial pieces of the spline.
         solver: Of the program over control points and duration.
-        seed: Makes the first motion.
     """
 
     pieces: int = 64
@@ -72,11 +70,7 @@ class FreeDuration:
 
 @dataclass(frozen=True, eq=False)
 class MovingResult(SolveResult):
-    """Result of a program that determines time too.
-
-    Attributes:
-        decoded: Its motion and path.
-    """
+    """Result of a program that determines time too."""
 
     decoded: Decoded
 
@@ -87,7 +81,6 @@ class FreeDurationProgram(Printed):
 
     Attributes:
         first: The problem over knots; for a start in motion it begins at the stopping point.
-        waypoint_knots: The knot of each waypoint.
         stop: Stopping motion of a start in motion.
     """
 

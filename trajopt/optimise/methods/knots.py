@@ -58,7 +58,6 @@ class KnotsProgram(Printed):
 
     Attributes:
         covered: The problem with boxes in place of clouds, which is tried first, if there are any.
-        transcribed: Transcribes the original problem.
     """
 
     counts: WorkCounts

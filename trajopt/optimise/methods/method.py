@@ -47,11 +47,7 @@ class Program(Protocol):
         ...
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed of knots, shape (N, n) [rad | m].
-
-        Args:
-            progress: Called after every step.
-        """
+        """Solve from a seed of knots, shape (N, n) [rad | m]."""
         ...
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
@@ -64,11 +60,7 @@ N_co = TypeVar("N_co", bound=MotionNlp, covariant=True)
 
 @dataclass(frozen=True, eq=False)
 class NlpProgram(Printed, Generic[N_co]):
-    """A program with variables of its own.
-
-    Attributes:
-        nlp: The problem over the variables.
-    """
+    """A program with variables of its own."""
 
     nlp: N_co
 
@@ -134,7 +126,6 @@ class Method(Protocol):
         Args:
             problem: The problem, with one goal.
             seed: Shape (N, n): the motion's duration is estimated from it.
-            waypoint_knots: The knot of each waypoint.
 
         Raises:
             ProblemError: If a requirement does not fit this robot.

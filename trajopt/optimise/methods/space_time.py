@@ -92,7 +92,6 @@ class SpaceTimeProgram(Printed):
         obstacles: The margins from dynamic obstacles, if any.
         dynamics: Torques, if they are limited.
         polyline: Knots to which windows and margins refer, shape (N, n) [rad | m].
-        waypoint_knots: The knot of each waypoint.
     """
 
     method: SpaceTime
@@ -152,7 +151,6 @@ class SpaceTimeProgram(Printed):
             too_short: Longest duration that failed before from the same motion [s].
             proves: Called with motions that hold everything on few samples, if any motion suffices: a proven
                 one needs no finer samples. None takes fine samples always.
-            progress: Called after every step.
         """
         solver = self.solver
         if proves is not None:

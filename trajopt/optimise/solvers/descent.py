@@ -88,12 +88,8 @@ class Descent(ABC):
     """State of one run of the solver.
 
     Attributes:
-        limits: Conditions that end a descent.
-        progress: Called after every step.
-        penalty: Current weight of violations.
         fine: Whether samples have their final density; on coarser ones a descent ends as soon as all
             constraints hold.
-        failures: Failures of the QP backend.
     """
 
     nlp: Nlp
@@ -157,11 +153,7 @@ def merit(at: Linearisation, penalty: float) -> float:
 
 @dataclass(eq=False, kw_only=True)
 class StepwiseDescent(Descent):
-    """Steps for any program and backend; see `Descent`.
-
-    Attributes:
-        at: Everything at the current point.
-    """
+    """Steps for any program and backend; see `Descent`."""
 
     steps: StepSolver
     at: Linearisation = field(init=False)

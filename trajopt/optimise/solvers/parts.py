@@ -138,7 +138,6 @@ class FramePart(Value):
 
     Attributes:
         empty: Cost or constraint without rows; one weight, bounds by sample and component.
-        view: The frame and its reference.
         configurations: Number that count as evaluated: terms over the same samples share them.
     """
 
@@ -281,7 +280,6 @@ class CompiledProgram:
         upper: Shape (N, n).
         scale: A step of ordinary size in each variable, shape (n,).
         sampling: Samples per segment, shape (N - 1,).
-        query: Measures distances and places frames.
         support: The knots that each sample depends on, shape (S, k).
     """
 
@@ -319,11 +317,7 @@ class CompiledProgram:
 
 
 class CoreCounts(Protocol):
-    """Exact counts of the work done so far.
-
-    Attributes:
-        bounds: Bounds of distances compared.
-    """
+    """Exact counts of the work done so far."""
 
     forward_kinematics: int
     bounds: int

@@ -143,7 +143,6 @@ class Solver(Protocol):
 
         Args:
             x0: Seed, shape (N, n); clipped to the bounds.
-            progress: Called after every step.
         """
         ...
 
@@ -237,7 +236,6 @@ def improved(
     Args:
         x0: The seed, shape (N, n); clipped to the bounds.
         after_feasible: Steps after the constraints hold, which may still lower the cost.
-        progress: Called after every step.
     """
     incumbent = Incumbent(nlp, np.clip(x0, nlp.lower, nlp.upper))
     at, log = incumbent.best, list[Iteration]()

@@ -20,7 +20,6 @@ class QpStep:
     Attributes:
         dx: Change of the knots, shape (N, n).
         predicted_reduction: Reduction of the merit predicted by the linearisation.
-        iterations: Iterations of the backend.
     """
 
     dx: Floats
@@ -61,7 +60,6 @@ class StepSolver(Protocol):
 
         Args:
             moves: Which variables may change, shape (N, n).
-            penalty: Weight of constraint violations.
         """
         ...
 

@@ -172,7 +172,6 @@ class JointSum(Value):
 
     Attributes:
         weights: Shape (n,).
-        constant: Contribution of fixed joints.
     """
 
     weights: Floats

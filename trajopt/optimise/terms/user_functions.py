@@ -111,7 +111,6 @@ class FunctionResidual:
     """A function of one configuration, evaluated at every sample; its components are the function's.
 
     Attributes:
-        title: Your name for it.
         function: The function; it must return the same value for the same positions.
         jacobian: Positions (n,) -> derivatives, shape (components, n), or (n,) of a single number;
             central differences are taken when None.

@@ -42,7 +42,6 @@ class FreeDurationNlp:
         spline: The program over the control points alone.
         limits: The group's limits, scaled by the problem.
         reference: Duration of the seed [s].
-        dynamics: Torques, if they are limited.
         start_velocities: Shape (n,) [rad/s | m/s].
         start_accelerations: Shape (n,) [rad/s^2 | m/s^2].
     """
@@ -253,7 +252,6 @@ def least_duration(breaks: Floats, speed: Floats, bend: Floats, limits: JointLim
         breaks: Of the spline, shape (m,).
         speed: First derivatives there, shape (m, n).
         bend: Second derivatives there, shape (m, n); linear between.
-        limits: Of velocity, acceleration and jerk.
     """
     length = np.diff(breaks)[:, None]
     change = np.diff(bend, axis=0)

@@ -86,7 +86,6 @@ class KnotsNlp(CompilableMotionNlp):
     Attributes:
         margins: The required clearance along the motion.
         share: Its share of the margins beyond the requirement.
-        waypoint_knots: The knot of each waypoint.
     """
 
     margins: TaperedMargins

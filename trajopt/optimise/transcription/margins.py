@@ -109,7 +109,6 @@ def tapered_margins(
     """Measure the fixed ends and lay the margins along the motion.
 
     Args:
-        knots: Number of knots.
         goal: Fixed goal, shape (n,) [rad | m]; None if the goal is not fixed.
         duration: A cautious (long) estimate of the motion's duration, for contact windows [s].
         end: A possible end of the motion, if the goal is not fixed, shape (n,).
@@ -169,7 +168,6 @@ class StopExcess:
 
     Attributes:
         below: Of the lower bound, by component; 0 if kept, as for components beyond the last one.
-        above: Of the upper bound.
     """
 
     place: int
@@ -202,7 +200,6 @@ def tapered(
     """Return a path constraint as terms that every stop holds if it holds the requirement.
 
     Args:
-        places: The stops' knots.
         stops: Configurations there, shape (k, n) [rad | m].
     """
     reduced = query.reduced

@@ -25,7 +25,6 @@ class MotionNlp(ABC):
         lower: Of the variables, shape (N, n).
         upper: Shape (N, n).
         scale: A step of ordinary size, shape (n,).
-        query: Evaluates kinematics and distances.
     """
 
     problem: Problem

@@ -155,12 +155,9 @@ class SpaceTimeFamily(Printed):
     """Programs of any duration, and their shared data.
 
     Attributes:
-        base: The problem over knots.
         obstacles: The margins from dynamic obstacles, if any.
-        basis: Cubic pieces of equal length.
         places: Its parameters along the motion over knots.
         end: Where the motion comes to rest, shape (n,) [rad | m].
-        dynamics: Torques, if they are limited.
     """
 
     base: KnotsNlp

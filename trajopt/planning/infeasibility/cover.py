@@ -35,7 +35,6 @@ class Closed:
 
     Attributes:
         pairs: Links and objects that close it, most frequent first.
-        boxes: Number of examined boxes.
         farthest: Largest distance of the nearest pair at the middles of these [m].
     """
 

@@ -382,11 +382,7 @@ def met_words(span: Span) -> str:
 
 @dataclass(eq=False)
 class FixedLinks:
-    """Checks the links that no joint of the group moves; one for each thread.
-
-    Attributes:
-        in_time: Looks for reasons in time.
-    """
+    """Checks the links that no joint of the group moves; one for each thread."""
 
     in_time: InTime
 

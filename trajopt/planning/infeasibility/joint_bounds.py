@@ -118,7 +118,6 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
 
     Args:
         gain: Its acceleration, at most `hardest`.
-        hardest: Limit of the acceleration.
         jerk: Limit of the jerk, may be infinite.
     """
     if not isfinite(jerk):

@@ -70,11 +70,7 @@ class Span:
 
 @dataclass(eq=False)
 class Occupancy:
-    """Finds configurations occupied by changing objects; one for each thread.
-
-    Attributes:
-        timed: The model among changing objects.
-    """
+    """Finds configurations occupied by changing objects; one for each thread."""
 
     timed: TimedModel
     counts: WorkCounts

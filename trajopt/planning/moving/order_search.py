@@ -49,8 +49,6 @@ class SpeedChange:
     time.
 
     Attributes:
-        before: Place of the first rate.
-        after: Place of the last.
         span: Cells of the clock that it takes.
         ticks: Ticks that it takes.
         passed: Ticks at which it enters and leaves each cell, shape (span, 2).

@@ -219,7 +219,6 @@ class FollowingFrame:
     """Makes joint motions that follow a moving goal; one for each thread.
 
     Attributes:
-        timed: The model among dynamic obstacles.
         goals: The placements to follow, relative to a moving frame.
     """
 
@@ -321,7 +320,6 @@ class FollowingMotion:
 
         Args:
             still: Ends at rest, at the configuration of the meeting.
-            slower: Factor on its duration.
         """
         settling = SETTLING if still.accelerations is not None and still.accelerations[-1].any() else 0.0
         over = still.duration * slower

@@ -80,9 +80,7 @@ class SpaceTimeAttempts:
     """Attempts at one problem, each from a seed in time.
 
     Attributes:
-        program: Makes motions of seeds.
         static: The verified motion without dynamic obstacles.
-        best: The incumbent, which they improve.
     """
 
     program: SpaceTimeProgram

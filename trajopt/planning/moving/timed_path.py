@@ -236,7 +236,6 @@ class _Delay:
 
     Attributes:
         cell: At whose start it rests, or is slowest first.
-        slowest: Place of the slowest rate.
         rests: Ticks at rest.
         ends: The tick at which it ends.
     """

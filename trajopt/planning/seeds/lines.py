@@ -168,7 +168,6 @@ class _TouchingPoint:
 
     Attributes:
         positions: The configuration, shape (n,).
-        joint: The joint that carries it.
         local: In the joint's frame, shape (3,) [m].
         push: Unit vector in which the contact pushes it, in the world, shape (3,).
     """

@@ -20,11 +20,7 @@ world.
 
 @dataclass(frozen=True, eq=False)
 class GoalSet:
-    """Several goals by name; a problem converts them to requirements.
-
-    Attributes:
-        alternatives: Goals by name.
-    """
+    """Several goals by name; a problem converts them to requirements."""
 
     alternatives: Mapping[str, GoalLike | Sequence[GoalLike]]
 

@@ -21,7 +21,6 @@ class Based:
 
     Attributes:
         urdf: The URDF with the base's joints, and notes on fixed ones.
-        srdf: The SRDF with these joints.
         limits: Limits of the URDF and of the base's joints, as in a `joint_limits.yaml`.
         base: The connection of the robot to the world.
     """

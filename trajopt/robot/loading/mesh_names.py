@@ -98,7 +98,6 @@ class MeshNames:
 
     @cached_property
     def _mine(self) -> frozenset[Path]:
-        """Folders whose files all belong to the description."""
         near = {folder for folder in (self._above[0], self._package) if folder != Path(folder.anchor)}
         mine = {*self._dirs, *near}
         return frozenset(mine | {folder.resolve() for folder in mine})
@@ -146,7 +145,6 @@ def _folders(variable: str) -> tuple[Path, ...]:
 
 
 def _inside(folder: Path) -> list[Path]:
-    """Return the packages in a folder by name; empty if it cannot be read."""
     try:
         with os.scandir(folder) as entries:
             found = [Path(entry.path) for entry in entries if is_file(Path(entry.path) / PACKAGE_FILE)]

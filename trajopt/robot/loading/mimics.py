@@ -24,8 +24,6 @@ def resolve_mimics(
 
     Args:
         stated: Mimics of the URDF, by mimic joint.
-        movable: Names of the movable joints.
-        fixed: Names of the fixed joints.
 
     Returns:
         Mimic joints by name, in the order of `movable`, each with a source that mimics no other; and notes on
@@ -131,7 +129,6 @@ def followed_limits(limits: JointLimits, joints: tuple[str, ...], mimics: Mappin
     """Tighten limits of joints so that their mimic joints stay within their own.
 
     Args:
-        limits: Of all joints.
         joints: The n joints to be moved.
         mimics: Mimic joints by name, each with its leading joint.
 

@@ -262,7 +262,6 @@ class _Reading:
         return passive
 
     def _states(self) -> Mapping[tuple[str, str], Mapping[str, float]]:
-        """Return the named key frames as states of all joints."""
         model = self.model
         movable = [joint for joint, kind in enumerate(model.jnt_type) if int(kind) in (SLIDE, HINGE)]
         return {
@@ -346,11 +345,7 @@ def geom_placement(model: Any, geom: int) -> Placement:
 
 
 def geom_shape(model: Any, geom: int, name: str) -> Shape:
-    """Return the shape of a geom; for an ellipsoid a hull around it.
-
-    Args:
-        name: Its name, for errors.
-    """
+    """Return the shape of a geom; for an ellipsoid a hull around it."""
     x, y, z = (float(value) for value in model.geom_size[geom])
     match int(model.geom_type[geom]):  # numbers of MuJoCo's mjtGeom
         case 0:

@@ -15,7 +15,6 @@ _NO_NAME = "\x01"  # XML holds no such character, so no name does
 
 
 def link_names(model: pin.Model) -> tuple[str, ...]:
-    """Return the names of all links, root first."""
     return tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
 
 

@@ -18,9 +18,7 @@ class GroupElement:
 
     Attributes:
         chains: (base link, tip link) pairs.
-        joints: Joints listed by name.
         links: Links listed by name; each brings its parent joint.
-        subgroups: Groups included by name.
     """
 
     name: str
@@ -64,7 +62,6 @@ class Srdf:
         states: Joint positions [rad | m] by (group, state) and joint, of joints with one number.
         several: Likewise for joints with several numbers: planar and floating ones.
         virtual_joints: Joints between the world and the robot.
-        end_effectors: By name.
         disabled_pairs: Link pairs never checked for collision.
         passive_joints: Joints without a motor.
         left_out: The reason for each skipped named state, by its name.

@@ -43,7 +43,6 @@ def with_stated(
         stated: Joint name -> `max_velocity`, `max_acceleration`, `max_jerk`, `min_position`,
             `max_position`, `max_effort`, each with its `has_..._limits` flag.
         units: "rad" or "m" of each joint.
-        mimics: Names of mimic joints.
     """
     columns: dict[str, tuple[tuple[str, Floats], ...]] = {
         "has_velocity_limits": (("max_velocity", np.array(limits.velocity)),),
@@ -89,7 +88,6 @@ def not_stated(name: str, kind: LimitKind, limit: float, unit: str) -> str:
     """Print a chosen limit: "elbow acceleration 229.2 deg/s^2 (no limit stated)".
 
     Args:
-        kind: Velocity, acceleration or jerk.
         unit: "rad" or "m".
     """
     return f"{name} {kind.value} {in_unit(limit, unit + PER_SECOND[kind])} (no limit stated)"

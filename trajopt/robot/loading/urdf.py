@@ -46,7 +46,6 @@ class LinkGeometry:
     """One collision or visual element of a link.
 
     Attributes:
-        link: Name of the link.
         placement: Of the geometry in the link's frame.
         geometry: A primitive shape or the mesh file.
         colour: Red, green, blue, alpha in [0, 1]; None if the file has none.
@@ -74,9 +73,6 @@ class Urdf:
     Attributes:
         xml: Its text without collision and visual elements, with joints of several degrees of freedom as
             written.
-        collisions: Collision elements of all links.
-        visuals: Visual elements of all links.
-        mimics: Mimicking joints by name.
         notes: Sentences on skipped or reinterpreted parts.
         limits: Joint name -> `max_acceleration` and `max_jerk`, as far as stated (URDF 1.2).
     """
@@ -307,11 +303,7 @@ _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 
 
 def check_count(path: Path, links: int, kind: str = "links") -> None:
-    """Check that there are not too many links.
-
-    Args:
-        kind: Their name in the file.
-    """
+    """Check that there are not too many links."""
     if links > MOST_LINKS:
         raise FileFormatError(
             str(path),
@@ -448,7 +440,6 @@ def _complete_joint(path: Path, joint: ElementTree.Element) -> bool:
 
 
 def _complete_inertia(link: ElementTree.Element) -> bool:
-    """Return whether the link's inertia is valid or absent; an invalid one is removed."""
     inertial = link.find("inertial")
     if inertial is None:
         return True

@@ -126,7 +126,6 @@ def confine(expander: Any) -> None:
 
 
 def expand(request: dict[str, Any]) -> str:
-    """Return the URDF of a request: `file`, `arguments`, `packages`, `folders` and `searched`."""
     # Before the guard, since nothing can be imported from then on.
     xacro, packages, *_ = (
         import_module(name) for name in ("xacro", "xacrodoc.packages", "yaml", "xml.dom.expatbuilder")

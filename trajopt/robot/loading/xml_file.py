@@ -61,8 +61,6 @@ def numbers(
     """Return the finite numbers of an attribute.
 
     Args:
-        path: The file, for errors.
-        default: Its text if missing.
         count: Required count; any if None.
     """
     text = element.get(key, default)

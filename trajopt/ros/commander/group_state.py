@@ -57,7 +57,6 @@ class PoseTarget:
     """Target pose of a link.
 
     Attributes:
-        part: Constrained part of the placement.
         placement: Placement of the link in `frame`.
         frame: The frame; a moving frame is taken at its start placement.
     """
@@ -88,7 +87,6 @@ def goal_constraints(
     If several links have several poses each, the i-th alternative contains the i-th pose of every link.
 
     Args:
-        frame: Name of the planning frame.
         placed: Returns the placement of a target in the planning frame.
     """
     if not targets.poses:
@@ -141,7 +139,6 @@ class GroupBase:
         """Select a group.
 
         Args:
-            name: Name of the group.
             robot_description: As in MoveIt; ignored, the world defines the robot.
             ns: As in MoveIt; ignored, there are no namespaces.
             wait_for_servers: As in MoveIt; ignored, there is no server to wait for.

@@ -29,7 +29,6 @@ class _Motion:
 
     Attributes:
         begun: Set once the robot moves, or will not move.
-        thread: Waits for the end.
         error: Error message, if there is no answer.
     """
 
@@ -47,7 +46,6 @@ class ServerBackend:
 
     Attributes:
         robot: The robot, as described by the server.
-        scene: Scene around the robot.
         positions: Last joint positions reported by the server [rad | m].
     """
 
@@ -55,9 +53,7 @@ class ServerBackend:
         """Open a session.
 
         Args:
-            url: Address of the server.
             robot: Name of the robot; the server's first robot if empty.
-            token: Access token of the server.
 
         Raises:
             ServerError: If the server refuses, or cannot be reached.

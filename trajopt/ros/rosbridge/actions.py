@@ -257,7 +257,6 @@ class OldActions:
             self._takers[f"{name}/cancel"] = self._cancel_taker(name)
 
     def take(self, topic: str, message: msgspec.Raw) -> bool:
-        """Process a message of one of the topics; return whether the topic is one of them."""
         taker = self._takers.get(topic)
         if taker is not None:
             taker(message)

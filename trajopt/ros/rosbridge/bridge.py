@@ -45,8 +45,6 @@ class Bridge:
     Attributes:
         options: Admission of clients, and the ROS distribution.
         largest: Largest size of a message [bytes].
-        offered: Services that clients offer.
-        offered_actions: Actions that clients offer.
     """
 
     def __init__(self, cell: Cell, description: RobotDescription, options: RosbridgeOptions) -> None:
@@ -88,7 +86,6 @@ class Bridge:
         self.look()
 
     def offer_service(self, client: Connected, name: str, kind: str) -> None:
-        """Register a service of a client."""
         if name in SERVICES or name.startswith("/rosapi/"):
             raise Unusable(f"{name} is a service of the server itself")
         self.offered.offer(client, name, kind)
@@ -101,7 +98,6 @@ class Bridge:
         return {**{name: plain_name(kind).removesuffix("Action") for name, kind in offered}, **own}
 
     def offer_action(self, client: Connected, name: str, kind: str) -> None:
-        """Register an action of a client."""
         if name in ACTIONS:
             raise Unusable(f"{name} is an action of the server itself")
         self.offered_actions.offer(client, name, kind)

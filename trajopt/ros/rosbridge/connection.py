@@ -80,7 +80,6 @@ class ClientConnection:
                 await self._socket.send(piece.decode())
 
     def offer(self, message: bytes, fragment_size: int | None = None) -> None:
-        """Queue a message, or drop it if the client is too slow."""
         with suppress(asyncio.QueueFull):
             self._out.put_nowait(pieces(message, fragment_size, "publish"))  # all of them, or none
 

@@ -38,8 +38,6 @@ def http_response(status: HTTPStatus, body: bytes, kind: str, origin: str = "") 
 
     Args:
         status: HTTP status.
-        body: Body of the response.
-        kind: Media type of the body.
         origin: Origin of the web page that may read it.
     """
     headers = Headers()

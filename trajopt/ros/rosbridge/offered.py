@@ -44,7 +44,6 @@ class Offers:
         return {name: kind for name, (_, kind) in self._offers.items()}
 
     def offer(self, provider: Provider, name: str, kind: str) -> None:
-        """Register a name of a client."""
         owner = self._offers.get(name)
         if owner is not None and owner[0] is not provider:
             raise Unusable(f"another client offers the {self._what} {name}")
@@ -53,7 +52,6 @@ class Offers:
         self._offers[name] = provider, kind
 
     def withdraw(self, provider: Provider, name: str) -> None:
-        """Remove a name of a client; goals in progress continue."""
         if name in self._offers and self._offers[name][0] is provider:
             del self._offers[name]
 
@@ -94,7 +92,6 @@ class OfferedServices(Offers):
             del self._calls[number]
 
     def answered(self, provider: Provider, response: Incoming) -> None:
-        """Pass on a client's response."""
         call = self._calls.get(str(response.id))
         if call is None or call.provider is not provider:
             raise Unusable("service_response: nobody asked for it")
@@ -106,7 +103,6 @@ class OfferedServices(Offers):
             call.done.set_exception(Unusable(f"the service failed: {bytes(response.values).decode()[:1000]}"))
 
     def leave(self, provider: Provider) -> None:
-        """Remove a client; its pending calls fail."""
         super().leave(provider)
         for call in self._calls.values():
             if call.provider is provider and not call.done.done():
@@ -120,10 +116,8 @@ class RelayedGoal:
     Attributes:
         provider: The client that offers the action.
         number: The goal's id between the server and that client.
-        action: Name of the action.
         kind: Type of the action, as sent by the client.
         tell: Called with feedback, as JSON.
-        done: Future of the result.
     """
 
     provider: Provider
@@ -147,7 +141,6 @@ class OfferedActions(Offers):
         self._goals: dict[str, RelayedGoal] = {}
 
     def goal(self, name: str, tell: Callable[[msgspec.Raw], None]) -> RelayedGoal:
-        """Return a new goal of an action, which `pursue` sends."""
         (provider, kind), number = self._offers[name], f"send_action_goal:{name}:{next(self._numbers)}"
         return RelayedGoal(provider, number, name, kind, tell, asyncio.get_running_loop().create_future())
 
@@ -172,17 +165,14 @@ class OfferedActions(Offers):
             del self._goals[goal.number]
 
     def feedback(self, provider: Provider, incoming: Incoming) -> None:
-        """Pass on the feedback of a client."""
         self._of(provider, incoming).tell(incoming.values)
 
     def result(self, provider: Provider, incoming: Incoming) -> None:
-        """Pass on the result of a client."""
         goal = self._of(provider, incoming)
         if not goal.done.done():
             goal.done.set_result(incoming)
 
     def leave(self, provider: Provider) -> None:
-        """Remove a client; goals that it pursues fail."""
         super().leave(provider)
         for goal in self._goals.values():
             if goal.provider is provider and not goal.done.done():

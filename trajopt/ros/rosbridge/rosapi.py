@@ -171,7 +171,6 @@ def _parameter(asked: Mapping[str, Any]) -> str:
 
 
 def typedefs(kind: type[Any]) -> list[dict[str, object]]:
-    """Return the definitions of a message and all messages in it, in the format of `rosapi`."""
     found: dict[str, dict[str, object]] = {}
     _collect(kind.definition.name, found)
     return list(found.values())

@@ -37,7 +37,6 @@ class Subscription:
         names: The client's names of its subscriptions to the topic.
         spacing: Least time between two messages [s].
         fragment_size: Largest piece of a message [bytes].
-        last: Time of the last message.
     """
 
     names: set[str | int | None] = field(default_factory=set[str | int | None])
@@ -99,7 +98,6 @@ class Topics:
         return name in self._all and bool(self._all[name].heard)
 
     def advertise(self, client: TopicClient, name: str, kind: str) -> None:
-        """Register a client as a publisher of a topic."""
         self._publisher(client, name, kind)
 
     def unadvertise(self, client: TopicClient, name: str) -> None:
@@ -120,7 +118,6 @@ class Topics:
         """Subscribe a client to a topic; send it the latched message, if any.
 
         Args:
-            name: Name of the topic.
             kind: Its type; empty for any.
             subscription: The client's name of this subscription.
             spacing: Least time between two messages [s]; the shortest of several subscriptions applies.
@@ -136,7 +133,6 @@ class Topics:
             client.offer(_published(topic, topic.latched), mine.fragment_size)
 
     def unsubscribe(self, client: TopicClient, name: str, subscription: str | int | None) -> None:
-        """End a subscription, or all of a client's subscriptions to the topic."""
         topic = self._all.get(name)
         if topic is None or client not in topic.heard:
             return
@@ -203,7 +199,6 @@ class Topics:
         return topic
 
     def _topic(self, name: str, kind: str) -> Topic:
-        """Return a topic, created if new."""
         wanted = plain_name(kind)
         topic = self._all.setdefault(name, Topic(name))
         if wanted and topic.kind and wanted != topic.kind:
@@ -217,7 +212,6 @@ class Topics:
             raise Unusable(f"a client has {TOPICS} topics at most")
 
     def _forget(self, name: str) -> None:
-        """Remove a topic without clients, unless the server keeps it."""
         topic = self._all[name]
         if not (topic.ours or topic.kept or topic.clients or topic.heard):
             del self._all[name]
@@ -232,7 +226,6 @@ def _published(topic: Topic, message: msgspec.Raw) -> bytes:
 
 
 def no_compression(compression: str | None) -> None:
-    """Refuse unsupported compressions of messages."""
     if compression not in COMPRESSIONS:
         known: Iterable[str] = ("none",)
         raise Unusable(f"compression {shown(compression)} is not spoken here; known: {listed(known)}")

@@ -24,11 +24,7 @@ class Incoming(msgspec.Struct):
     """An operation sent by a client; fields of other operations have their defaults.
 
     Attributes:
-        op: Name of the operation.
         id: The client's own name for it.
-        topic: Name of a topic.
-        service: Name of a service.
-        action: Name of an action.
         type: Type of a topic or service.
         args: Arguments of a service, or goal of an action.
         values: Response of a client's service, or feedback or result of a client's action.
@@ -38,7 +34,6 @@ class Incoming(msgspec.Struct):
         throttle_rate: Least time between two messages [ms].
         fragment_size: Largest message that the client accepts in one piece [bytes].
         timeout: Time limit of a call [s].
-        num: Index of the fragment.
         level: Level of the status messages sent to the client.
     """
 
@@ -73,7 +68,6 @@ _DECODER = msgspec.json.Decoder(Incoming)
 
 
 def parsed(text: str | bytes) -> Incoming:
-    """Parse an operation of a client."""
     try:
         incoming = _DECODER.decode(text)
     except (msgspec.MsgspecError, ValueError) as error:
@@ -91,7 +85,6 @@ def written(operation: Mapping[str, Any]) -> bytes:
 
 
 def plain(raw: msgspec.Raw) -> object:
-    """Return a part of an operation as plain data."""
     try:
         return msgspec.json.decode(raw)
     except RecursionError as error:
@@ -101,7 +94,6 @@ def plain(raw: msgspec.Raw) -> object:
 
 
 def status(level: str, reason: str, name: str | int | None) -> bytes:
-    """Return a status message for a client: a failed operation, with the reason."""
     told: dict[str, object] = {"op": "status", "level": level, "msg": reason}
     return written(told if name is None else {**told, "id": name})
 
@@ -124,7 +116,6 @@ def pieces(text: bytes, size: int | None, name: str) -> Iterator[bytes]:
 
     Args:
         size: The largest piece [bytes]; None for any.
-        name: Name of the message.
     """
     if size is None or size < 1 or len(text) <= size:
         yield text

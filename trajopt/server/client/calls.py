@@ -225,9 +225,6 @@ class SessionCalls(Generic[Reply]):
     """The requests of a session: a robot in a scene stored by the server.
 
     Arguments and answers are plain data, in the words of the Python API; docs/server.md has them.
-
-    Attributes:
-        robot: Name of its robot.
     """
 
     def __init__(self, name: str, robot: str) -> None:

@@ -58,7 +58,6 @@ def refusal_response(error: TrajoptError) -> Response:
 
 
 def refusal_of(error: TrajoptError) -> RequestRefused:
-    """Return an error as a refusal; errors of trajopt are faults of the request."""
     return error if isinstance(error, RequestRefused) else RequestRefused(Why.MALFORMED, str(error))
 
 
@@ -113,7 +112,6 @@ async def answered(request: Request, ask: Asking) -> Response:
 
 
 def streamed(ask: Asking) -> Response:
-    """Return progress and answer as server-sent events; a lost client cancels the request."""
     headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
     return StreamingResponse(_events(ask), media_type=EVENTS, headers=headers)
 
@@ -161,11 +159,7 @@ def plain(value: Any) -> Any:
 
 
 def robot_document(name: str, robot: Robot) -> dict[str, object]:
-    """Return a robot as plain data for JSON; a missing limit is null.
-
-    Args:
-        name: Its name on the server.
-    """
+    """Return a robot as plain data for JSON; a missing limit is null."""
     limits = robot.limits
     return {
         "name": name,

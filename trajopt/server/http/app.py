@@ -167,7 +167,6 @@ class Face:
         return await self._begun(self._service.create(robot))
 
     async def _document(self, request: Request) -> Body:
-        """Return the small mapping that a request holds; requests for workers are parsed by these."""
         body = await body_of(request, 4096, self._options.transfer)
         try:
             document: object = parse_json(body.decode(), "request") if body else {}

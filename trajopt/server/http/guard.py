@@ -96,7 +96,6 @@ class RequestGuard:
         self._app, self._options, self._attached = app, options, attached
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, or refuse it."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return

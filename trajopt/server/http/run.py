@@ -103,11 +103,7 @@ class Connections:
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions) -> None:
-        """Wrap an application.
-
-        Args:
-            options: Time-outs and number of connections.
-        """
+        """Wrap an application."""
         self._app, self._options = app, options
         self._open: dict[object, Connection] = {}
 

@@ -342,7 +342,6 @@ class InProcess:
         return refused
 
     def wait(self) -> str:
-        """Wait until the robot is at rest; return faults in words."""
         drive = self._driving()
         remarks, executor = [drive.wait()], drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):

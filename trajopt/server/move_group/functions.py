@@ -297,7 +297,6 @@ def as_far_as_kept(
     """Return the longest motion found along a line that satisfies path constraints.
 
     Args:
-        followed: The motion without them.
         until: Follows the line up to a length [m].
     """
     if not constraints or not followed.verified:

@@ -101,7 +101,6 @@ class NoStandIn(MoveItCommanderException, AttributeError):
 
 
 def full_message(error: TrajoptError) -> str:
-    """Return the sentence of an error; of an unknown name, with all names that exist."""
     if not isinstance(error, NameNotFound):
         return str(error)
     near = f" (did you mean {shown(error.near[0])}?)" if error.near else ""

@@ -215,7 +215,6 @@ def points_in(data: bytes, most: int) -> Floats:
 
     Args:
         data: float32 numbers, or numpy's .npy.
-        most: Points that there may be.
     """
     found = _of_numpy(data) if data.startswith(MAGIC) else _of_numbers(data)
     if len(found) > most:

@@ -252,7 +252,6 @@ def _folded(text: object) -> str:
 
 
 def _tables(connection: sqlite3.Connection) -> Tables:
-    """Return the schema of a database by name: kind and SQL text."""
     rows = connection.execute(
         "SELECT name, type, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite\\_%' ESCAPE '\\'"
     )

@@ -38,7 +38,6 @@ class StoredState(Value):
     `Problem` accepts `positions` as its start or goal.
 
     Attributes:
-        robot: The robot's name.
         positions: Positions by joint [rad | m].
     """
 
@@ -68,7 +67,6 @@ class Constraints(Value):
     """Named requirements, for the constraints or the goal of problems, as in MoveIt.
 
     Attributes:
-        robot: The robot's name.
         group: Their group; empty for any.
     """
 
@@ -92,7 +90,6 @@ class Entry(Value):
     Attributes:
         version: 1 for the first value of that name, then 2, ...; numbers are not reused.
         made: Time of storage (UTC, ISO 8601).
-        robot: Name of the robot.
         goal: The goal in words; empty without one.
         status: Status of planning ("SOLVED"); empty if not planned.
         duration: Of the motion [s]; None without one.
@@ -156,9 +153,7 @@ class Described:
     """Description of an entry.
 
     Attributes:
-        robot: Name of the robot.
         scene: Fingerprint of its scene, in hexadecimal digits; empty without one.
-        goal: The goal in words.
         ends: Final or goal positions of the joints that it determines [rad | m].
         duration: Of the motion [s].
         words: All its words, for text search.
@@ -212,7 +207,6 @@ def described(value: Keepable | Bundle) -> Described:
 
 
 def scene_fingerprint(scene: Scene) -> str:
-    """Return a fingerprint of a scene and its robot, equal for equal numbers."""
     return digest_as_written(BundleWriter(), scene)
 
 

@@ -38,13 +38,10 @@ class Conditions:
     """Conditions on entries; a missing one is ignored.
 
     Attributes:
-        robot: Name of their robot.
         goal: Words of their goal; or joints with the final positions of their motion [rad | m].
         within: Tolerance of these positions [rad | m].
         scene: Name of a stored scene, any version of which they use.
         text: Words that all occur in their description.
-        tags: Tags that they all have.
-        since: Earliest time of storage.
         until: End of the time of storage.
         solved: Whether planning found a motion.
         newest: Whether only the last version of each name counts.
@@ -64,7 +61,6 @@ class Conditions:
     newest: bool = False
 
     def found(self, connection: sqlite3.Connection) -> list[tuple[int, Entry]]:
-        """Return the numbers and the entries, the last that was kept first."""
         conditions = list(self._conditions(connection))
         tests = " AND ".join(["1", *(test for test, _ in conditions)])
         rows = connection.execute(
@@ -76,7 +72,6 @@ class Conditions:
         return [(row[0], entry_of(connection, row)) for row in rows]
 
     def _ends_there(self, ends: str) -> bool:
-        """Return whether a motion ends at the positions of the goal."""
         assert isinstance(self.goal, Mapping)
         try:
             known = {str(joint): float(at) for joint, at in json.loads(ends).items()}
@@ -157,7 +152,6 @@ def the_one(
 
 
 def _scenes(connection: sqlite3.Connection, name: str) -> list[str]:
-    """Return the fingerprints of a scene's versions."""
     rows = connection.execute(
         "SELECT DISTINCT scene FROM entries WHERE kind = ? AND name = ?", (EntryKind.SCENE.name, name)
     ).fetchall()
@@ -181,7 +175,6 @@ BUNDLED = (EntryKind.PROBLEM, EntryKind.PLAN)
 
 
 def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
-    """Return the members that store a value."""
     match what:
         case Result() | Plan() | Problem():
             return bundle_members(what, explained=explained)
@@ -270,7 +263,6 @@ def _check_word(what: str, word: str) -> None:
 
 
 def checked_tags(tags: Sequence[str]) -> tuple[str, ...]:
-    """Return sorted tags without duplicates."""
     words = several("tags", tags, str)
     for word in words:
         _check_word("tag", word)
@@ -281,12 +273,7 @@ class StoredMembers(Members):
     """The members of one entry, read on demand."""
 
     def __init__(self, database: Database, entry: int, label: str) -> None:
-        """List the members.
-
-        Args:
-            entry: Number of the entry in it.
-            label: The entry in words.
-        """
+        """List the members."""
         super().__init__(Path(f"{database.path}: {label}"))
         self._database = database
         with database.reading() as connection:
@@ -349,8 +336,6 @@ def keep_members(
 
     Args:
         connection: In a writing transaction.
-        entry: Number of the entry.
-        members: Their content, by name.
         packed: Result of `packed_for`.
     """
     for name, data in members.items():

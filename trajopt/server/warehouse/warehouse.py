@@ -160,7 +160,6 @@ class Warehouse:
         """Return entries, the latest first; all without conditions.
 
         Args:
-            robot: Of the robot of this name.
             goal: With these words in the goal; or joints and final positions of the motion, goal or
                 state [rad | m].
             within: Tolerance of these positions [rad | m].
@@ -422,7 +421,6 @@ def _version(connection: sqlite3.Connection) -> int:
 
 
 def _arrays(document: Mapping[str, object]) -> Mapping[str, Floats]:
-    """Return the arrays of a memory."""
     start = floats("start", cast("list[float]", document["start"]), (None,))
     knots = floats("knots", cast("list[float]", document["knots"]), (None, len(start)))
     scene = np.array(document["scene"], float).reshape(-1, 6)

@@ -308,7 +308,6 @@ def _measured(points: Floats, rotation: Floats, turns: Floats) -> Piece:
 
 
 def _hermite(begin: Floats, end: Floats, outward: Floats, inward: Floats) -> Floats:
-    """Return control points of the cubic with given ends and derivatives."""
     return np.stack((begin, begin + outward / 3.0, end - inward / 3.0, end))
 
 

@@ -104,7 +104,6 @@ def _later(scene: Scene, time: float) -> Scene:
 
 
 def _seen(followed: Followed, positions: Floats) -> Placement:
-    """Return the position of the frame's point at positions of the group, in the curve's reference."""
     scene, required = followed.problem.scene, followed.required
     everywhere = followed.problem.reduced.all_positions(positions)
     base = scene.placement_of(required.reference, everywhere)

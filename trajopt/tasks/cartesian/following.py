@@ -286,7 +286,6 @@ class _Following:
         return result
 
     def _around(self, starts: Floats, why: StopReason) -> Followed | None:
-        """Go around the obstacle inside the tube; None if no detour is found and proven."""
         tube = self.options.tube
         wide = replace(self.required, position_tolerance=tube)
         for detour in detours(self.problem, self.on_curve, starts, tube):
@@ -355,7 +354,6 @@ def timed_along(
 
 
 def _corners(knots: Floats, velocity: Floats) -> tuple[int, ...]:
-    """Return the knots at which the path turns sharply, in joints scaled by their speeds."""
     steps = np.diff(knots, axis=0) / np.where(velocity > 0.0, velocity, 1.0)
     sizes = np.linalg.norm(steps, axis=1)
     along = (steps[:-1] * steps[1:]).sum(axis=1) / np.maximum(sizes[:-1] * sizes[1:], 1e-300)

@@ -75,9 +75,7 @@ def on_the_curve(
     """Plan the whole line on the curve, from a seed.
 
     Args:
-        problem: Start, scene and limits.
         seed: The seed, at the stations of `knot_stations`.
-        tracker: Counts and bounds the work.
     """
     error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
@@ -92,10 +90,8 @@ def in_a_tube(
     """Plan the whole line inside a tube around the curve, as near to the curve as possible.
 
     Args:
-        problem: Start, scene and limits.
         tube: Radius of the tube [m].
         seed: The seed, at the stations of `knot_stations`.
-        tracker: Counts and bounds the work.
     """
     error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
@@ -151,8 +147,6 @@ def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) ->
     """Search detours around an obstacle on a curve, nearest to the curve first.
 
     Args:
-        problem: Start, scene and limits.
-        on_curve: The curve and the arm.
         starts: First configurations, shape (b, n).
         tube: Radius of the tube [m].
     """

@@ -44,8 +44,6 @@ class CurveSearch:
     """Searches joint paths along a curve.
 
     Attributes:
-        problem: Start, scene and limits.
-        on_curve: The curve and the arm.
         rng: Draws postures, and configurations of other branches.
     """
 
@@ -76,7 +74,6 @@ class CurveSearch:
         return max(found, key=lambda item: item.way.reached)
 
     def _onward(self, way: CurveTrack) -> Found:
-        """Continue from the end of a path by tracking, which finds the reason for its stop."""
         stations = stations_of(self.on_curve)
         rest = np.append(way.reached, stations[stations > way.reached])
         last = way.positions[-1:]
@@ -134,7 +131,6 @@ def beginning(problem: Problem, way: CurveTrack) -> Problem:
 
 
 def _still(starts: Floats) -> Floats:
-    """Return no posture, for tracking without drift."""
     return np.full_like(starts, np.nan)
 
 
@@ -158,7 +154,6 @@ def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Flo
     """Search clear first configurations of the curve, nearest to the start first, shape (b, n).
 
     Args:
-        on_curve: The curve and the arm.
         rng: Draws the starts of the search.
     """
     counts = on_curve.query.counts
@@ -408,7 +403,6 @@ def untracked(on_curve: OnCurve, found: CurveTrack, rng: np.random.Generator) ->
     """Return the reason why a track ends before the curve; None if it does not.
 
     Args:
-        on_curve: The curve and the arm.
         rng: Draws configurations for the search of other branches.
     """
     s, until = found.reached, on_curve.required.until
@@ -460,6 +454,5 @@ def stop_reason(
     pair: tuple[str, str] | None = None,
     amount: float = 0.0,
 ) -> StopReason:
-    """Return the stop at a length along the curve, with its reason."""
     pose = on_curve.required.curve.pose_before(s)
     return StopReason(status=status, at=s, pose=pose, message=message, joint=joint, pair=pair, amount=amount)

@@ -77,7 +77,6 @@ class OnCurve:
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
-        """Time a stage, and count the work of the query in it."""
         with self.tracker.stage(name):
             try:
                 yield
@@ -179,7 +178,6 @@ class OnCurve:
         return step * np.minimum(1.0, LONGEST / np.maximum(largest, LONGEST))
 
     def free_motion(self, q: Floats, s: Floats, wish: Floats) -> Floats:
-        """Return the self-motion part of joint motions (S, n)."""
         _, jacobian = self.errors(q, s)
         moved = np.einsum("sij,sj->si", jacobian, wish)
         return wish - _damped(jacobian, moved)
@@ -242,7 +240,6 @@ class CurveTrack:
 
 
 def stations_of(on_curve: OnCurve) -> Floats:
-    """Return lengths along the curve about a step apart, including the ends of its pieces."""
     edges = on_curve.required.curve.edges
     until = on_curve.required.until
     edges = np.append(edges[edges < until], until)
@@ -259,7 +256,6 @@ def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> l
     """Track the curve from several first configurations.
 
     Args:
-        on_curve: The curve and the arm.
         stations: Lengths along the curve, increasing from 0, shape (m,) [m].
         begin: Configurations at the first of them, shape (b, n) [rad | m].
         pull: Posture of each drift, shape (b, n); NaN for no drift.
@@ -302,7 +298,6 @@ def _drift(on_curve: OnCurve, q: Floats, s: float, step: float, pull: Floats) ->
 
 
 def _finely(on_curve: OnCurve, q: Floats, begin: float, end: float) -> tuple[Floats, float]:
-    """Continue with halved steps: return the last configuration reached without a jump, and its length."""
     s, step, least = begin, end - begin, (end - begin) / 2**HALVINGS
     while s < end and step >= least:
         after = end if s + step >= end - 0.5 * least else s + step
@@ -326,7 +321,6 @@ def densified(on_curve: OnCurve, found: CurveTrack, *, tolerance: float) -> Curv
     """Add knots until the chords between them are near enough to the curve.
 
     Args:
-        on_curve: The curve and the arm.
         found: A track of it; its configurations are moved onto the curve.
         tolerance: Largest distance of the frame from the curve half-way between knots, rotations counted as
             lengths [m].
@@ -360,7 +354,6 @@ def _interpolated(s: Floats, q: Floats, places: Floats) -> Floats:
 
 
 def resampled(on_curve: OnCurve, found: CurveTrack, stations: Floats) -> CurveTrack:
-    """Return the track with its configurations at other stations, on the curve."""
     estimate = np.concatenate(
         (found.positions[:1], _interpolated(found.stations, found.positions, stations[1:]))
     )

@@ -36,9 +36,7 @@ class PickCandidate:
     Attributes:
         before: Start of the approach, fingers open.
         at: At the object, fingers open.
-        lifted: End of the lift.
         lifting: The scene with the object in the hand, allowed to touch its support.
-        held: The scene without that allowance.
     """
 
     grasp: Grasp
@@ -124,9 +122,7 @@ class PlaceCandidate:
     """A place with configurations of all joints that passed the cheap checks.
 
     Attributes:
-        above: Start of the lowering.
         at: At the place, fingers closed.
-        away: End of the retreat.
         opening: Of the fingers that release [m].
         held: The scene with the object in the hand.
         lowering: The scene in which it may touch its support.

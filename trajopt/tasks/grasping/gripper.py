@@ -229,7 +229,6 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
 
 
 def arm_of(robot: Robot, gripper: Gripper) -> str:
-    """Return the name of the group that moves a gripper, by the robot's SRDF."""
     for effector in robot.end_effectors.values():
         if effector.group == gripper.group:
             return _arm(robot, effector)

@@ -211,7 +211,6 @@ def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) ->
 
 
 def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
-    """Check that there are places, with known and static frames."""
     listed = several("places", (places,) if isinstance(places, Place) else places, Place)
     if not listed:
         raise ProblemError("name at least one place to put the object")
@@ -226,7 +225,6 @@ def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
 
 
 def _graspable(task: PickPlaceTask, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
-    """Check that there are grasps, with known frames, and that the object is at rest."""
     listed = several("grasps", grasps, Grasp)
     if not listed:
         raise ProblemError(f"name at least one grasp of {shown(task.name)}")
@@ -251,7 +249,6 @@ class PlannedSequence:
     """A planned sequence.
 
     Attributes:
-        final_scene: The scene after it.
         grasp: The grasp; None if the object was in the hand already.
         place: The place; None if the object stays in the hand.
     """
@@ -355,7 +352,6 @@ class PickPlaceSearch:
         )
 
     def _failure(self, stopped: Stop | None) -> Status:
-        """Return the cause of the search's end, or the status of the candidate that got farthest."""
         if stopped is not None:
             return ENDED[stopped]
         return max(self.refusals, key=lambda refusal: STAGES.index(refusal.stage)).status
@@ -363,7 +359,6 @@ class PickPlaceSearch:
     def _remembered(
         self, key: tuple[Grasp | None, Place], make: Callable[[], Iterator[PlaceCandidate | Refusal]]
     ) -> Iterator[PlaceCandidate]:
-        """Yield the candidates of a place, searched once for each grasp, independent of the arm's posture."""
         known, others = self._candidates.setdefault(key, ([], make()))
         yield from tuple(known)
         for candidate in others:

@@ -60,7 +60,6 @@ class PickPlaceRollout:
     """A simulated pick and place.
 
     Attributes:
-        log: Joints and object over time.
         hold: How well the object was held.
         slip: The slip; None without one.
         shift: Largest motion of the object in the hand while held.
@@ -199,7 +198,6 @@ def _judged(result: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> Pi
 
 
 def _final_error(result: PickPlaceResult, log: SequenceLog) -> PoseError | None:
-    """Return the final error of the object; None if there is no place or no end."""
     place = result.place
     if place is None or log.diverged is not None:
         return None

@@ -51,7 +51,6 @@ def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats
     """Return the displacement of a straight motion in the world, shape (3,) [m].
 
     Args:
-        scene: The scene with its frame.
         positions: Of all joints at the contact with the object [rad | m].
         usual: Its default direction in the world, shape (3,).
     """
@@ -73,7 +72,6 @@ def track_line(
     """Follow a straight line of the tool from a configuration, without rotation.
 
     Args:
-        tool: Frame that follows the line.
         at: The group's positions at its beginning, shape (n,); contact there is ignored.
         away: From beginning to end in the world, shape (3,) [m].
     """
@@ -123,7 +121,6 @@ def straight_problem(
     Args:
         start: Positions of all joints at the beginning [rad | m].
         goal: Positions of all joints at the end [rad | m].
-        group: The arm's planning group.
         options: Deviation from the line, and speeds.
     """
     begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
@@ -146,7 +143,6 @@ def straight_problem(
 
 
 def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement:
-    """Return the requirement that the group's joints have the given positions (of all joints)."""
     robot = scene.robot
     joints = robot.group(group).joints
     return joint_positions(dict(zip(joints, positions[robot.index(joints)].tolist(), strict=True)))

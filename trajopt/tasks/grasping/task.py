@@ -70,7 +70,6 @@ class PickPlaceTask:
 
     Attributes:
         start: Positions of all joints before [rad | m].
-        group: The arm's planning group.
         constraints: Path constraints while the object is in the hand.
         rng: Draws the starts of inverse kinematics, and the bends of seeds.
         tracker: Counts work and time, and ends the search when the budget is used up.
@@ -87,7 +86,6 @@ class PickPlaceTask:
     tracker: BudgetTracker
 
     def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
-        """Return the reduced model of the arm, with the other joints at the given positions."""
         return reduce_model(scene, self.group, positions)
 
     def arm(self, positions: Floats) -> Floats:
@@ -99,7 +97,6 @@ class PickPlaceTask:
         return self.gripper.opened(self.scene.robot, positions, opening)
 
     def held(self, grasp: Grasp) -> Scene:
-        """Return the scene with the object attached to the hand by a grasp."""
         gripper = self.gripper
         where = grasp.placement.inverse()
         return self.scene.attach(self.name, gripper.tool, placement=where, touch_links=gripper.links)

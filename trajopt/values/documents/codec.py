@@ -252,7 +252,6 @@ class Reader:
 
 
 def key_of(field: str) -> str:
-    """Return the key of a field in a document: its name, except for `kind`."""
     return "kind_" if field == "kind" else field
 
 

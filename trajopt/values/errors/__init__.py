@@ -89,7 +89,6 @@ class NameNotFound(ModelError, KeyError):
         kind: Kind of the named thing ("link", "group", ...).
         name: The unknown name.
         near: The most similar known names, best first.
-        known: All known names.
     """
 
     def __init__(
@@ -301,11 +300,7 @@ class SolverNotFound(NameNotFound, SolverError):
 
 
 class RequirementNotSupported(SolverError):
-    """A method of inverse kinematics cannot express a requirement.
-
-    Attributes:
-        method: Name of the method.
-    """
+    """A method of inverse kinematics cannot express a requirement."""
 
     def __init__(self, method: str, requirement: object, reason: str) -> None:
         """Name the method, the requirement and the obstacle."""

@@ -81,7 +81,6 @@ def named(target: Target) -> Target:
 
 
 def _names_of(target: Callable[..., Any]) -> frozenset[str] | None:
-    """Return the keyword names of a function; None if it accepts any."""
     code = inspect.unwrap(target).__code__
     if code.co_flags & inspect.CO_VARKEYWORDS:
         return None
@@ -141,7 +140,6 @@ class Kinds(dict[str, tuple[Test, Any]]):
         self._annotations, self._seen = made.__annotations__, getattr(inspect.unwrap(made), "__globals__", {})
 
     def __missing__(self, name: str) -> tuple[Test, Any]:
-        """Read the annotation of a parameter; without one any value is accepted."""
         hint = self._annotations.get(name, Any)
         if isinstance(hint, str):
             try:
@@ -213,7 +211,6 @@ def _test_of_one(hint: Any) -> Test:
 
 
 def _is_number(value: object) -> bool:
-    """Return whether a value is a number that fits a float, and not a truth value."""
     try:
         return not isinstance(value, bool) and not isnan(cast("float", value))
     except OverflowError:
@@ -267,7 +264,6 @@ def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
 
 
 def _given_elsewhere(value: object) -> str:
-    """Return the argument that a value is meant for, if its class defines one."""
     argument = getattr(type(value), "GIVEN_AS", "")
     return f"; it is given as {argument}" if argument else ""
 

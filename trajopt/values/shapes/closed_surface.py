@@ -27,7 +27,6 @@ class ClosedSurface:
     Attributes:
         triangles: Corners, counter-clockwise seen from outside, shape (k, 3, 3) [m], read-only.
         parts: Number of parts: faces joined by edges.
-        open: Number of open parts.
         twisted: Number of closed parts that count as their hulls.
     """
 
@@ -38,7 +37,6 @@ class ClosedSurface:
 
     @cached_property
     def note(self) -> str:
-        """A note on open or inconsistent parts; empty if there are none."""
         found: list[str] = []
         if self.open:
             which = "it is open" if self.open == self.parts else f"{self.open} of {self.parts} parts are open"

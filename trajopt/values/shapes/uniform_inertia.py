@@ -91,7 +91,6 @@ def _hull(mesh: Mesh) -> pin.Inertia:
 
 
 def _cloud(cloud: Points | Voxels) -> pin.Inertia:
-    """Return the inertia of one ball or cube, repeated at all places."""
     one = uniform_inertia(
         Sphere(cloud.radius) if isinstance(cloud, Points) else Box(cloud.size, cloud.size, cloud.size)
     )

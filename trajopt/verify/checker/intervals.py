@@ -97,7 +97,6 @@ def joined(parts: list[Interval], axis: int) -> Interval:
 
 
 def product(matrix: Interval, other: Interval) -> Interval:
-    """Multiply matrices (..., n, m) by matrices (..., m, k)."""
     total = matrix[..., :, 0, None] * other[..., None, 0, :]
     for inner in range(1, matrix.low.shape[-1]):
         total = total + matrix[..., :, inner, None] * other[..., None, inner, :]
@@ -105,7 +104,6 @@ def product(matrix: Interval, other: Interval) -> Interval:
 
 
 def turned(matrix: Interval, vector: Interval) -> Interval:
-    """Multiply matrices (..., n, m) by vectors (..., m)."""
     return (matrix * vector[..., None, :]).sum()
 
 
@@ -121,7 +119,6 @@ def dot(one: Interval, other: Interval) -> Interval:
 
 
 def normalised(vector: ArrayLike) -> Interval:
-    """Return the unit vectors along vectors (..., n) of doubles."""
     exact = exactly(vector)
     return exact / exact.norm()[..., None]
 

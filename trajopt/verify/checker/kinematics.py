@@ -77,7 +77,6 @@ class GridKinematics:
         return intervals.product(turn, rotation_of(place.rotation)), origin + shift
 
     def shared(self, one: Rows, other: Rows) -> Rows:
-        """Return the last joint that carries both of two joints, or the world."""
         both = self.carried_by[one] & self.carried_by[other]
         return both.shape[1] - 1 - np.argmax(both[:, ::-1], axis=1)
 
@@ -95,7 +94,6 @@ class GridKinematics:
             centre: Its centre at all times, shape (g, 3) [m].
             radius: Its radius [m].
             begin: Place in the grid of the start of each of m intervals.
-            end: Likewise of the end.
             seen: The joint that it is seen from, one that carries the first, for each interval.
         """
         half = up(self.grid[end] - self.grid[begin]) / 2.0

@@ -80,8 +80,6 @@ def record(where: str, value: object, readers: Mapping[str, Reader]) -> list[Any
 
 
 def row(*readers: Reader) -> Reader:
-    """Return a reader of lists with one entry for each of some readers."""
-
     def read(where: str, value: object) -> list[Any]:
         entries = items(where, value)
         if len(entries) != len(readers):

@@ -20,7 +20,6 @@ class StatedRequirement:
     """A requirement of a proof.
 
     Attributes:
-        words: The requirement in words.
         holds: Return in which cells of the grid it is shown, shape (g - 1,); of one of the end, shape (1,).
     """
 

@@ -64,7 +64,6 @@ class HermiteCurve:
     """The coordinates over time: Hermite interpolants between knots, cubic without accelerations.
 
     Attributes:
-        names: Of the n coordinates.
         times: Of the k knots, increasing from 0, shape (k,) [s].
         values: Positions, velocities and, of quintics, accelerations, each of shape (k, n).
     """
@@ -95,11 +94,7 @@ class EndStates:
 
 @dataclass(frozen=True, eq=False)
 class ConvexPart:
-    """A convex part of a link or object.
-
-    Attributes:
-        owner: The link or object.
-    """
+    """A convex part of a link or object."""
 
     owner: str
     place: FixedPlace
@@ -111,13 +106,11 @@ class Statement:
     """Everything that a proof states.
 
     Attributes:
-        title: Name of the problem.
         joints: The joints, each after its parent; joint number i is at i - 1.
         excess: By how much limits and tolerances may be exceeded: of positions absolute or relative to the
             limit, the larger; of rates relative; of requirements absolute.
         pairs: Two parts and the clearance that they keep [m].
         excused: Two owners that need not keep apart, and the reason.
-        requirements: Requirements, each with its kind.
         judged: Sentences on facts that were judged, but are not part of the proof.
     """
 

@@ -53,7 +53,6 @@ class ClearanceCriterion(Criterion):
     """Clearance of every pair, and depth of accepted contacts.
 
     Attributes:
-        motion: Motion among dynamic obstacles.
         distances: Workspace for distances of its bodies.
     """
 
@@ -61,11 +60,9 @@ class ClearanceCriterion(Criterion):
     distances: PairDistances
 
     def holds(self) -> bool:
-        """Decide the criterion; stop at the first violation."""
         return search_clearance(self.motion, self.distances, measured=False).proven
 
     def measure(self) -> tuple[Check, ...]:
-        """Return the tightest pair of each kind and clearance, and each intended contact."""
         return self.finding.checks
 
     @cached_property
@@ -209,7 +206,6 @@ def clearance_check(
         value: Its clearance [m].
         required: Required clearance [m].
         time: Time of the value [s].
-        evidence: Evidence for the value.
     """
     return Check(
         kind=CheckKind.CLEARANCE,
@@ -290,16 +286,11 @@ NEVER = (inf, -inf)
 
 @dataclass(frozen=True, eq=False)
 class AtFaultCriterion(Criterion):
-    """Clearance of the links and attached objects while they move; for information only.
-
-    Attributes:
-        clearance: Clearance at all times.
-    """
+    """Clearance of the links and attached objects while they move; for information only."""
 
     clearance: ClearanceCriterion
 
     def holds(self) -> bool:
-        """Return True: the verdict does not depend on it."""
         return True
 
     def measure(self) -> Iterator[Check]:

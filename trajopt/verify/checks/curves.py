@@ -140,7 +140,6 @@ def _seconds(piece: Piece) -> tuple[float, float]:
 
 
 def _largest(control: Floats, order: int) -> float:
-    """Return the largest length of a derivative of a Bezier polynomial over its parameter."""
     degree = len(control) - 1
     if degree < order:
         return 0.0
@@ -194,8 +193,6 @@ class Errors:
     """Differences between a frame and points of a curve, as vectors.
 
     Attributes:
-        required: Requirement: curve and tolerances.
-        places: Points of the curve.
         placements: Times (c,) -> rotation (c, 3, 3) and point (c, 3) [m] of the frame.
     """
 
@@ -481,7 +478,6 @@ def _bulge(errors: Errors, moving: RelativeMotion, span: _Span) -> Floats:
 
 
 def _cut(errors: Errors, span: _Span) -> _Span:
-    """Cut intervals into equal times; find the frame's nearest curve points then, in order."""
     part = np.arange(PIECES + 1) / PIECES
     times = span.begin[:, None] + (span.end - span.begin)[:, None] * part
     s = span.first[:, None] + (span.last - span.first)[:, None] * part

@@ -45,7 +45,6 @@ def range_quantities(
     Args:
         moving: Point relative to a reference frame.
         origin: Point of the reference frame from which distances are measured, shape (3,) [m].
-        subject: Subject of the checks.
         lower: Smallest distance; 0 for none [m].
         upper: Largest distance; inf for none [m].
     """

@@ -142,11 +142,7 @@ class DeadlineCriterion(Criterion):
 
 @dataclass(frozen=True, eq=False)
 class PredictionCriterion(Criterion):
-    """Coverage of the motion by predictions of finite duration.
-
-    Attributes:
-        timings: Timings of the dynamic obstacles.
-    """
+    """Coverage of the motion by predictions of finite duration."""
 
     motion: JudgedMotion
     timings: Mapping[str, Timing]
@@ -183,7 +179,6 @@ class MeetingCriterion(Criterion):
     """Moving goals: the motion meets and follows them.
 
     Attributes:
-        motion: Motion among dynamic obstacles.
         dwell: Time for which it follows them at its end [s].
     """
 
@@ -240,7 +235,6 @@ def relative_speeds(goal: Requirement, motion: JudgedMotion, time: float) -> tup
 
     Args:
         goal: Goal; each kind that can move registers its own function.
-        motion: Motion among dynamic obstacles.
         time: Time of the motion [s].
     """
     del motion, time

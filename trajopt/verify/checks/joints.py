@@ -149,7 +149,6 @@ def _(requirement: CoupledJoints, motion: JudgedMotion, when: When) -> tuple[Che
 
 @quantities.register
 def _(requirement: GravityTorque, motion: JudgedMotion) -> tuple[Quantity, ...]:
-    """Inverse dynamics of the arm at rest, at samples."""
     return (
         Quantity(
             kind="gravity torque",

@@ -54,7 +54,6 @@ def _stated(reduced: ReducedModel) -> JointLimits:
 
 
 def group_part(reduced: ReducedModel, limits: JointLimits) -> JointLimits:
-    """Select the limits of the group's joints from the limits of all movable joints."""
     moving = reduced.moving_joints
     if moving == reduced.joint_names:
         return limits
@@ -62,7 +61,6 @@ def group_part(reduced: ReducedModel, limits: JointLimits) -> JointLimits:
 
 
 def joint_words(reduced: ReducedModel, joint: str) -> str:
-    """Return a joint's name, and for a mimic joint its source joint."""
     mimic = reduced.scene.robot.mimics.get(joint)
     return joint if mimic is None else f"{joint}, which follows {mimic.source},"
 
@@ -127,7 +125,6 @@ class LimitCriterion(Criterion):
         )
 
     def measure(self) -> Iterator[Check]:
-        """Return the tightest joint of each limit, or every joint that violates it."""
         motion, limits = self.motion, self.limits
         for order, (lower, upper) in enumerate(_ranges(motion, limits)):
             jumps = _jumps(motion, limits, self.start_accelerations) if order == 3 else []

@@ -32,7 +32,6 @@ class Component:
     """One number of a requirement at its tightest moment.
 
     Attributes:
-        name: Name of the number.
         value: Its size [unit].
         tolerance: Its largest accepted size [unit].
     """
@@ -43,7 +42,6 @@ class Component:
 
 
 def tightest(names: tuple[str, ...], values: Floats, tolerances: Floats) -> Component:
-    """Return the number nearest to its tolerance, or farthest beyond it."""
     at = int(np.argmax(values - tolerances))
     return Component(names[at], float(values[at]), float(tolerances[at]))
 
@@ -60,11 +58,8 @@ def requirement_check(
     """Return the check of a requirement whose numbers must stay below tolerances.
 
     Args:
-        when: When it has to hold.
         kind: Kind of the number, such as "position".
-        unit: Unit of the number.
         component: Tightest number at the tightest time.
-        proof: Result over all times.
     """
     here, accepted = in_unit_apart(component.value, component.tolerance, unit)
     many = f"{component.name} is {here}, {accepted} is accepted"
@@ -104,8 +99,6 @@ class Quantity:
 
     Attributes:
         kind: Kind of the number, such as "region".
-        name: Name of the number.
-        unit: Unit of number and bound.
         least: Whether the bound is a lower one.
         states: Times (c,) -> state from which the number is computed, shape (c, ...).
         number: States -> number, shape (c,).
@@ -211,7 +204,6 @@ def quantities(requirement: Requirement, motion: JudgedMotion) -> tuple[Quantity
 
 
 def _load(kind: type[Requirement]) -> None:
-    """Import the check of a kind of requirement, built-in or from an installed package."""
     if not (has(quantities, kind) or has(check_requirement, kind)):
         import_subject(kind, "trajopt.verify.checks")
     if not (has(quantities, kind) or has(check_requirement, kind)):

@@ -169,7 +169,6 @@ def part_checks(
 
     Args:
         part: Requirement, with its first and last waypoint.
-        passed: Passages by waypoint name.
         check: Judges the requirement on a motion.
     """
     missed = [name for name in (part.after, part.until) if name is not None and not passed[name].holds]

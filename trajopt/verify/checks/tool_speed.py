@@ -35,7 +35,6 @@ class ToolSpeedCriterion(Criterion):
     limited: ToolSpeed
 
     def measure(self) -> Iterator[Check]:
-        """Return the largest speeds, and their steadiness if required."""
         motion, limited = self.motion, self.limited
         moving = PointMotion(motion, limited.frame, offset=limited.offset)
         for which, limit in enumerate((limited.linear, limited.angular)):

@@ -105,7 +105,6 @@ class Overload:
     """A joint whose gravity torque reaches its effort limit.
 
     Attributes:
-        joint: Name of the joint.
         torque: Magnitude of the gravity torque [Nm | N].
         limit: Effort limit [Nm | N].
         unit: "Nm", or "N" for a prismatic joint.
@@ -144,7 +143,6 @@ def overloads(kinematics: Kinematics, positions: Floats, limits: JointLimits) ->
     Args:
         kinematics: Kinematics of the arm with attached objects.
         positions: Positions of the group's joints, shape (n,) [rad | m].
-        limits: Limits of the group's joints.
     """
     torque, effort = np.abs(torques_at_rest(kinematics, positions[None])[0]), limits.effort
     broken = np.flatnonzero(torque >= effort * (1.0 - LEFT))
@@ -166,9 +164,6 @@ class TorqueCriterion(Criterion):
     """Torques of joints with an effort limit, if the trajectory has accelerations.
 
     At an end at rest, the arm must also hold the posture.
-
-    Attributes:
-        limits: Limits of the group's joints.
     """
 
     motion: JudgedMotion
@@ -252,7 +247,6 @@ def torques_at_rest(kinematics: Kinematics, positions: Floats) -> Floats:
 
 
 def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
-    """Return the torques of the group's joints, (s, n), including those of their mimic joints."""
     matrix = kinematics.reduced.mimic_matrix
     moving = velocities @ matrix.T, accelerations @ matrix.T
     torques = kinematics.torques(positions, *moving)

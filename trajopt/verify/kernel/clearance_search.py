@@ -33,7 +33,6 @@ class Windows:
         """Collect the allowances.
 
         Args:
-            pairs: Pairs with their allowances.
             required: Clearance outside of the windows, shape (p,) [m].
             duration: Duration of the motion [s].
             present: Time span in which both bodies of each pair are present, shape (p, 2) [s]; always by
@@ -87,7 +86,6 @@ class Contact:
     """A measured contact that is not accepted, or a pair below its clearance.
 
     Attributes:
-        pair: Index of the pair.
         time: Time of the measurement [s].
         distance: Signed distance [m].
     """
@@ -102,7 +100,6 @@ class Gap:
     """An interval without a proof of a pair's clearance.
 
     Attributes:
-        pair: Index of the pair.
         begin: Start of the interval [s].
         end: End of the interval [s].
     """

@@ -33,12 +33,10 @@ class _Joints:
     """Joints of a model, the world first; shared by all scenes.
 
     Attributes:
-        parents: Parent joint of each joint.
         revolute: Whether a joint is revolute, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).
         first: Index of each joint's first number in pinocchio's configurations, without the world.
         circular: Whether it has two numbers, cosine and sine.
-        arm: Joints in the native core.
     """
 
     parents: tuple[int, ...]
@@ -157,11 +155,6 @@ class Kinematics:
 def relative_chain(kinematics: Kinematics, joint: int, reference: int) -> tuple[tuple[int, ...], int]:
     """Return the joints that move one joint frame relative to another, outermost first.
 
-    Args:
-        kinematics: Kinematics of the robot.
-        joint: Joint of the frame.
-        reference: Joint of the reference frame.
-
     Returns:
         The joints, and the number of joints on the frame's own chain; the joints on the reference's chain
         follow, innermost first.
@@ -199,7 +192,6 @@ class Travel:
         """Arrange the chains.
 
         Args:
-            kinematics: Kinematics of the robot.
             carrier: Joint that carries each of w spheres.
             centre: Centre of each in the carrier's frame, shape (w, 3) [m].
             radius: Radius of each, shape (w,) [m].
@@ -222,7 +214,6 @@ class Travel:
         """Return the largest distance of each sphere's points from the axis of its joint number `step`.
 
         Args:
-            poses: Placements of the joint frames.
             centres: Result of `centres`, shape (c, w, 3) [m].
             step: Index in the chains, 0 for the outermost joints.
 

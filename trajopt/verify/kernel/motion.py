@@ -210,7 +210,6 @@ class JudgedMotion:
 
     @cached_property
     def _poses_at_end(self) -> Poses:
-        """Placements of all joint frames at the end, which every goal needs."""
         return self.kinematics.poses(self.positions(np.array((self.duration,))))
 
     def deviation(self, begin: Floats, end: Floats) -> Floats:
@@ -258,9 +257,6 @@ class TimedMotion(JudgedMotion):
         """Join the polynomials of the robot's joints and of the dynamic obstacles' joints.
 
         Args:
-            trajectory: Trajectory of the group's joints.
-            kinematics: Kinematics of the timed model.
-            options: Options of the judge.
             staying: Duration of the rest after the trajectory [s].
             clock: Scene clock at the start [s].
         """
@@ -291,7 +287,6 @@ class TimedMotion(JudgedMotion):
         )
 
     def positions(self, times: Floats) -> Floats:
-        """Return positions of the robot's and of the dynamic obstacles' joints at times (c,)."""
         return self.timed.positions(self.trajectory(times), times + self.clock)
 
     def poses(self, times: Floats) -> Poses:

@@ -352,16 +352,10 @@ class Surroundings:
 
     Attributes:
         still: Distances of all bodies except dynamic obstacles.
-        distances: Distances of all bodies.
     """
 
     def __init__(self, kinematics: Kinematics, options: VerifyOptions) -> None:
-        """Pass the bodies to the judge's core.
-
-        Args:
-            kinematics: Kinematics of the reduced model.
-            options: Options of the judge.
-        """
+        """Pass the bodies to the judge's core."""
         self.still = self.distances = PairDistances(kinematics, error=options.distance_error)
         self._timed: TimedModel | None = kinematics.reduced.timed
         self._kinematics = kinematics

@@ -144,7 +144,6 @@ class Reach(Value):
     Attributes:
         points: Centres of reached cells, shape (k, 3) [m].
         colours: From dark, for few directions, to bright, shape (k, 3).
-        words: Its extent in words.
     """
 
     points: Floats

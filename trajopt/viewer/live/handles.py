@@ -69,7 +69,6 @@ class Gizmo:
         return placement(self._handle.position, quaternion=(x, y, z, w))
 
     def show(self, where: Placement | None) -> None:
-        """Show it at a placement in the world, or hide it; a dragged one stays."""
         self._handle.visible = where is not None
         if where is not None and not self._dragging:
             self._handle.position, self._handle.wxyz = where.translation, wxyz(where)
@@ -123,7 +122,6 @@ class GoalDrawing:
         """Show a goal.
 
         Args:
-            query: Of the drawn robot.
             now: Drawn positions of the robot, shape (n,) [rad | m].
         """
         with self._server.atomic():
@@ -196,7 +194,6 @@ class ObjectsDrawing:
             self._gizmo.show(in_world(reduced, self._chosen, kinematics) if free else None)
 
     def choose(self, name: str) -> None:
-        """Choose an object for dragging, or none; `move` shows it."""
         self._chosen = name
 
     def _draw(self, item: SceneObject) -> _Drawn:
@@ -270,7 +267,6 @@ class EditedScene:
             self._near.show(self.nearest)
 
     def choose(self, name: str) -> None:
-        """Choose an object for dragging, or none; `show` shows it."""
         self._objects.choose(name)
 
     def line_of(self, frame: str, along: JointPlacements) -> Floats:

@@ -105,7 +105,6 @@ def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
 
 
 def moved(scene: Scene, name: str, where: Placement) -> Scene:
-    """Place an object in the world."""
     if is_carried(scene, name):
         raise ModelError(f"the robot carries {shown(name)}: put it down first")
     return scene.move(name, where, frame=WORLD)
@@ -134,7 +133,6 @@ def _names(kind: ObjectKind) -> Iterator[str]:
 
 
 def _places(reduced: ReducedModel, kind: ObjectKind) -> Iterator[Placement]:
-    """Yield places on the ground about the base, as far from it as the hand is."""
     robot = reduced.scene.robot
     base = reduced.scene.placement_of(robot.links[0], reduced.start).translation
     hand = hand_at(reduced, robot.links[-1], reduced.start_positions).translation - base
@@ -204,7 +202,6 @@ class ObjectsPanel:
         """Add the controls.
 
         Args:
-            bench: The state of the page.
             ask: Queues a change of the state: its name, and the change.
             choose: Called when an object is chosen, or none.
         """

@@ -40,7 +40,6 @@ class Shown(Value):
         collision: The robot's collision shapes.
         trail: The path of the hand along the motion.
         nearest: The nearest pairs, with their distances.
-        reach: The reach of the hand.
     """
 
     links: bool = True
@@ -64,11 +63,7 @@ class ShownPanel:
     """A tick for each."""
 
     def __init__(self, server: "ViserServer", changed: Callable[[Shown], None]) -> None:
-        """Add the controls.
-
-        Args:
-            changed: Receives the items to draw.
-        """
+        """Add the controls."""
         plain = Shown()
         self._ticks = {
             name: server.gui.add_checkbox(label, getattr(plain, name), hint=hint)
@@ -109,9 +104,7 @@ class Picture:
         """Draw the robot in its present posture.
 
         Args:
-            bench: The state of the page.
             dragged: Receives the dragged placement of the hand.
-            picked: Receives the clicked object.
             displaced: Receives the dragged placement of the chosen object.
         """
         self._server, self._bench = server, bench
@@ -136,7 +129,6 @@ class Picture:
         self._scene.show(positions, pairs=self._shown.nearest)
 
     def renew(self) -> None:
-        """Draw the surroundings again after a change of them or of the robot's posture."""
         self._scene.change(self._bench.reduced, self.positions)
         self._goal.renew(self._bench.reduced)
         self.show_goal()
@@ -361,7 +353,6 @@ class LiveView(Served):
         self._desk.do("shown", switch)
 
     def _find_reach(self) -> None:
-        """Start to compute the reach of the hand, if requested; hide the previous one."""
         self._picture.show_reach(None)
         asked = self._shown.shown.reach
         self._shown.say("Looking where the hand gets to ..." if asked else "")

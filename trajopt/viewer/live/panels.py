@@ -54,7 +54,6 @@ class Desk:
         self._thread.start()
 
     def do(self, name: str, work: Callable[[], None]) -> None:
-        """Queue a request; it replaces a waiting one with the same name."""
         with self._news:
             self._waiting[name] = work
             self._news.notify_all()
@@ -126,7 +125,6 @@ class Lever:
                 pressed(event.client)
 
     def allow(self, refusal: str = "") -> None:
-        """Enable or disable it; the reason is shown in its hint."""
         self.refusal = refusal
         self._button.disabled = bool(refusal)
         self._button.hint = f"{self._hint} Not now: {refusal}." if refusal else self._hint
@@ -155,7 +153,6 @@ class GoalPanel:
         """Add the controls.
 
         Args:
-            bench: The state of the page.
             ask: Queues a change of the state: its name, and the change.
         """
         self._server, self._bench, self._ask = server, bench, ask
@@ -267,7 +264,6 @@ class MotionPanel:
         """Add the controls.
 
         Args:
-            bench: The state of the page.
             stand: Draws the robot at a posture of the group.
             show_motion: Draws the line of a motion, or none.
             found: Called when a motion appears or disappears.
@@ -503,11 +499,7 @@ EVENTS = 4
 
 
 class DrivePanel:
-    """Buttons to execute and to stop.
-
-    Attributes:
-        driving: The current or last run.
-    """
+    """Buttons to execute and to stop."""
 
     def __init__(
         self,
@@ -521,7 +513,6 @@ class DrivePanel:
         """Add the controls.
 
         Args:
-            bench: The state of the page.
             stand: Draws the robot at a posture of the group.
             changed: Called when a run starts or ends.
         """

@@ -46,7 +46,6 @@ def page(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def _follow(live: LiveView, watch: Watch) -> None:
-    """Show edits of the session on the page and report its robot's positions, until cancelled."""
     told = live.robot_positions
     while not watch.cancel.wait(PERIOD):
         scene, now = watch.changed(), live.robot_positions

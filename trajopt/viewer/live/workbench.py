@@ -35,7 +35,6 @@ class Workbench:
     """The state set by hand.
 
     Attributes:
-        group: The group that moves.
         hand: The frame that goals are set for.
         turned: Whether a goal of the hand includes its orientation.
         held: The reason why planning is disabled although the goal is valid; empty if enabled.
@@ -45,7 +44,6 @@ class Workbench:
         """Place the robot; its goal is its present posture.
 
         Args:
-            scene: The robot and its surroundings.
             group: The group that moves; if empty the only one, or the first with a hand.
             start: Its configuration; by default each group in its first named state.
         """
@@ -86,7 +84,6 @@ class Workbench:
 
     @property
     def refusal(self) -> str:
-        """Why nothing can be planned now, in words; empty if it can."""
         if self.held:
             return self.held
         if self.goal.reachability is not Reachability.REACHABLE:

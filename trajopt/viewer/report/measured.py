@@ -83,8 +83,6 @@ class Peak(Value):
     """The extremes of a joint.
 
     Attributes:
-        begin: Its first position, in words.
-        end: Its last position, in words.
         most: Of velocity, acceleration, jerk and torque: the largest value in words, and its share of the
             limit; None without a limit.
     """
@@ -101,7 +99,6 @@ class Measured(Value):
 
     Attributes:
         bindings: The binding limits with their intervals; the longest first.
-        peaks: The extremes of each joint.
     """
 
     charts: tuple[Chart, ...]
@@ -268,7 +265,6 @@ def _of_tool(chart: Chart) -> Iterator[Binding]:
 
 
 def _spans(name: str, times: Floats, at: Bools) -> Iterator[Binding]:
-    """Yield the intervals of True, ignoring short gaps."""
     if not at.any():
         return
     at = at.copy()
@@ -341,7 +337,6 @@ class Subject(Value):
 
     @property
     def status(self) -> str:
-        """Name of the planning status; empty for an unplanned problem."""
         return self.answer["status"].text("")
 
     @property

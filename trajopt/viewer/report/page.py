@@ -111,7 +111,6 @@ def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Seque
 
     Args:
         trajectory: The motion of the group's joints; None for the start alone.
-        beside: Translucent copies of the robot.
     """
     server = open_server(HOST, 0)
     try:
@@ -199,7 +198,6 @@ class Scenery(Value):
     Attributes:
         motion: The shown motion, or None.
         timed: Whether its time is a motion's, not a walk along a path.
-        ghosts: Translucent copies of the robot.
     """
 
     motion: Trajectory | None

@@ -30,7 +30,6 @@ STAGES = {
 
 
 def section(name: str, title: str, body: str) -> str:
-    """Return a section; empty without content."""
     return f'<section id="{name}"><h2>{escape(title)}</h2>{body}</section>' if body else ""
 
 
@@ -236,7 +235,6 @@ def in_words(status: str) -> str:
 
 
 def meaning(status: str) -> str:
-    """Return the meaning of a status and a remedy; empty if unknown."""
     return Status[status].value if status in Status.__members__ else ""
 
 

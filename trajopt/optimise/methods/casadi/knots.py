@@ -70,11 +70,7 @@ def sqpmethod() -> Nlpsol:
 
 @dataclass(frozen=True)
 class CasadiKnots:
-    """Kinematic terms as expressions with exact derivatives; contacts are measured, with Gauss-Newton's.
-
-    Attributes:
-        solver: The plugin, with its options.
-    """
+    """Kinematic terms as expressions with exact derivatives; contacts are measured, with Gauss-Newton's."""
 
     solver: Nlpsol = field(default_factory=ipopt)
 

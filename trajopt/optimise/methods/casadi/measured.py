@@ -86,7 +86,6 @@ class EverySample:
     """One slot for each component at each sample.
 
     Attributes:
-        components: Its number of components.
         place: Of each sample, increasing.
     """
 
@@ -115,7 +114,6 @@ class NearestRows:
     Their values are distances inside the bound.
 
     Attributes:
-        item: The constraint.
         link: Of each component, shape (p,); all one link when empty.
         segments: Number of segments of the motion.
     """

@@ -66,7 +66,6 @@ class CasadiSolution:
 
     Attributes:
         status: In the terms of our own solvers.
-        said: The plugin's own return status.
         x: The last point, shape (v,).
         log: One entry for each iteration; empty if the plugin reports none.
     """

@@ -17,7 +17,6 @@ class Osqp:
 
     Attributes:
         tolerance: Absolute and relative tolerance of the residuals.
-        max_iterations: Limit of splitting iterations.
     """
 
     tolerance: float = 1e-5

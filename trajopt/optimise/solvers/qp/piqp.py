@@ -14,7 +14,6 @@ class Piqp:
 
     Attributes:
         tolerance: Absolute and relative tolerance of residuals and duality gap.
-        max_iterations: Limit of interior-point iterations.
     """
 
     tolerance: float = 1e-6

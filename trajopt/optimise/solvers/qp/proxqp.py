@@ -17,10 +17,6 @@ class Proxqp:
 
     Every update starts afresh: warm starts with updated matrices report success at points that are not
     optimal (version 0.8.0).
-
-    Attributes:
-        tolerance: Absolute tolerance of the residuals.
-        max_iterations: Limit of outer iterations.
     """
 
     tolerance: float = 1e-7

@@ -47,11 +47,7 @@ class PlanRequestParameters(InPart):
 
 @dataclass(init=False)
 class MultiPipelinePlanRequestParameters(InPart):
-    """Parameters for several pipelines; only one exists here, and plans once.
-
-    Attributes:
-        multi_plan_request_parameters: The parameters of each pipeline.
-    """
+    """Parameters for several pipelines; only one exists here, and plans once."""
 
     multi_plan_request_parameters: list[PlanRequestParameters] = field(
         default_factory=list[PlanRequestParameters]

@@ -185,7 +185,6 @@ class Publisher:
         """Select a topic.
 
         Args:
-            name: Name of the topic.
             data_class: Type of its messages; further arguments (`queue_size`, `latch`) are ignored.
         """
         self.name = name
@@ -204,7 +203,6 @@ class Publisher:
 
         Args:
             args: The message, or its fields in order.
-            fields: Its fields by name.
 
         Raises:
             MoveItCommanderException: If the message has another type, or cannot be applied.

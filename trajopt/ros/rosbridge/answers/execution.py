@@ -40,11 +40,7 @@ STATES = ("MONITOR", "IDLE")
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Joint tolerances of a followed trajectory; joints without an entry are unbounded.
-
-    Attributes:
-        stated: The tolerances in the goal.
-    """
+    """Joint tolerances of a followed trajectory; joints without an entry are unbounded."""
 
     stated: Sequence[JointTolerance]
 
@@ -56,7 +52,6 @@ class Tolerances:
         Args:
             joints: Names of the joints of both points.
             desired: Desired positions; velocities are optional.
-            actual: Actual positions and velocities.
         """
         for each in self.stated:
             place = joints.index(each.name)
@@ -87,13 +82,7 @@ def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Toleranc
 
 @dataclass(frozen=True)
 class ExecutionReading:
-    """State of a robot during an execution.
-
-    Attributes:
-        joints: Names of the joints.
-        desired: Desired positions and velocities.
-        actual: Actual positions and velocities.
-    """
+    """State of a robot during an execution."""
 
     joints: tuple[str, ...]
     desired: JointTrajectoryPoint
@@ -204,7 +193,6 @@ def _point(positions: Floats, velocities: Floats, moment: float) -> JointTraject
 
 
 def _group_of(trajectory: JointTrajectory, planar: list[str], robot: Robot) -> Group:
-    """Return the group with exactly the joints of a trajectory."""
     moved = {*trajectory.joint_names, *(f"{name}{suffix}" for name in planar for suffix in PLANAR)}
     for group in robot.groups.values():
         if moved == set(group.joints):

@@ -75,7 +75,6 @@ def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> A
 
 
 def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
-    """Return notes for the client on changed or ignored parts of its request."""
     remarks = [note for note in read.notes if not note.startswith(HEEDED)]
     if message.planner_id and message.planner_id not in METHODS:
         remarks.append(f"planner {shown(message.planner_id)} is not here: trajopt has chosen")
@@ -83,7 +82,6 @@ def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
 
 
 def _different(state: SessionState, document: Node) -> SessionState:
-    """Apply the planning scene difference of a single request to the session's state."""
     if document.missing:
         return state
     message = decode(PlanningScene, document, name="planning_scene_diff")

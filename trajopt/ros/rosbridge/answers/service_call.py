@@ -38,7 +38,6 @@ def success(message: str = "") -> MoveItErrorCodes:
 
 
 def with_notes(code: MoveItErrorCodes, notes: Sequence[str]) -> MoveItErrorCodes:
-    """Add notes on changed or ignored parts of the request to the message of a code."""
     return replace(code, message="; ".join(each for each in (code.message, *notes) if each))
 
 
@@ -91,7 +90,6 @@ def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
     """Read a request.
 
     Args:
-        kind: Type of the message.
         arguments: The name of the generation as `ros`, and the message as `args`.
         watch: Watch of the request, with the size limits of meshes and trajectories.
     """

@@ -69,7 +69,6 @@ def _pcd_ascii(body: bytes, fields: Sequence[str], repeats: Sequence[int], count
 
 
 def _pcd_columns(unfolded: bytes, row: np.dtype[np.void], count: int) -> Floats:
-    """Return the points of compressed data, which is stored field by field."""
     found: dict[str, Floats] = {}
     begin = 0
     for name in row.names or ():

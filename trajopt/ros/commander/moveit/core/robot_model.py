@@ -74,11 +74,7 @@ class JointModelGroup(InPart):
 
 @speaks_moveit
 class RobotModel(InPart):
-    """A robot.
-
-    Attributes:
-        robot: The robot in trajopt.
-    """
+    """A robot."""
 
     def __init__(self, urdf_xml_path: str, srdf_xml_path: str) -> None:
         """Load a robot from its files."""
