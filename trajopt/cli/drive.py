@@ -27,6 +27,7 @@ from trajopt.cli.options import (
 from trajopt.driving.recording import Logbook, Recording, Watched, write_recording
 from trajopt.driving.rehearsal import RunReport
 from trajopt.driving.rehearsal import run as drive
+from trajopt.driving.run_log import write_mcap
 from trajopt.driving.servo import Servo
 from trajopt.driving.servo_command import REDUCED_SPEED, ServoOptions
 from trajopt.driving.servo_input import Gamepad, Player, Recorder, ServoInput, guide, read_stream
@@ -116,7 +117,10 @@ OutOption = Annotated[
     Path | None, typer.Option("--out", help="Write the events and the measured motion here as JSON.")
 ]
 RecordOption = Annotated[
-    Path | None, typer.Option("--record", help="Record the run here as JSON, for `trajopt view FILE`.")
+    Path | None,
+    typer.Option(
+        "--record", help="Record the run here: JSON for `trajopt view FILE`, or a log for Foxglove (.mcap)."
+    ),
 ]
 ViewOption = Annotated[bool, typer.Option("--view", help="Show the run in the browser in real time.")]
 PublishOption = Annotated[
@@ -157,7 +161,9 @@ def run(
     happening = _surprises(problem, surprises, tolerance)
     with watched(problem, view=view, port=port, host=host, as_json=as_json, publish=publish) as page:
         driven = drive(problem, surprises=happening, longest=longest, tolerance=tolerance, watch=page.look)
-        if record is not None:
+        if record is not None and record.suffix.lower() == ".mcap":
+            write_mcap(record, page.recording)
+        elif record is not None:
             write_recording(record, page.recording, robot.as_dict())
         page.linger(seconds)
     document = driven.as_dict()

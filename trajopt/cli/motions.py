@@ -28,7 +28,7 @@ from trajopt.cli.problems import (
 )
 from trajopt.files.bundle import Holds, read_bundle
 from trajopt.files.bundle import replay as plan_again
-from trajopt.files.export import EXPORTERS, exporter_named
+from trajopt.files.export import EXPORTERS, ModelExporter, exporter_named
 from trajopt.files.export import export as write
 from trajopt.files.moveit.trajectories import FORMATS, read_trajectory
 from trajopt.files.proof import SUFFIX, check_proof, save_proof
@@ -124,9 +124,11 @@ def export(
     hz: RateOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a plan as CSV, ROS 2 message, MoveIt message or URScript. Exit status 0 or 2."""
-    exporter = exporter_named(to)
-    exported = write(_verified(plan), out, to=exporter, hz=hz)
+    """Write a plan as CSV, ROS 2 message, MoveIt message, URScript or MCAP log. Exit status 0 or 2."""
+    exporter, trajectory = exporter_named(to), _verified(plan)
+    if isinstance(exporter, ModelExporter) and is_bundle(plan):
+        exporter = exporter.with_model(bundle_in(plan).problem.reduced)
+    exported = write(trajectory, out, to=exporter, hz=hz)
     typer.echo(json.dumps(exported.as_dict()) if as_json else str(exported))
 
 

@@ -1,6 +1,7 @@
 """Driving: a robot moved along proven motions, watched in every cycle, and able to stop at all times.
 
-The names of the simulated robot are imported when they are first used, as they load `trajopt.simulation`.
+The names of the simulated robot and of logs are imported when they are first used, as they load
+`trajopt.simulation` and `trajopt.files`.
 """
 
 from importlib import import_module as _import_module
@@ -20,6 +21,7 @@ from trajopt.driving.guard import Guard as Guard
 from trajopt.driving.guard import GuardOptions as GuardOptions
 from trajopt.driving.options import SupervisorOptions as SupervisorOptions
 from trajopt.driving.recording import Logbook as Logbook
+from trajopt.driving.recording import RecordedDecision as RecordedDecision
 from trajopt.driving.recording import RecordedMoment as RecordedMoment
 from trajopt.driving.recording import RecordedMotion as RecordedMotion
 from trajopt.driving.recording import Recording as Recording
@@ -48,6 +50,7 @@ from trajopt.driving.supervisor import Supervisor as Supervisor
 if _TYPE_CHECKING:
     from trajopt.driving.rehearsal import RunReport as RunReport
     from trajopt.driving.rehearsal import run as run
+    from trajopt.driving.run_log import write_mcap as write_mcap
     from trajopt.driving.simulated import Fault as Fault
     from trajopt.driving.simulated import FaultKind as FaultKind
     from trajopt.driving.simulated import Sensors as Sensors
@@ -58,13 +61,14 @@ if _TYPE_CHECKING:
     from trajopt.driving.surprises import read_surprises as read_surprises
     from trajopt.driving.surprises import undisturbed as undisturbed
 
-_SIMULATED = {
+_LATER = {
     "rehearsal": "RunReport run",
+    "run_log": "write_mcap",
     "simulated": "Fault FaultKind Sensors SimulatedExecutor",
     "surprises": "Surprise Surprises random_surprise read_surprises undisturbed",
 }
 """Module -> the names that it defines."""
-_HOME = {name: module for module, names in _SIMULATED.items() for name in names.split()}
+_HOME = {name: module for module, names in _LATER.items() for name in names.split()}
 
 
 def _imported(name: str) -> object:

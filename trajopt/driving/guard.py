@@ -172,6 +172,11 @@ class Guard(CommitLoop):
         """CPU times of the last decisions and ticks [s]."""
         return self._commitment.journal.seconds
 
+    @property
+    def intended(self) -> None:
+        """Always None: a guard is on no motion to a goal."""
+        return
+
     @checked
     def act(self, actions: ArrayLike, *, rate: float, stamp: float | None = None) -> Decision:
         """Replace the chunk of actions, and commit as much of it as is proven.

@@ -13,6 +13,7 @@ import numpy as np
 from trajopt.driving.committed_motion import CommittedMotion, of_joints
 from trajopt.driving.events import Event, EventKind
 from trajopt.driving.executor import Executor
+from trajopt.driving.guard import ActionOutcome, Decision
 from trajopt.driving.intended_motion import IntendedMotion
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.file_kinds import check_fields, check_value, model_kinds
@@ -60,6 +61,20 @@ class Sighting(Value):
 
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
+class RecordedDecision(Value):
+    """A decision of a guard.
+
+    Attributes:
+        time: When it was recorded, on the clock of the recording [s].
+        decision: The decision.
+    """
+
+    time: float
+    decision: Decision
+
+
+@checked
+@dataclass(frozen=True, eq=False, kw_only=True)
 class RecordedMoment(Value):
     """The state of a run at a time.
 
@@ -95,6 +110,7 @@ class Recording(Value):
         intended: Motions to the goals, in order.
         sightings: Reported worlds, in order; the first from the beginning.
         events: Events, in order.
+        decisions: Decisions of a guard, in order.
     """
 
     group: str
@@ -106,6 +122,7 @@ class Recording(Value):
     intended: Sequence[RecordedMotion]
     sightings: Sequence[Sighting]
     events: Sequence[Event]
+    decisions: Sequence[RecordedDecision] = ()
 
     def __post_init__(self) -> None:
         """Check the fields.
@@ -126,6 +143,7 @@ class Recording(Value):
             "intended": RecordedMotion,
             "sightings": Sighting,
             "events": Event,
+            "decisions": RecordedDecision,
         }
         for name, kind in kinds.items():
             object.__setattr__(self, name, several(name, getattr(self, name), kind))
@@ -204,7 +222,7 @@ LATEST = 64
 
 @runtime_checkable
 class Watched(Protocol):
-    """A driver of a robot that can be recorded: `Supervisor` or `Servo`."""
+    """A driver of a robot that can be recorded: `Supervisor`, `Servo` or `Guard`."""
 
     @property
     def executor(self) -> Executor:
@@ -248,6 +266,7 @@ class Logbook:
         self._committed: list[RecordedMotion] = []
         self._intended: list[RecordedMotion] = []
         self._sightings: list[Sighting] = []
+        self._decisions: list[RecordedDecision] = []
         self._kept: tuple[Trajectory, ...] = ()
         self._start: Floats = np.zeros(0)
         self._columns: list[int] = []
@@ -266,6 +285,19 @@ class Logbook:
             elif watched is not self._watched:
                 raise ProblemError("a logbook records one driver; make another logbook")
             self._look(watched)
+
+    @checked
+    def note(self, decision: Decision) -> None:
+        """Record a decision of the guard.
+
+        Raises:
+            ProblemError: If `look` was not called before: then there is no clock.
+        """
+        with self._lock:
+            if self._watched is None:
+                raise ProblemError("the logbook has no sample; call look before note")
+            time = self._watched.executor.now()
+            self._decisions.append(RecordedDecision(time=time, decision=decision))
 
     def _look(self, watched: Watched) -> None:
         executor, now = watched.executor, watched.executor.now()
@@ -342,11 +374,13 @@ class Logbook:
                 intended=self._intended[-latest:],
                 sightings=self._sightings,
                 events=tuple(watched.events),
+                decisions=tuple(self._decisions),
             )
 
 
 FORMAT, VERSION = "trajopt recording", 1
 
+OWN_KINDS = (RecordedMotion, RecordedDecision, Decision, ActionOutcome, Event, EventKind)
 PARTS = tuple(name for name in (item.name for item in fields(Recording)) if name != "sightings")
 WORLD = tuple(name for name in (item.name for item in fields(Scene)) if name != "robot")
 
@@ -354,7 +388,7 @@ WORLD = tuple(name for name in (item.name for item in fields(Scene)) if name != 
 @cache
 def recording_kinds() -> Kinds:
     """Return the classes of values in a file, by name; files before version 0.2 have two other names."""
-    own = {kind.__name__: kind for kind in (RecordedMotion, Event, EventKind)}
+    own = {kind.__name__: kind for kind in OWN_KINDS}
     return {**model_kinds(), **own, "TimedMotion": RecordedMotion, "Kind": EventKind}
 
 
@@ -428,7 +462,7 @@ class RecordingFile(Value):
                 f"is {shown(self.robot_name)}, whose joints differ from those of {shown(robot.name)}"
             )
         reader = Reader(recording_kinds(), check_fields, check_value)
-        parts = {name: reader.value(document[name]) for name in PARTS}
+        parts = {name: reader.value(document[name]) for name in PARTS if document.has(name)}
         sightings = [_sighting(reader, each, robot) for each in document["sightings"].elements()]
         try:
             return Recording(**parts, sightings=sightings)

@@ -1,7 +1,9 @@
-"""Motions in the formats that controllers read: CSV, ROS 2, MoveIt, URScript."""
+"""Motions in the formats that controllers read (CSV, ROS 2, MoveIt, URScript), and in that of logs (MCAP)."""
 
 from trajopt.files.export.exporter import Exported as Exported
 from trajopt.files.export.exporter import Exporter as Exporter
+from trajopt.files.export.exporter import ModelExporter as ModelExporter
+from trajopt.files.export.mcap import Mcap as Mcap
 from trajopt.files.export.registry import EXPORTERS as EXPORTERS
 from trajopt.files.export.registry import export as export
 from trajopt.files.export.registry import exporter_named as exporter_named

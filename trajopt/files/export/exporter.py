@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+from trajopt.scene.reduced import ReducedModel
 from trajopt.values.trajectory import Trajectory
 
 
@@ -52,4 +53,13 @@ class Exporter(Protocol):
             FileFormatError: If the file cannot be written.
             ShapeError: If the format cannot represent the motion's joints, or the rate is not possible.
         """
+        ...
+
+
+@runtime_checkable
+class ModelExporter(Exporter, Protocol):
+    """An exporter that writes robot and scene too, if the motion comes with them."""
+
+    def with_model(self, reduced: ReducedModel) -> Exporter:
+        """Return the exporter for a robot and its scene."""
         ...

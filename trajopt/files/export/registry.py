@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import cast
 
-from trajopt.files.export.exporter import Exported, Exporter
+from trajopt.files.export.exporter import Exported, Exporter, ModelExporter
+from trajopt.files.export.mcap import Mcap
 from trajopt.files.export.sampled import Csv, FollowJointTrajectory, JointTrajectory, RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej, Servoj
-from trajopt.scene.planned_robot import Planned
+from trajopt.scene.planned_robot import Planned, PlannedMotion
+from trajopt.scene.reduced import ReducedModel
 from trajopt.values import arrays
 from trajopt.values.errors import NameNotFound, ProblemError, shown
 from trajopt.values.trajectory import Trajectory
@@ -18,6 +21,7 @@ EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
     "moveit": RobotTrajectoryMessage,
     "urscript": Servoj,
     "urscript-movej": Movej,
+    "mcap": Mcap,
 }
 """Format name -> factory of its exporter with default options."""
 
@@ -34,18 +38,22 @@ def exporter_named(name: str) -> Exporter:
 
 
 def export(
-    motion: Trajectory | Planned[object], path: Path | str, *, to: Exporter | str, hz: float | None = None
+    motion: Trajectory | Planned[ReducedModel],
+    path: Path | str,
+    *,
+    to: Exporter | str,
+    hz: float | None = None,
 ) -> Exported:
-    """Write a motion in the format of a controller.
+    """Write a motion in the format of a controller or a viewer.
 
     Args:
         motion: A plan, a successful result, or a trajectory.
         path: The file; messages are JSON if its name ends in .json, YAML otherwise.
         to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
-            "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); or an
-            exporter with your own options.
+            "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); "mcap" (a
+            log for Foxglove, with robot and scene of a plan); or an exporter with your own options.
         hz: Samples per second. By default messages have the motion's own points, without loss,
-            tables 100 samples per second and URScript 125.
+            tables 100 samples per second, URScript 125 and logs 50.
 
     Returns:
         A summary of the file and its losses, which can be printed.
@@ -56,24 +64,27 @@ def export(
         ProblemError: If `motion` is not a motion, or `to` is not an exporter.
         FileFormatError: If the file cannot be written.
         ShapeError: If the format cannot represent the motion's joints, or the rate is not possible.
+        MissingExtra: If the package of the format is not installed.
     """
     exporter = exporter_named(to) if isinstance(to, str) else to
     if not isinstance(exporter, Exporter):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"to is an Exporter or the name of one, is {shown(to)}")
-    return exporter.write(_trajectory_of(motion), arrays.path("path", path), hz)
+    plan = motion if isinstance(motion, Trajectory) else _plan_of(motion)
+    if isinstance(plan, Trajectory):
+        return exporter.write(plan, arrays.path("path", path), hz)
+    if isinstance(exporter, ModelExporter):
+        exporter = exporter.with_model(plan.problem.reduced)
+    return exporter.write(plan.trajectory, arrays.path("path", path), hz)
 
 
-def _trajectory_of(motion: Trajectory | Planned[object]) -> Trajectory:
-    if isinstance(motion, Trajectory):
-        return motion
+def _plan_of(motion: Planned[ReducedModel]) -> PlannedMotion[ReducedModel]:
     plan: object = motion.require() if hasattr(motion, "require") else motion
     if isinstance(plan, tuple):
         raise ProblemError(
             "export: several motions need a file each: export(segment.result, ...) for each of its segments"
         )
-    trajectory: object = getattr(plan, "trajectory", None)
-    if not isinstance(trajectory, Trajectory):
+    if not isinstance(getattr(plan, "trajectory", None), Trajectory) or not hasattr(plan, "problem"):
         raise ProblemError(
             f"export: give a plan, a result that has one, or a trajectory; motion is {shown(motion)}"
         )
-    return trajectory
+    return cast("PlannedMotion[ReducedModel]", plan)
