@@ -35,12 +35,11 @@ class ReachMap(Value):
     be reachable.
 
     Attributes:
-        group: Its group that moves.
         reference: The reference frame of positions.
         origin: Lowest corner of the grid, shape (3,) [m].
         cell: Edge of a cell [m].
-        hits: Number of configurations with the frame in each cell, shape (X, Y, Z).
-        reached: Number of approach directions in each cell, shape (X, Y, Z).
+        hits: Configurations with the frame in each cell, shape (X, Y, Z).
+        reached: Approach directions in each cell, shape (X, Y, Z).
         directions: Number of directions into which the sphere is divided.
         manipulability: Largest in each cell, 0 without a sample, shape (X, Y, Z).
         valid: Number of valid configurations.
@@ -160,7 +159,7 @@ def reach_map(
     Args:
         reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or attached object.
-        count: Number of drawn configurations; those in collision are left out of the map.
+        count: Drawn configurations; those in collision are left out of the map.
         cell: Edge of a cell [m].
         directions: Number of directions into which the sphere around each cell is divided.
         approach: Axis of the frame whose direction is counted, shape (3,).

@@ -78,9 +78,7 @@ class Options:
 DEFAULT_OPTIONS = (Options(),)
 """The defaults of `plan(problem)`."""
 LONGEST = 300.0
-"""Wall-clock time after which a problem counts as hanging [s]: a thousand times the usual time, so that a
-shared machine ends no problem too early.
-"""
+"""Wall-clock time after which a problem counts as hanging [s]: a thousand times the usual time."""
 SYSTEM = frozenset({"python", "machine"})
 """Versions that are noted, and do not make another row."""
 
@@ -92,10 +90,10 @@ class CampaignTask:
     Attributes:
         id: Hash of the problem, its options and the package versions.
         problem_id: Hash of the problem's contents and of the seed.
-        robot: Name of the robot; empty if unknown before the problem is made.
+        robot: Empty if unknown before the problem is made.
         options: Index of the options among the campaign's.
-        recipe: Its recipe, as JSON.
-        parameters: Its parameters in a study, by name.
+        recipe: As JSON.
+        parameters: In a study, by name.
     """
 
     id: str
@@ -115,7 +113,6 @@ class Campaign:
     """A table of problems, each planned with all options.
 
     Attributes:
-        name: For reports.
         options: Methods, options and budgets of each problem.
         seeds: Seeds of planning for each problem; 0 is the default of `plan`.
         most_seconds: Wall-clock time after which a problem counts as hanging, and is ended [s].

@@ -1,8 +1,8 @@
 """Ray: the engine that plans on the machines of a cluster.
 
-An actor holds one core and supervises one worker process, like this machine's engine, so that a crashing
-problem costs a row and not the actor. It returns rows as bytes, and the driver writes them: only the driver
-needs access to the campaign's folder, and no writer waits for a core held by actors.
+An actor holds one core and supervises one worker process, so that a crashing problem costs a row and not the
+actor. It returns rows as bytes, and the driver writes them: only the driver needs access to the campaign's
+folder.
 """
 
 import logging
@@ -35,8 +35,8 @@ class Ray:
     """Workers on the machines of a Ray cluster; each needs the same trajopt installed.
 
     Attributes:
-        address: Of a running cluster, such as "10.0.0.1:6379", or "auto" on one of its machines; if empty,
-            a cluster is started on this machine, and ended with the campaign.
+        address: Of a running cluster, such as "10.0.0.1:6379", or "auto" on one of its machines; if empty, a
+            cluster is started on this machine, and ended with the campaign.
         workers: Their number; 0 for the present number of cores of the cluster.
     """
 
@@ -44,21 +44,10 @@ class Ray:
     workers: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse a negative number.
-
-        Raises:
-            ProblemError: If it is negative.
-        """
         check_workers(self.workers)
 
     @contextmanager
     def pool(self, folder: CampaignFolder) -> Generator[EnginePool]:
-        """Return the workers of a campaign, which end with the context.
-
-        Raises:
-            MissingExtra: If Ray is not installed.
-            CampaignError: If the cluster is not there.
-        """
         if find_spec("ray") is None:
             raise MissingExtra("ray", "ray")
         ray: Any = import_module("ray")
@@ -97,10 +86,9 @@ class Planner:
         self._supervisor = WorkerSupervisor(setup)
 
     def ready(self) -> None:
-        """Do nothing: who gets an answer knows that the actor is there."""
+        """Do nothing: an answer shows that the actor is there."""
 
     def plan(self, tasks: Sequence[CampaignTask]) -> PlannedBlock:
-        """Plan a block; return its rows without the block."""
         return planned(Block(()), self._supervisor.run(tasks))
 
 
@@ -108,11 +96,7 @@ class RayPool:
     """Actors of a cluster, as many as it has cores at the time."""
 
     def __init__(self, ray: Any, setup: Setup, most: int) -> None:
-        """Start actors.
-
-        Args:
-            most: Largest number of actors; 0 for the number of cores.
-        """
+        """Start actors, `most` at most; 0 for the number of cores."""
         self._ray, self._most = ray, most
         self._setup = ray.put(setup)
         self._kind = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Planner)
@@ -137,7 +121,6 @@ class RayPool:
         self._busy[actor.plan.remote(list(block.tasks))] = actor, block
 
     def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
-        """Return finished blocks; wait at most a number of seconds."""
         self._grow()
         running = [*self._starting, *self._busy]
         if not running:
@@ -166,7 +149,6 @@ class RayPool:
             self._starting[actor.ready.remote()] = actor
 
     def _ended(self, future: Any) -> Sequence[PlannedBlock | Lost]:
-        """Return the outcomes of blocks; empty if an actor started, failed to start, or was lost before."""
         if future in self._starting:
             actor = self._starting.pop(future)
             _, why = self._told(future, actor)

@@ -19,7 +19,7 @@ from trajopt.values.errors import CampaignError, FileFormatError, MissingExtra
 Row = Mapping[str, Any]
 """One result, by column."""
 TIMES = ("cpu_seconds", "wall_seconds", "process")
-"""Columns that differ from run to run; all others are the same wherever the row is made."""
+"""Columns that differ from run to run; all others are reproducible."""
 REPEATED = (
     "family",
     "robot",
@@ -34,9 +34,9 @@ REPEATED = (
 )
 """Columns with few distinct values."""
 NUMBERS = ("times", "positions", "velocities", "accelerations")
-"""Columns of distinct numbers: written with byte stream splitting they take a third less space, and a tenth
-of
-the time of a dictionary.
+"""Columns of distinct numbers: with byte stream splitting they take a third less space, and a tenth of the
+time of
+a dictionary.
 """
 ROWS_AT_ONCE = 1000
 """Rows read in one batch: a few megabytes."""
@@ -99,11 +99,7 @@ def encoded(rows: Sequence[Row]) -> bytes:
 
 
 def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
-    """Write the table of problems atomically, without duplicates.
-
-    Returns:
-        The number of rows.
-    """
+    """Write the table of problems atomically, without duplicates; return the number of rows."""
     import pyarrow.parquet as pq
 
     columns, seen = task_columns(), set[bytes]()
@@ -130,11 +126,7 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
 
 
 def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a table.
-
-    Args:
-        columns: Which columns; all when None.
-    """
+    """Yield the rows of a table."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -166,8 +158,8 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Tab
     """Return rows as a table; missing values become null.
 
     Args:
-        rows: Values by column: text, whole numbers, reals, truth values, sequences and
-            mappings of these, or None.
+        rows: Values by column: text, whole numbers, reals, truth values, sequences and mappings of these, or
+            None.
         columns: Names and types of all columns.
     """
     import pyarrow as pa
@@ -177,7 +169,6 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Tab
 
 
 def _array(values: Sequence[Any], kind: "pa.DataType") -> "pa.Array":
-    """Return values of one type, any of which may be None."""
     import pyarrow as pa
 
     known = pa.py_buffer(_bits([each is not None for each in values]))

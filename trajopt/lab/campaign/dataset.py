@@ -21,7 +21,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 SHARES = 2**32
-"""Beginnings of ids, by which rows are shared out: even, for ids are hashes."""
+"""Beginnings of ids by which rows are shared out: evenly, for ids are hashes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,11 @@ class Dataset(Value):
 
     Attributes:
         ids: Of the rows, shape (N,).
-        problem_ids: Of their problems, shape (N,).
+        problem_ids: Shape (N,).
         families: Sets of the problems, shape (N,).
         positions: Shape (N, T, n) [rad | m]; the start is the first point, the goal the last.
         velocities: Shape (N, T, n) [rad/s | m/s].
-        durations: Of the motions, shape (N,) [s].
+        durations: Shape (N,) [s].
         clearances: Smallest proven clearance, NaN without pairs, shape (N,) [m].
     """
 
@@ -52,16 +52,12 @@ class Dataset(Value):
 
     @checked
     def chosen(self, first: float, last: float) -> "Dataset":
-        """Return the motions of a share of the problems: 0 to 0.8 to train, 0.8 to 1 to test.
+        """Return the motions of a share of the problems, within [0, 1]: 0 to 0.8 to train, 0.8 to 1 to test.
 
         A problem is always on the same side, on every machine and in every campaign.
 
-        Args:
-            first: Beginning of the share, in [0, 1].
-            last: End of it, in [0, 1].
-
         Raises:
-            ShapeError: If they do not increase within [0, 1].
+            ShapeError: If the ends do not increase within [0, 1].
         """
         if not 0.0 <= first < last <= 1.0:
             raise ShapeError("first, last", f"must increase within [0, 1], are {first:g} and {last:g}")
@@ -70,10 +66,7 @@ class Dataset(Value):
 
     @checked
     def batches(self, size: int, *, rng: np.random.Generator) -> Iterator["Dataset"]:
-        """Yield all motions once in random order, in batches; the last batch may be smaller.
-
-        Args:
-            size: Motions of a batch.
+        """Yield all motions once in random order, in batches of a size; the last batch may be smaller.
 
         Raises:
             ShapeError: If the size is not positive.
@@ -108,7 +101,7 @@ def dataset(folder: CampaignFolder, points: int = 64) -> Dataset:
     """Return the verified motions of a campaign, in the order of their ids.
 
     Args:
-        folder: The campaign; all of its motions are of the same joints.
+        folder: All of its motions are of the same joints.
         points: Points of each motion, at least 2.
 
     Raises:
@@ -249,15 +242,9 @@ def _equal(a: Trajectory | None, b: Trajectory | None) -> bool:
 
 @checked
 def remember(folder: CampaignFolder, experience: Experience) -> int:
-    """Store the verified motions of a campaign as experience, in the campaign's order, until it is full.
+    """Store a campaign's verified motions as experience until it is full; return the number of new ones.
 
     Problems close to a stored one are skipped.
-
-    Args:
-        experience: The experience; that of a warehouse, `Warehouse.experience()`, is stored permanently.
-
-    Returns:
-        The number of new memories.
 
     Raises:
         FileFormatError: If a document of the campaign, or the file of a warehouse, is damaged.
@@ -276,7 +263,6 @@ def remember(folder: CampaignFolder, experience: Experience) -> int:
 
 
 def _solved(folder: CampaignFolder) -> dict[str, tuple[str, Floats]]:
-    """Return the verified motions of a campaign by row, each with the goal of a set that it reached."""
     found: dict[str, tuple[str, Floats]] = {}
     for row in folder.rows(("verified", "goal_name", *MOTIONS)):
         motion = motion_of(row) if row["verified"] else None

@@ -1,7 +1,6 @@
 """Shared values of problems, as documents by content hash: robots, scenes, base problems.
 
-A worker may be another process or machine: it receives documents, never live objects, and constructs each
-robot and scene once.
+A worker receives documents, never live objects, and constructs each robot and scene once.
 """
 
 import json
@@ -30,13 +29,13 @@ DOCUMENT = "document.json"
 """The member of a document's file with the value; arrays and meshes are further members."""
 SUFFIX, MESHES = ".zip", "meshes/"
 KEPT = 16
-"""Number of robots, scenes and problems that a process keeps: campaigns process their scenes in sequence, and
-each takes some megabytes.
+"""Robots, scenes and problems that a process keeps, some megabytes each: campaigns process scenes in
+sequence.
 """
 SHARED = (Robot, Scene)
 """Kinds that other documents refer to by key."""
 NO_MATTER = frozenset({"visuals", "mesh_notes", "notes", "left_out", "urdf_path"})
-"""Fields of a robot that planning does not use; they are left out of the hash."""
+"""Fields of a robot that planning does not use; left out of the hash."""
 
 Kind = TypeVar("Kind")
 Documents: TypeAlias = Path | Mapping[str, Mapping[str, bytes]]
@@ -95,8 +94,7 @@ class Library:
 
         Args:
             documents: Their folder, or the members of each by its key.
-            meshes: A folder for unpacked meshes for a viewer; None to leave them packed,
-                since planning does not use them.
+            meshes: A folder for unpacked meshes for a viewer; None to leave them packed.
         """
         self._documents, self._meshes = documents, meshes
         self._made: LruCache[str, object] = LruCache(KEPT)
@@ -163,7 +161,6 @@ class Sent(Members):
 
 
 def sent_from(folder: Path) -> Mapping[str, Mapping[str, bytes]]:
-    """Return all documents of a folder as they are sent: without the meshes that only viewers draw."""
     found = [Archive(path) for path in sorted(folder.glob(f"*{SUFFIX}"))]
     return {
         each.path.stem: {name: each.read(name) for name in each.names if not name.startswith(MESHES)}

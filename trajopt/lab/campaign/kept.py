@@ -32,11 +32,8 @@ class CampaignFolder:
     """A campaign on disk.
 
     Attributes:
-        path: The folder.
-        name: The campaign's name.
         options: The options of each problem.
         most_seconds: Wall-clock time limit of one problem [s].
-        total: Total number of rows.
         versions: Versions of Python, trajopt and its dependencies at the start.
     """
 
@@ -151,11 +148,6 @@ class CampaignFolder:
 
     @checked
     def rows(self, columns: Sequence[str] | None = None) -> Iterator[Row]:
-        """Yield the present results, each once, in no particular order.
-
-        Args:
-            columns: The columns; all if None.
-        """
         seen: set[bytes] = set()
         wanted = None if columns is None else list(dict.fromkeys(("id", *columns)))
         for shard in self.shards:

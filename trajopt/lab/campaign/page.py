@@ -158,7 +158,7 @@ CELL = 26
 """Of a map [px]."""
 MAP_AXES = "x of the base [m], y upward [m]; white: nothing is verified, dark: all"
 MOST_POINTS = 400
-"""Of a curve: more are not seen."""
+"""Most points of a curve."""
 
 
 def distribution(times: Floats, name: str) -> str:
@@ -214,8 +214,8 @@ def heat_map(x: Floats, y: Floats, values: Floats, mark: tuple[float, float] | N
     """Draw a map of shares, white for none and dark for all; x to the right, y upward.
 
     Args:
-        x: Places along x, shape (a,) [m].
-        y: Places along y, shape (b,) [m].
+        x: Shape (a,) [m].
+        y: Shape (b,) [m].
         values: Shares in [0, 1], shape (b, a); NaN without data.
         mark: A place to mark [m].
     """

@@ -1,7 +1,4 @@
-"""Recipes: how a worker makes a problem, of documents that all share and of little more.
-
-So a million problems are a table of small rows, and drawing starts or reading YAML is done by the workers.
-"""
+"""Recipes: how a worker makes a problem, of shared documents and a small row of a table."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -27,7 +24,7 @@ from trajopt.values.errors import CampaignError, ProblemError, shown
 from trajopt.values.placement import WORLD, Placement, placement
 
 KEPT = 4
-"""Number of derived scenes and models that a process keeps: the problems of one follow each other."""
+"""Derived scenes and models that a process keeps: the problems of one follow each other."""
 
 
 class Workshop:

@@ -26,10 +26,7 @@ class Fate(Enum):
 
 
 def row_of(task: CampaignTask, options: Options, shop: Workshop) -> dict[str, Any]:
-    """Make and plan a problem, and return its row.
-
-    An exception affects this row only.
-    """
+    """Make and plan a problem, and return its row; an exception affects this row only."""
     wall, begin = time.perf_counter(), time.process_time()
     try:
         problem = read(task.recipe).problem(shop)
@@ -71,11 +68,7 @@ def fate_columns(fate: Fate, why: str) -> dict[str, Any]:
 
 
 def lost_row(task: CampaignTask, fate: Fate, why: str, wall: float) -> dict[str, Any]:
-    """Return the row of a lost problem.
-
-    Args:
-        wall: Elapsed wall-clock time [s].
-    """
+    """Return the row of a lost problem after an elapsed wall-clock time [s]."""
     return {**known(task), **fate_columns(fate, why), "wall_seconds": wall}
 
 

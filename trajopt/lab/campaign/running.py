@@ -26,9 +26,9 @@ SHARE = 4
 Polychronopoulos and Kuck, Guided self-scheduling, 1987.
 """
 LOSSES = 5
-"""Number of lost machines after which a single problem counts as their cause."""
+"""Lost machines after which a single problem counts as their cause."""
 FAILURES = 3
-"""Shards in a row that cannot be written before the campaign ends: a disk that is full stays so."""
+"""Shards in a row that cannot be written before the campaign ends."""
 LOOK = 1.0
 """Longest interval between progress reports [s]."""
 
@@ -80,13 +80,12 @@ def run_campaign(
 ) -> CampaignFolder:
     """Plan every problem of a campaign, and store a row for each in a folder.
 
+    `resume_campaign` continues an interrupted campaign.
+
     Args:
         folder: The folder, without another campaign.
-        engine: The engine; processes of this machine if None.
+        engine: Processes of this machine if None.
         progress: Called at least about every second.
-
-    Returns:
-        The folder with all rows. `resume_campaign` continues an interrupted campaign.
 
     Raises:
         MissingExtra: If pyarrow, or a package of the engine, is not installed.
@@ -103,12 +102,7 @@ def resume_campaign(
     *,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignFolder:
-    """Plan the problems without a row.
-
-    Args:
-        folder: The folder of the campaign.
-        engine: The engine; processes of this machine if None.
-        progress: Called at least about every second.
+    """Plan the problems without a row; arguments as for `run_campaign`.
 
     Raises:
         MissingExtra: If pyarrow, or a package of the engine, is not installed.
@@ -125,8 +119,6 @@ def resume_campaign(
 
 
 class _Run:
-    """One run of a campaign: its queue, failures and rate."""
-
     def __init__(
         self,
         folder: CampaignFolder,
@@ -142,7 +134,6 @@ class _Run:
         self._state, self._begun = Progress(done, folder.total), time.monotonic()
 
     def go(self) -> None:
-        """Plan until every problem has a row."""
         while True:
             while self._pool.idle and (block := self._next()) is not None:
                 self._running += 1
@@ -171,7 +162,6 @@ class _Run:
         return Block(tasks) if tasks else None
 
     def _keep(self, ended: PlannedBlock) -> None:
-        """Write the rows of a block; after a failure the block is planned again."""
         count = len(ended.block.tasks)
         self._pace = ended.seconds / count
         try:
@@ -196,7 +186,6 @@ class _Run:
         )
 
     def _lost(self, ended: Lost) -> None:
-        """Requeue a lost block in halves, which isolates a problem that takes its machine down."""
         block = ended.block
         if not ended.begun:
             self._again.appendleft(block)  # before those that were at work when a machine was lost

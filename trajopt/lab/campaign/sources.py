@@ -64,12 +64,7 @@ class ProblemSource:
 
 @checked
 def from_problems(name: str, listed: Sequence[Problem]) -> ProblemSource:
-    """Return a source of given problems.
-
-    Args:
-        name: Name of the set.
-        listed: The problems: plain data, as for a bundle.
-    """
+    """Return a source of given problems, as plain data like in a bundle."""
     kept = several("listed", listed, Problem)
 
     def pose(packer: Packer) -> Iterator[Posed]:
@@ -86,8 +81,6 @@ def from_folder(
     """Return the problems of a folder of MoveIt files: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
 
     Args:
-        path: The folder, as for `trajopt bench`.
-        robot: The robot of the problems.
         sets: Names of the sets; all if empty.
         limit: Largest number of problems of each set, lowest numbers first.
 
@@ -112,12 +105,12 @@ def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> P
     """Return the problems of a Parquet table, one per row.
 
     Its columns are `scene`, `request` and optionally `motions`: MoveIt's messages as text, YAML or JSON; or
-    `start` and `goal`: positions of the group's joints [rad | m], in the given scene. `family` and
-    `number` define the set in the statistics; by default the file's name and the row.
+    `start` and `goal`: positions of the group's joints [rad | m]. `family` and `number` define the set in the
+    statistics; by default the file's name and the row.
 
     Args:
         around: The robot; or, for starts and goals, the scene.
-        group: For starts and goals: the group that moves; may be omitted if the robot has only one.
+        group: For starts and goals; may be omitted if the robot has only one.
 
     Raises:
         MissingExtra: If pyarrow is not installed.
@@ -155,10 +148,8 @@ def random_motions(
     """Return motions between random free configurations in one scene.
 
     Args:
-        count: Number of motions.
-        group: The group that moves; may be omitted if the robot has only one.
+        group: May be omitted if the robot has only one.
         seed: Of the random generator; the first thousand are the same for any count.
-        name: Name of the set.
 
     Raises:
         GroupNotFound: If there is no such group.
@@ -183,10 +174,8 @@ def perturbed(
     """Return variants of a problem with randomly displaced objects, to test robustness.
 
     Args:
-        count: Number of variants.
         shift: Largest shift of an object along each axis [m].
         turn: Largest turn of an object about the vertical [rad].
-        seed: Of the random generator.
 
     Raises:
         ProblemError: If the count is not positive.
@@ -220,10 +209,9 @@ def base_placements(
     Goals and objects stay in the world, the start stays in joint space.
 
     Args:
-        tasks: The problems that the robot must solve.
         x: Places of its root in the world [m].
-        y: Places of its root in the world [m].
-        z: Heights of its root in the world [m].
+        y: Likewise [m].
+        z: Likewise [m].
         yaw: Its turns about the vertical [rad].
 
     Raises:

@@ -51,14 +51,11 @@ def share(count: int, total: int) -> Estimate:
 def quantile(values: Sequence[float] | Floats, level: float) -> Estimate:
     """Return a quantile with its distribution-free interval, whose ends are two of the values.
 
-    The number of n values below the quantile is binomial. With too few values for an interval
-    at 95 % the ends are the smallest and the largest.
-
-    Source: David and Nagaraja, Order Statistics, 2003, section 7.1.
+    The number of n values below the quantile is binomial. With too few values for an interval at 95 % the
+    ends are the smallest and the largest. Source: David and Nagaraja, Order Statistics, 2003, section 7.1.
 
     Args:
-        values: The values, at least one.
-        level: The level, in (0, 1).
+        level: In (0, 1).
     """
     from scipy.stats import binom
 
@@ -73,14 +70,7 @@ def quantile(values: Sequence[float] | Floats, level: float) -> Estimate:
 
 
 def changed_by_chance(gained: int, lost: int) -> float:
-    """Return how likely it is that at least so uneven a change of the same problems is chance.
-
-    The exact test of McNemar: were there no difference, each of the changes would be a fair coin's.
-
-    Args:
-        gained: Problems solved in the second run only.
-        lost: Problems solved in the first run only.
-    """
+    """Return the probability of so uneven a change of the same problems by chance (McNemar's exact test)."""
     from scipy.stats import binomtest
 
     changes = gained + lost
@@ -141,8 +131,6 @@ class CampaignSummary(Value):
     """Summary of a campaign.
 
     Attributes:
-        name: The campaign's name.
-        total: Total number of rows.
         by_family: Groups by set.
         by_options: Groups by method and options.
         causes: Number of failures by cause, the most frequent first.
@@ -202,11 +190,6 @@ def summary(folder: CampaignFolder) -> CampaignSummary:
 
 
 def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[RowGroup, ...]:
-    """Return groups of rows by name, in the order of the names.
-
-    Args:
-        name: Returns the group name of a row.
-    """
     found: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
         found[name(row)].append(row)
@@ -278,16 +261,16 @@ class Comparison:
 
     Attributes:
         common: Number of common problems.
-        only_first: Number of problems of the first only.
-        only_second: Number of problems of the second only.
+        only_first: Problems of the first only.
+        only_second: Problems of the second only.
         verified: Verified motions of the common problems, in the first and in the second.
         gained: Problems solved only by the second.
         lost: Problems solved only by the first.
         chance: Probability of such an uneven change by chance, by McNemar's exact test.
         cpu_ratio: CPU time of the second over the first, the median over the common problems.
-        faster: Numbers of common problems that took the second less CPU time, and more.
+        faster: Common problems that took the second less CPU time, and more.
         speed_chance: Probability of such an uneven count by chance, by the exact sign test.
-        duration_ratio: Likewise `cpu_ratio` for the motions' durations.
+        duration_ratio: As `cpu_ratio`, for the motions' durations.
     """
 
     first: str

@@ -35,11 +35,11 @@ from trajopt.values.errors.arguments import checked
 START = 120.0
 """Time-out of a worker's start [s]: trajopt may be imported from a slow disk."""
 ATTEMPTS = 2
-"""Number of crashes of a problem before it gets a row: one may be the machine's fault, such as low memory."""
+"""Crashes of a problem before it gets a row: one may be the machine's fault, such as low memory."""
 PIPED, LETTERS = 64, 2**15
-"""Largest number of problems sent ahead, and of letters of their recipes beyond the first one: a worker
-continues while
-its supervisor is busy. All fit into the socket of a worker that does not read, so that sending never blocks.
+"""Largest number of problems sent ahead, and of letters of their recipes beyond the first: a worker continues
+while
+its supervisor is busy, and sending never blocks.
 """
 ROOM = 2**18
 """Requested socket buffer [bytes]: the default is eight thousand on some systems, 200,000 on Linux."""
@@ -90,11 +90,7 @@ class WorkerSupervisor:
             self._hand_over()
 
     def advance(self) -> Worked | None:
-        """Process messages of the worker, and check the deadline.
-
-        Returns:
-            The results of its first block once complete; None before.
-        """
+        """Process messages of the worker, and check the deadline; return the results of a completed block."""
         try:
             while not self._whole and self._pipe.poll():
                 self._take(self._pipe.recv())
@@ -109,7 +105,6 @@ class WorkerSupervisor:
         return worked
 
     def run(self, block: Sequence[CampaignTask]) -> Worked:
-        """Plan a block, and return its results."""
         self.give(block)
         while (worked := self.advance()) is None:
             wait([self._pipe], timeout=max(0.0, min(self._until - time.monotonic(), 1.0)))
@@ -259,11 +254,6 @@ class Local:
     workers: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse a negative number.
-
-        Raises:
-            ProblemError: If it is negative.
-        """
         check_workers(self.workers)
 
     @contextmanager
@@ -296,7 +286,6 @@ class LocalPool:
         least.give(block.tasks)
 
     def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
-        """Return finished blocks; wait at most a number of seconds."""
         pipes = {each.pipe: each for each, blocks in self._blocks.items() if blocks}
         soonest = min((each.until for each in pipes.values()), default=0.0) - time.monotonic()
         ready = wait(list(pipes), timeout=max(0.0, min(seconds, soonest)))
@@ -313,7 +302,6 @@ class LocalPool:
 
 
 def planned(block: Block, worked: Worked) -> PlannedBlock:
-    """Return the report of a finished block."""
     rows = worked.rows
     busy = sum(row["cpu_seconds"]["total"] for row in rows if row.get("cpu_seconds"))
     seconds = sum(row["wall_seconds"] for row in rows)

@@ -1,9 +1,8 @@
 """A worker process: it plans one problem after the other, and sends the rows in bunches.
 
-It is a module of its own, since `python -m` would run a module that its package imports a second time. It
-reads tasks from the socket whose number is its first argument, and ends when its parent closes that. The
-start of each task is written to the pipe whose number is the second argument; the parent reads it only when
-the worker ends or is late.
+A module of its own, since `python -m` would run a module that its package imports a second time. It reads
+tasks from the socket whose number is its first argument, and ends when its parent closes that. The start of
+each task is written to the pipe whose number is the second argument.
 """
 
 import ctypes
@@ -25,9 +24,10 @@ from trajopt.lab.campaign.row import row_of
 from trajopt.values.errors import TrajoptError
 
 BUNCH, BUNCH_SECONDS = 16, 0.25
-"""Largest number of rows sent together, and longest delay [s]. Sending each row costs half a millisecond of
-two processes, mostly wake-ups; unsent rows of a lost worker are planned again. A quarter of the problems
-that the worker has in advance, so that it never waits."""
+"""Largest number of rows sent together, and longest delay [s]. Sending a row costs half a millisecond of two
+processes; unsent rows of a lost worker are planned again. A quarter of the problems that the worker has in
+advance, so that it never waits.
+"""
 DEATH_SIGNAL = 1
 """Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
 
@@ -36,7 +36,6 @@ def serve(pipe: "Connection[object, object]", marks: int) -> None:
     """Plan problems from a pipe until it is closed.
 
     Args:
-        pipe: Source of problems and sink of rows.
         marks: File number for marks at the start of each problem.
     """
     try:
@@ -54,7 +53,6 @@ def serve(pipe: "Connection[object, object]", marks: int) -> None:
 
 
 def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
-    """Plan problems in an endless loop."""
     shop, begun = Workshop(Library(setup.documents)), 0
     rows, waited, last = list[Row](), 0.0, time.monotonic()
     while True:

@@ -1,7 +1,6 @@
 """Perception: measurements of cameras as obstacles, with stated assumptions.
 
-A cloud contains the measured points: the certificate of a motion reads "clear of the measured points, each
-with its ball", never "clear of the world".
+A motion is proven clear of the measured points, each with its ball, never of the world.
 """
 
 from trajopt.lab.perception.calibration import Mount as Mount

@@ -23,15 +23,11 @@ OTHERS = ("equidistant", "fisheye", "thin_prism_fisheye")
 
 
 def read_camera_info(path: Path | str) -> Intrinsics:
-    """Read the intrinsics of a camera.
+    """Read the intrinsics of a camera from YAML or JSON.
 
     Both forms are supported: the calibrator's (`image_width`, `camera_matrix`, `distortion_coefficients`) and
-    the
-    message as ROS 1 or 2 prints it (`width`, `K` or `k`, `D` or `d`). The lens describes the raw image:
+    the message as ROS 1 or 2 prints it (`width`, `K` or `k`, `D` or `d`). The lens describes the raw image:
     for rectified images, remove its coefficients from the file.
-
-    Args:
-        path: A YAML or JSON file.
 
     Raises:
         FileFormatError: If it is missing or malformed; if the distortion model is not supported; or if pixels
@@ -112,14 +108,11 @@ class Mount(Value):
 
 
 def read_hand_eye(path: Path | str) -> Mount:
-    """Read the mounting of a camera on a robot, or beside it.
+    """Read the mounting of a camera on a robot, or beside it, from YAML or JSON.
 
     Three forms are supported: those of easy_handeye (`eye_on_hand`, `robot_effector_frame`, `transformation`)
     and easy_handeye2 (`parameters`, `transform`), and a plain transform as ROS prints it (`header.frame_id`,
     `child_frame_id`, `transform`), which MoveIt's calibration publishes.
-
-    Args:
-        path: A YAML or JSON file.
 
     Raises:
         FileFormatError: If it is missing or malformed, or has no mounting.

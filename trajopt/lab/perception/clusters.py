@@ -16,11 +16,11 @@ TOUCHING = 1.75
 
 @dataclass(frozen=True, eq=False)
 class Cluster(Value):
-    """Points that hang together.
+    """Connected points.
 
     Attributes:
         name: "cluster 1" for the largest, and so on.
-        points: Which points of the cloud it has, rising, shape (n,).
+        points: Their indices in the cloud, rising, shape (n,).
         box: A box that contains the balls of all of them.
         placement: Of the box in the cloud's frame.
     """
@@ -37,8 +37,8 @@ class Clustering(Value):
     """Parameters of a cluster.
 
     Attributes:
-        gap: Points closer than this are always in one cluster, and points farther apart than
-            four times this never are, unless others connect them [m].
+        gap: Points closer than this are always in one cluster; points farther apart than four times this are
+            not, unless others connect them [m].
         least: Least number of points of a cluster: smaller ones are mostly noise.
         upright: Whether boxes are upright, like things on a table; otherwise they have the smallest volume.
     """
@@ -211,7 +211,7 @@ class FlatPart(Value):
 
     Attributes:
         name: "table" if it is level, "wall" if it is upright, else "slope"; numbered from the second on.
-        points: Which points of the cloud it has, rising, shape (n,).
+        points: Their indices in the cloud, rising, shape (n,).
         box: A slab that contains the balls of all of them; its z is across.
         placement: Of the slab in the cloud's frame; z points up, or away from the cloud's middle.
     """

@@ -17,11 +17,9 @@ from trajopt.values.placement import IDENTITY, WORLD, Placement
 
 MILLIMETRE = 1e-3
 ROWS = 32
-"""Rows of an image processed together: few enough for the processor's caches, and enough to amortise calls
-of numpy.
-"""
+"""Rows of an image processed together: they fit into caches, and amortise calls of numpy."""
 LIKELY_MILLIMETRES = 100.0
-"""No depth camera sees farther than this [m]: an image in which nothing is nearer is in millimetres."""
+"""Beyond the range of depth cameras [m]: an image in which nothing is nearer is in millimetres."""
 
 
 @checked
@@ -33,7 +31,7 @@ class DepthImage(Value):
     is no measurement, and infinity is nothing within range.
 
     Attributes:
-        depth: Depth along the camera's axis, not along the pixel's ray; shape (height, width).
+        depth: Along the camera's axis, not along the pixel's ray; shape (height, width).
         positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
         scale: Unit of the image [m]; None for the above.
     """

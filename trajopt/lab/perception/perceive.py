@@ -37,8 +37,8 @@ class Cloud(Value):
     Attributes:
         keys: Numbers of the occupied cells, in rising order, shape (n,).
         cell: Edge of the cells [m].
-        radius: Of balls about the cells' centres. Their union contains the measured points with their
-            noise, and the surface between neighbouring pixels.
+        radius: Of balls about the cells' centres, whose union contains the measured points with their noise,
+            and the surface between neighbouring pixels.
         counts: Numbers of measurements: total, in the workspace, occupied cells, removed as robot.
     """
 
@@ -96,7 +96,7 @@ def perceive(
     """Add measurements to a scene, replacing the earlier object of that name.
 
     Proofs then state the clearance from the measured points, each a ball of the cloud's radius; unseen space
-    is unknown. `with_unseen` makes it solid.
+    is unknown (`with_unseen` makes it solid). An empty cloud becomes a frame without a shape.
 
     Args:
         scene: The robot and the known surroundings.
@@ -105,9 +105,6 @@ def perceive(
         name: Of the object.
         before: The earlier cloud, which stays except for places that an image now shows to be empty; None to
             drop it.
-
-    Returns:
-        The scene with the cloud. An empty cloud becomes a frame without a shape.
 
     Raises:
         FrameNotFound: If the scene does not have a camera's frame.
@@ -148,11 +145,10 @@ def with_unseen(
     """Make all of the workspace solid that no image shows to be empty, as one object of cubes.
 
     A cube is empty if every pixel of an image that sees any of it measured a surface behind it, less the
-    noise; a pixel without a measurement shows nothing. The robot's place at the time of an image
-    is not solid, nor its neighbourhood of `sensing.padding`: otherwise it could not move. That nothing else
-    is there was not seen: certificates state this assumption, with the number and extent of these cubes.
-    Everything else in the workspace that has not moved since is avoided, provided that the camera's noise and
-    placement are as stated.
+    noise. The robot's place at the time of an image, with `sensing.padding`, is not solid: otherwise it could
+    not move. Certificates state this assumption, with the number and extent of these cubes. Everything else
+    in the workspace that has not moved since is avoided, provided that the camera's noise and placement are
+    as stated.
 
     Args:
         scene: The robot.
@@ -187,7 +183,6 @@ def with_unseen(
 
 
 def _free_beside_robot(count: int, cell: float, sensing: Sensing) -> tuple[str, ...]:
-    """State the unseen space near the robot that is assumed to be empty."""
     if not count:
         return ()
     known = "".join(f" and {name}" for name in sensing.known)
@@ -210,13 +205,11 @@ def _without(scene: Scene, name: str) -> Scene:
 
 
 def _beside_robot(scene: Scene, keys: Ints, positions: Floats, sensing: Sensing) -> Ints:
-    """Return the cells that belong neither to the robot nor to known objects."""
     mask = RobotMask.of(scene, positions, sensing.known)
     return keys[~mask.covers(centres(keys, sensing.cell), sensing.padding)]
 
 
 def _hidden(scene: Scene, before: Cloud, now: Sequence[Measured], sensing: Sensing) -> Ints:
-    """Return the cells of the earlier cloud that no image shows to be empty."""
     if before.cell != sensing.cell:
         raise ProblemError(
             f"before: has cells of {before.cell:g} m, the others of {sensing.cell:g} m: use one size for both"
@@ -331,7 +324,6 @@ class Sight:
         return found
 
     def _least(self, begin: Ints, end: Ints) -> Floats:
-        """Return the smallest depth in rectangles of pixels, from their first to their last (n, 2)."""
         sides = end - begin + 1
         found = np.full(len(begin), np.inf)
         level = np.minimum(np.log2(sides.min(axis=1)).astype(np.int64), len(self.least) - 1)

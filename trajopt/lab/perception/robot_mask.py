@@ -145,7 +145,6 @@ class RobotMask:
 
 
 def _world_box(solid: _Solid, where: Placement, padding: float) -> tuple[Floats, Floats]:
-    """Return the lower and upper corner of a box along the world's axes around a padded solid."""
     if not np.isfinite((solid.lower, solid.upper)).all():
         return np.full(3, -np.inf), np.full(3, np.inf)
     middle = where * ((solid.lower + solid.upper) / 2)

@@ -45,19 +45,18 @@ class Sensing(Value):
 
     Attributes:
         workspace: The relevant box of the world; None for the whole range.
-        cell: Edge of the cubes, each of which becomes one point if occupied [m]. A gripper fits between
-            things that are some centimetres apart; use a tenth of that.
-        padding: Measurements this near to the robot, or to its attached objects, count as robot [m]. It
-            covers errors of the camera's placement and of the robot's model.
-        sigmas: Number of standard deviations of the noise within the balls: 3 covers 99.7 % of normally
-            distributed errors.
+        cell: Edge of the cubes, each of which becomes one point if occupied [m]. Use a tenth of the gaps that
+            a gripper has to fit into.
+        padding: Measurements this near to the robot, or to its attached objects, count as robot [m], to cover
+            errors of the camera's placement and of the robot's model.
+        sigmas: Standard deviations of the noise within the balls: 3 covers 99.7 % of normal errors.
         tilt: Largest tilt of a surface, relative to facing the camera, at which no gap is left between
             neighbouring pixels [rad]. Beyond 60 degrees cameras are unreliable.
-        bridged: Depth cameras lose single pixels, and lines of them along edges. A pixel without a
-            measurement takes the nearest one within this number of pixels around it, if most of these
-            measured; 0 turns this off. Thinner things may be missed anyway.
-        known: Objects of the scene that are measured too, and stay as they are: measurements within `padding`
-            of them are skipped.
+        bridged: A pixel without a measurement takes the nearest one within this number of pixels, if most of
+            these measured; 0 turns this off. Cameras lose single pixels, and lines of them along edges;
+            thinner things may be missed.
+        known: Objects of the scene that are measured too, and stay: measurements within `padding` are
+            skipped.
     """
 
     workspace: Workspace | None = None
@@ -94,8 +93,8 @@ DEFAULT = Sensing()
 
 ROUNDING = 8.0 * 2.0**-24
 """Relative rounding error of single-precision coordinates: half a step in each factor, of three products and
-of
-the sums with the shift.
+the
+sums with the shift.
 """
 
 
@@ -149,7 +148,6 @@ def radius_for(sensing: Sensing, *, largest: float, noise: float, gap: float) ->
     """Return the radius of balls about the centres of cells.
 
     Args:
-        sensing: With the size of the cells.
         largest: Bound of coordinates in the sensor's frame and relative to the first cell [m].
         noise: Largest error of a measured point [m].
         gap: Largest distance of a surface point from the next measured point [m].
@@ -211,8 +209,7 @@ class Grid(Value):
     def around(where: Placement, reach: float, edge: float, workspace: Workspace | None) -> "Grid":
         """Return the cells that intersect a workspace, or else those within reach of a sensor.
 
-        If the workspace does not end at a multiple of the edge, its last cells extend beyond it: a surface
-        measured inside the workspace is always in a cell.
+        If the workspace does not end at a multiple of the edge, its last cells extend beyond it.
 
         Args:
             where: Placement of the sensor in the world.
@@ -245,7 +242,7 @@ class Grid(Value):
 
         Args:
             scaled: Coordinates x, y, z in units of cells from the first; any shape, the same for all.
-            valid: Which were measured at all; changed to those that are in any cell.
+            valid: Which were measured; changed to those that are in any cell.
         """
         kind = np.int32 if float(np.prod(self.count.astype(np.float64))) < 2.0**31 else np.int64
         numbers = np.zeros(valid.shape, dtype=kind)
@@ -275,7 +272,7 @@ class Grid(Value):
 def leaders(numbers: NDArray[np.signedinteger]) -> NDArray[np.signedinteger]:
     """Drop numbers -1, and those equal to their left or upper neighbour in an image.
 
-    The first occurrence of each number, row by row, has no equal before it, and stays.
+    The first occurrence of each number, row by row, stays.
     """
     first = numbers >= 0
     first[..., 1:] &= numbers[..., 1:] != numbers[..., :-1]

@@ -144,7 +144,7 @@ def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
 
     A chain leads from the root, or from a branching link, to the next branch or to the end. A small branch at
     the end of an arm is a gripper; so are the last joints of a chain without a branch, if their names suggest
-    it. Wheels are not in any group: a robot on wheels gets a planar joint to the world and groups with it.
+    it. A robot on wheels gets a planar joint to the world and groups with it; its wheels are in no group.
     """
     root = next(iter(tree.links))
     chains = [part for chain in _chains(tree, root) for part in _torso_apart(tree, chain)]

@@ -38,11 +38,11 @@ class PairVerdict(Enum):
 class Confidence:
     """Required confidence that a pair never collides.
 
-    All pairs without a collision share the risk equally (Bonferroni), so that the statement holds for all of
-    them jointly: with this confidence none collides in a larger share of the configurations.
+    All pairs without a collision share the risk equally (Bonferroni): with this confidence none of them
+    collides in a larger share of the configurations.
 
     Attributes:
-        share: Share of the configurations, in (0, 1).
+        share: Of the configurations, in (0, 1).
         level: The confidence, in (0, 1).
     """
 
@@ -71,11 +71,6 @@ class Confidence:
         """Bound the share of configurations in collision from above, for one of several pairs.
 
         Source: Clopper and Pearson, Biometrika 1934 (one-sided).
-
-        Args:
-            collisions: Configurations in collision.
-            samples: Configurations examined.
-            pairs: Pairs that share the risk.
         """
         from scipy.special import betaincinv
 
@@ -100,10 +95,8 @@ class PairEvidence(Value):
     """Evidence about two links.
 
     Attributes:
-        first: One link.
-        second: The other.
-        collisions: Number of sampled configurations in collision.
-        samples: Number of sampled configurations; 0 for links that cannot move relative to each other.
+        collisions: Sampled configurations in collision.
+        samples: Sampled configurations; 0 for links that cannot move relative to each other.
         lower: Lower bound on the share of configurations in collision.
         upper: Upper bound on that share.
         nearest: Smallest signed distance, also of the descent [m]; NaN if not measured.
@@ -264,15 +257,13 @@ def count_pairs(
 def descend(
     query: Evaluator, pairs: LinkPairs, counts: PairCounts, chosen: Sequence[int], *, rng: np.random.Generator
 ) -> None:
-    """Search smaller distances of pairs by gradient descent.
+    """Search smaller distances of pairs by gradient descent from the nearest samples and around them.
 
-    The descents start from the nearest sample of each pair, and from configurations around it; a step that
-    does not reduce the distance is halved. The minima in the counts are updated.
+    A step that does not reduce the distance is halved. The minima in the counts are updated.
 
     Args:
         query: Of the model with all driven joints free.
         counts: The evidence, whose `nearest` and `at` are updated.
-        rng: Draws the configurations around the nearest.
     """
     limits = query.reduced.limits
     for pair in chosen:
@@ -356,12 +347,9 @@ def judge_pairs(
     zero, but not always.
 
     Args:
-        robot: The robot; pairs in its SRDF are ignored.
+        robot: Pairs in its SRDF are ignored.
         confidence: Required confidence of "never"; determines the number of samples.
         progress: Called with the number of samples done.
-
-    Returns:
-        One for each pair of links with collision bodies, in the order of the robot's links.
     """
     reduced = all_joints_free(robot)
     pairs, query = LinkPairs.of(reduced), evaluator(reduced)

@@ -147,8 +147,8 @@ def propose_srdf(
     """Propose an SRDF: sample pairs of links, group joints, find states, check the URDF.
 
     Adjacent pairs, those that never collide and those that always do are excluded from collision checks, and
-    so are pairs inside one gripper, whose fingers meet. All others are checked: a pair that collides with all
-    joints at zero is reported, not excluded.
+    so are pairs inside one gripper, whose fingers meet. A pair that collides with all joints at zero is
+    reported, not excluded.
 
     Args:
         robot: The robot, loaded from its URDF alone.
@@ -227,14 +227,11 @@ HOME_MARGIN = 0.01
 def home_positions(
     robot: Robot, disabled: frozenset[frozenset[str]], *, rng: np.random.Generator
 ) -> Floats | None:
-    """Return collision-free positions of all driven joints: zero, the middle, or a configuration near it.
+    """Return collision-free positions of all driven joints, shape (n,) [rad | m]; zero is preferred.
 
     Args:
         disabled: Pairs of links that may touch.
         rng: Draws configurations if neither zero nor the middle of the limits is valid.
-
-    Returns:
-        Shape (n,) [rad | m], n driven joints; None if all candidates collide.
     """
     free = all_joints_free(robot)
     bare = replace(free.scene.robot, disabled_pairs=disabled)
@@ -257,14 +254,10 @@ def home_positions(
 
 
 def gripper_states(robot: Robot, group: ProposedGroup) -> Mapping[str, Mapping[str, float]]:
-    """Return the states "open" and "close" of a gripper: the ends of its joints' strokes.
+    """Return the states "open" and "close" of a gripper: the ends of its joints' strokes, by driven joint.
 
-    At "open" its fingers' collision bodies are farther apart on average. The shape of a single finger that
-    closes on the palm does not determine the ends.
-
-    Returns:
-        Joint -> position [rad | m] by state, of the driven joints; empty for one finger, and for an unlimited
-        stroke.
+    At "open" its fingers' collision bodies are farther apart on average. Empty for one finger, whose shape
+    does not determine the ends, and for an unlimited stroke.
     """
     limits = robot.limits.take(robot.index(group.driven))
     if len(group.joints) < 2 or not group.driven or not np.isfinite([limits.lower, limits.upper]).all():
@@ -277,7 +270,6 @@ def gripper_states(robot: Robot, group: ProposedGroup) -> Mapping[str, Mapping[s
 
 
 def _spread(robot: Robot, bodies: Sequence[CollisionBody], positions: Floats) -> float:
-    """Return the mean distance of bodies' centres from the middle of them all [m]."""
     if not bodies:
         return 0.0
     centres = np.array(

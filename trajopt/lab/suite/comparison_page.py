@@ -34,7 +34,7 @@ def page(
     Args:
         figures: Caption -> the figure as a data URI.
         pictures: A thumbnail of each motion, by problem and method; none when None.
-        remark: A sentence that is added to the head of the page.
+        remark: A sentence for the head of the page.
     """
     found = summaries(outcomes)
     problems = list(dict.fromkeys(run.problem for run in outcomes))

@@ -74,11 +74,6 @@ def used_share(check: Check) -> str:
 
 
 def image(picture: bytes | None, words: str = "") -> str:
-    """Return an embedded thumbnail; empty without a picture.
-
-    Args:
-        picture: A JPEG by `trajopt.simulation.rendering.thumbnail`.
-    """
     if picture is None:
         return ""
     data = b64encode(picture).decode()

@@ -38,13 +38,7 @@ _EXPECTED = "expected_status"
 
 @checked
 def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
-    """Mark a function that makes a problem without a solution.
-
-    Args:
-        status: The expected status.
-
-    Returns:
-        A decorator that returns the function itself; without it a problem is expected to be solved.
+    """Mark a function that makes a problem without a solution; others are expected to be solved.
 
     Raises:
         ProblemError: If the status is `SOLVED`.
@@ -132,10 +126,7 @@ def definitions() -> tuple[Definition, ...]:
 
 @checked
 def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
-    """Return installed problems.
-
-    Args:
-        names: Their names, in this order; all if empty.
+    """Return installed problems by name, in this order; all if none is named.
 
     Raises:
         ProblemNotFound: If there is none of a name.
@@ -149,10 +140,7 @@ def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
 
 @checked
 def installed_instances(names: Sequence[str] = ()) -> tuple[Instance, ...]:
-    """Return the fixed instances of installed problems.
-
-    Args:
-        names: Their names, in this order; all if empty.
+    """Return the fixed instances of installed problems by name; all if none is named.
 
     Raises:
         ProblemNotFound: If there is none of a name.
@@ -208,7 +196,6 @@ def find_instances(
 
 
 def _instance(name: str, scene: Path, robot: Robot) -> Instance:
-    """Return the problem of a scene in a set, with its request and motions."""
     number = re.sub(r"\D", "", scene.stem)
     request, motions = (scene.with_name(f"{kind}{number}.yaml") for kind in ("request", "motions"))
     if not request.is_file():
@@ -269,9 +256,6 @@ def summary(
     """Summarise success over all valid problems, CPU time, counts, and causes of failures.
 
     CPU time as medians and 90th percentiles, in total and for each stage ("stages").
-
-    Args:
-        askable: Returns whether a problem is valid.
     """
     asked = [outcome for outcome in outcomes if askable(outcome)]
     solved = [outcome for outcome in asked if outcome.verified]

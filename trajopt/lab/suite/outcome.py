@@ -42,8 +42,7 @@ class RunOutcome:
         problem: Name of the problem; in a set of files "set/number".
         draw: 0, or the number of a random instance.
         solver: Name of the method.
-        certainty: Certainty of the status.
-        message: The details.
+        certainty: Of the status.
         attempts: Number of seeds.
         attempts_by_kind: Number of seeds by kind.
         won_by: Kind of the successful seed, or None.
@@ -56,8 +55,8 @@ class RunOutcome:
         duration: Of the motion [s]; None without one, like the next two.
         path_length: Of the path in joint space [rad | m].
         clearance: Smallest clearance that the judge proved [m].
-        violations: Name of each violated constraint -> amount, in its own unit: of the timed
-            motion by the judge, or else of the path by the solver.
+        violations: Name of each violated constraint -> amount, in its own unit: of the timed motion by the
+            judge, or else of the path by the solver.
         constraints: Measurements of a fresh judge on the timed motion; empty without one, or if not
             requested.
         stopped_by_clock: Whether time ran out; results may then vary.
@@ -182,7 +181,7 @@ class MethodSummary:
         good: Problems with the expected outcome: a verified motion, or the right refusal.
         groups: Both numbers (good, total) by group of problems.
         cpu_total: CPU time over all problems [s].
-        cpu_median: Median over the problems with a verified motion [s]; None without any, like the following.
+        cpu_median: Over the problems with a verified motion [s]; None without any, like the following.
         cost: Median ratio of its cost to the least of all methods on the same problem.
         duration: Median ratio of the motion's duration to the least.
         path_length: Median ratio of the path's length to the least.
@@ -240,7 +239,6 @@ def _ratio(
     everybody: Sequence[RunOutcome],
     measure: Callable[[RunOutcome], float | None],
 ) -> float | None:
-    """Return the median ratio to the best of all methods, over the problems that a method solved."""
     least: dict[str, float] = {}
     for run in everybody:
         value = measure(run)
@@ -259,15 +257,10 @@ def _median(values: Sequence[float]) -> float | None:
 
 
 def performance_profile(runs: Sequence[RunOutcome]) -> Mapping[str, Floats]:
-    """Return for each method the ratios of its CPU time to the best one's, ascending.
+    """Return each method's ratios of CPU time to the best one's, ascending; inf for unsolved problems.
 
-    The profile rises by one over the number of problems at each ratio; an unsolved problem has no
-    ratio. Only problems with a solution count, whether or not any method finds it.
-
-    Source: Dolan and More, Benchmarking optimization software with performance profiles, 2002.
-
-    Returns:
-        Method -> ratios, shape (number of problems,), inf for unsolved problems.
+    Only problems with a solution count. Source: Dolan and More, Benchmarking optimization software with
+    performance profiles, 2002.
     """
     asked = [run for run in runs if run.askable and run.expected is Status.SOLVED]
     problems = list(dict.fromkeys(run.problem for run in asked))

@@ -40,8 +40,7 @@ def run(
     """Make and plan one problem, and judge the motion with a fresh judge.
 
     Args:
-        instance: The problem.
-        method: The method; the default one if None.
+        method: The default one if None.
         follow: Whether to record every step of the solver, and the path of the last joint.
         seen: Called with the result, of which an outcome has the numbers only.
         experience: Remembers motions; see `plan`.
@@ -189,7 +188,6 @@ def compared(
     """Yield every outcome, problem by problem.
 
     Args:
-        instances: The problems.
         allowance: The budget of each on each.
         skipped: Receives methods with missing packages, which are then skipped; None to raise.
         seen: Called with each result before its outcome, which has the numbers only, is yielded.
@@ -208,7 +206,6 @@ def compared(
 def _works(
     instance: Instance, method: Method, skipped: Callable[[Method, MissingExtra], None] | None
 ) -> bool:
-    """Run a method once without recording, so that its imports are not measured."""
     try:
         run(instance, method, budget=Allowance(attempts=1).budget)
     except MissingExtra as error:

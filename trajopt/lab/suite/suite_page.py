@@ -39,8 +39,7 @@ def page(
     """Return the page: one line per problem, which expands to its constraints; failures are expanded.
 
     Args:
-        outcomes: The outcomes of the problems.
-        pictures: A thumbnail of each, by the problem's name and the number of its instance; none if None.
+        pictures: A thumbnail of each, by the problem's name and the number of its instance.
         remark: A sentence for the head of the page.
     """
     drawn = pictures or {}
