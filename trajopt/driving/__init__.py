@@ -1,7 +1,6 @@
 """Driving: a robot moved along proven motions, watched in every cycle, and able to stop at all times.
 
-The names of the simulated robot and of logs are imported when they are first used, as they load
-`trajopt.simulation` and `trajopt.files`.
+Simulated robots and logs are imported when first used.
 """
 
 from importlib import import_module as _import_module

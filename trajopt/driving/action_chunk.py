@@ -27,8 +27,8 @@ class ActionChunk(Value):
     """The next joint targets of a policy.
 
     Attributes:
-        targets: Positions of the group's n joints, shape (K, n) [rad | m].
-        times: Times of the targets, on the executor's clock, shape (K,) [s].
+        targets: Of the group's joints, shape (K, n) [rad | m].
+        times: On the executor's clock, shape (K,) [s].
     """
 
     targets: Floats
@@ -60,9 +60,9 @@ class ActionMotion(Value):
     """A motion along a chunk of actions, with constant jerks from one action to the next.
 
     Attributes:
-        times: Times of begin and actions, since the begin, shape (K + 1,) [s].
-        states: Positions, velocities and accelerations at these times, shape (3, K + 1, n).
-        jerks: Jerks from each time to the next, shape (K, n).
+        times: Of begin and actions, since the begin, shape (K + 1,) [s].
+        states: Positions, velocities and accelerations then, shape (3, K + 1, n).
+        jerks: From each time to the next, shape (K, n).
     """
 
     chunk: ActionChunk
@@ -76,10 +76,7 @@ class ActionMotion(Value):
         )
 
     def within(self, limits: JointLimits) -> int:
-        """Return the number of actions before the motion first exceeds a limit.
-
-        Velocities between two times are not compared: this only saves proofs that would fail.
-        """
+        """Return the number of actions before the motion first exceeds a limit, by its values at actions."""
         positions, velocities, accelerations = self.states[:, 1:]
         bad = (positions < limits.lower) | (positions > limits.upper)
         bad |= np.abs(velocities) > limits.velocity
@@ -100,10 +97,10 @@ def along_actions(
 
     Args:
         begin: Positions, velocities and accelerations, shape (3, n).
-        time: Time of that state, on the executor's clock [s].
+        time: Of that state, on the executor's clock [s].
         chunk: The actions, all later.
         deviation: Deviation from an action that weighs as much as a jerk J [rad | m].
-        limits: Of the joints, with the jerk of each limited.
+        limits: With the jerk of each joint limited.
     """
     times: Floats = np.append(0.0, chunk.times - time)
     since: list[Floats] = [np.maximum(times[1:, None] - ends[None], 0.0) for ends in (times[:-1], times[1:])]
@@ -129,7 +126,6 @@ def along_actions(
 
 
 def before_stop(times: Floats, states: Floats, end: float, last: Floats, limits: JointLimits) -> Trajectory:
-    """Return the motion through states at times, shape (3, k, n), and the stop from a last one at its end."""
     stop = stop_from(last, limits)
     assert stop.velocities is not None and stop.accelerations is not None
     ending = (stop.positions, stop.velocities, stop.accelerations)
@@ -146,15 +142,13 @@ def joints_of(
     with Jacobian Transpose, Pseudoinverse and Damped Least Squares methods, 2004, equation 11.
 
     Args:
-        poses: Poses of the tool in the world.
-        frame: The tool.
+        poses: Of the tool in the world.
         begin: Positions of the query's joints before, the group's n first.
         query: Of the robot and its surroundings.
-        limits: Of the group's joints.
 
     Returns:
-        The positions, shape (K, n), of the poses before the first that is not reached; and the reason why
-        that one is not, empty if all are.
+        Positions of the poses before the first that is not reached, shape (K, n); and the reason for that
+        one.
     """
     joints = len(limits.joint_names)
     found, here, surroundings = list[Floats](), begin[:joints], begin[joints:]

@@ -34,9 +34,7 @@ class PieceStatus(Enum):
     COMMITTED = "committed"
     """It is committed as far ahead as required."""
     UNPROVEN = "unproven"
-    """The next piece is not proven; the robot does not brake yet."""
     BRAKING = "braking"
-    """The robot brakes: no next piece was proven in time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +46,6 @@ class Pause(Value):
 
     @cached_property
     def rests_at(self) -> float:
-        """Time of the motion at which the robot rests on its path [s]."""
         stop = self.stop.trajectory
         return _time_at(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
 
@@ -71,12 +68,8 @@ class _Moving(Value):
 class ActiveMotion(Printed):
     """The motion that a robot is on, committed piece by piece, each with a stop after it.
 
-    The robot is on a motion, pauses on the path of one, or has none. If the next piece is not proven and
-    there are dynamic obstacles, the path is driven slower, which makes the stop shorter. If no speed is
-    proven, the robot brakes as committed and rests on its path.
-
-    Attributes:
-        commitment: The motion to which the robot is bound.
+    If the next piece is not proven and there are dynamic obstacles, the path is driven slower, which makes
+    the stop shorter. If no speed is proven, the robot brakes as committed and rests on its path.
     """
 
     commitment: Commitment
@@ -89,12 +82,11 @@ class ActiveMotion(Printed):
 
     @property
     def pause(self) -> Pause | None:
-        """The stop on the path of a motion that the robot was on; None if it is on a motion or had none."""
         return self._state if isinstance(self._state, Pause) else None
 
     @property
     def brake_time(self) -> float:
-        """When the robot would brake if nothing more were committed [s]; minus infinity without a motion."""
+        """When the robot would brake if nothing more were committed [s]; -inf without a motion."""
         return self._state.brake_time if isinstance(self._state, _Moving) else -inf
 
     @property
@@ -102,10 +94,9 @@ class ActiveMotion(Printed):
         return self.intended is not None and self.brake_time < self.intended.end
 
     def branch_time(self, now: float) -> float | None:
-        """Return when another motion can branch off [s]; None if the robot is on no motion.
+        """Return when another motion can branch off [s], before the robot would brake; None without a motion.
 
-        This is when the robot would brake; or, if it is committed to the end of the motion, the time that a
-        plan may take.
+        If the robot is committed to the end of the motion, it is the time that a plan may take.
         """
         if self.intended is None:
             return None
@@ -162,12 +153,11 @@ class ActiveMotion(Printed):
         return True
 
     def failed_check(self, intended: IntendedMotion, begin: float, now: float) -> str:
-        """Describe why the next piece of a motion is not proven; arguments as for `commit`."""
         stop = intended.stops.earliest(begin - intended.begin, after=self._horizon(now) - intended.begin)
         return intended.goal.guard.failed_check(stop.trajectory, self.commitment.world, begin)
 
     def resume(self, now: float) -> bool:
-        """Go on along the path on which the robot rests, at the highest speed that is proven.
+        """Go on along the path on which the robot rests, at the highest proven speed.
 
         The whole rest of the path has to be clear with the position errors of the last report.
         """
@@ -186,7 +176,6 @@ class ActiveMotion(Printed):
         return False
 
     def clear_without_growing_errors(self, rest: IntendedMotion | Pause, time: float) -> bool:
-        """Return whether the rest of a motion is proven with the position errors of the last report."""
         commitment = self.commitment
         world = commitment.world.without_growing_errors(time)
         if world is None:
@@ -210,22 +199,19 @@ class ActiveMotion(Printed):
         return stop.taken
 
     def _path_stop(self, state: "_Moving | Pause | None", begin: float, problem: Problem) -> PathStop | None:
-        """Return the earliest stop on the path that begins at a time."""
         if isinstance(state, _Moving) and _leaves_intended(state, begin):
             return state.intended.stops.earliest(begin - state.intended.begin)
         ahead = self.commitment.motion.ahead(begin, self.commitment.joint_names)
         return None if ahead is None else StopsAlong(ahead, problem.limits).earliest(0.0)
 
     def _horizon(self, now: float) -> float:
-        """Return until when the robot has to be committed before it brakes [s]."""
         return now + self.options.ahead + self.options.cycle
 
     def _candidates(self, intended: IntendedMotion, begin: float) -> Iterator[tuple[IntendedMotion, float]]:
         """Yield continuations of the motion, the best first: speeds, and delays of braking [s].
 
-        A stop farther on may be clear where a sooner one is blocked by a dynamic obstacle; so may be the
-        sooner stop of a slower motion. With a heavy load, hard braking may exceed the torque limits, where
-        later and gentler braking does not.
+        A stop farther on, or the sooner stop of a slower motion, may be clear of a dynamic obstacle. With a
+        heavy load, hard braking may exceed the torque limits.
         """
         speed, changing = intended.scaling.speed, bool(self.commitment.world.scene.changing)
         for other in SPEED_SCALINGS:
@@ -242,7 +228,6 @@ class ActiveMotion(Printed):
 
 
 def _leaves_intended(state: _Moving, begin: float) -> bool:
-    """Return whether the robot is on the intended motion at a time, not on the motion committed before."""
     return state.intended.begin <= begin < min(state.brake_time, state.intended.end)
 
 
@@ -251,7 +236,6 @@ def _at(speed: float) -> str:
 
 
 def _time_at(motion: Trajectory, positions: Floats, after: float) -> float:
-    """Return the time at which a motion passes positions on its path, shape (n,), after another time [s]."""
     times = np.linspace(after, motion.duration, SAMPLES + 1)
     time = float(times[np.linalg.norm(motion(times) - positions, axis=1).argmin()])
     for _ in range(NEWTON_STEPS):

@@ -32,8 +32,7 @@ from trajopt.values.trajectory import Trajectory
 ROUNDING = 1e-9
 """A joint that is outside its limits by less than this is at its limit [rad | m]."""
 STOP_ATTEMPTS = 3
-"""Searches for a stop. The second begins later by twice the time of the first, which is enough unless the
-machine stalls."""
+"""Searches for a stop. The second begins later by twice the time of the first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +57,8 @@ class Commitment(Printed):
         guard: Proves motions to the present goal.
         motion: The motion that the executor holds.
         world_changed: Whether the motion has not been judged in this world yet.
-        constrained: Whether the motion satisfies the path constraints, in addition to limits and clearances.
-            Some stops do not, nor does the return to the path after them.
+        constrained: Whether the motion satisfies the path constraints, unlike some stops and the return to
+            the path after them.
         left_path_at: Positions of the driven joints where a stop left a path that satisfied all constraints,
             shape (n,) [rad | m]; None once such a path is driven again.
     """
@@ -94,7 +93,6 @@ class Commitment(Printed):
 
     @property
     def soonest(self) -> float:
-        """Earliest time at which a motion that is given now can begin [s]."""
         return self.executor.now() + self.executor.latency
 
     @property
@@ -102,7 +100,6 @@ class Commitment(Printed):
         return self.guard.problem.reduced.joint_names
 
     def state(self, time: float) -> Floats:
-        """Return the commanded state of the group's n joints at a time [s], shape (3, n)."""
         return self.motion(time)[:, self.columns]
 
     @property
@@ -159,20 +156,17 @@ class Commitment(Printed):
         )
 
     def stale(self, time: float) -> bool:
-        """Return whether a prediction has ended at a time [s]; noted when this begins."""
         words = self.world.stale(time)
         self.journal.note_once(EventKind.STALE, words)
         return bool(words)
 
     def splice(self, motion: Trajectory, at: float) -> bool:
-        """Give a motion to the executor from a time on [s]; return whether it is accepted."""
         refused = self.offer(motion, at)
         if refused:
             self.journal.note(EventKind.REJECTED, refused)
         return not refused
 
     def offer(self, motion: Trajectory, at: float) -> str:
-        """Give a motion to the executor from a time on [s]; return the reason of a refusal."""
         refused = self.executor.splice(motion, at)
         if not refused:
             self.motion.splice(motion, at, now=self.executor.now())
@@ -182,17 +176,14 @@ class Commitment(Printed):
         self.guard, self.constrained, self.left_path_at = guard, True, None
 
     def planning_scene(self, at: float, world: WorldSnapshot) -> Scene:
-        """Return the scene of a plan from a time on [s], with clearances for the tracking deviation."""
         return with_tracking_margin(world.at(at), self.guard.options.distance_error)
 
     def continued(self, problem: Problem, at: float, world: WorldSnapshot) -> Problem:
-        """Return a problem that starts in the state of the committed motion at a time [s]."""
         here = self.resting(problem, at, self.planning_scene(at, world))
         ahead = self.motion.ahead(at, self.joint_names)
         return here if ahead is None else on_the_way(here, ahead, 0.0)
 
     def resting(self, problem: Problem, at: float, scene: Scene) -> Problem:
-        """Return a problem that starts at rest in the committed configuration of a time [s], in a scene."""
         return start_at(problem, self.motion, at, scene)
 
     def stop(
@@ -200,11 +191,8 @@ class Commitment(Printed):
     ) -> CommittedStop:
         """Commit the robot to the soonest proven stop.
 
-        A search takes time. If the executor refuses the stop because it is late, the search is repeated for a
-        later begin. If no stop is accepted, the motors brake.
-
-        Args:
-            path_stop: Returns the earliest stop on the path that begins at a time; None if there is none.
+        If the executor refuses the stop because it is late, the search is repeated for a later begin. If no
+        stop is accepted, the motors brake.
         """
         lead = 0.0
         for _ in range(STOP_ATTEMPTS):
@@ -249,8 +237,8 @@ class Commitment(Printed):
 class CommitLoop(Printed, ABC):
     """The common part of `Supervisor` and `Servo`.
 
-    In each turn the robot is compared with its committed motion, and that motion is judged again if the world
-    has changed. If it is no longer proven, the robot stops.
+    In each turn the robot is compared with its committed motion. If the world has changed and the motion is
+    no longer proven, the robot stops.
     """
 
     executor: Executor
@@ -281,7 +269,6 @@ class CommitLoop(Printed, ABC):
 
     @property
     def committed(self) -> CommittedMotion:
-        """The motion to which the robot is bound; not to be changed."""
         return self._commitment.motion
 
     @property
@@ -290,7 +277,7 @@ class CommitLoop(Printed, ABC):
 
     @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
-        """Report the world; the next turn judges the committed motion in it.
+        """Report the world; the next turn judges the committed motion in it. If it raises, nothing changes.
 
         Args:
             scene: Its clock shows 0 at the time of the stamp.
@@ -298,18 +285,16 @@ class CommitLoop(Printed, ABC):
 
         Raises:
             ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`.
-            ProblemError: If the scene belongs to another robot. In both cases nothing changes.
+            ProblemError: If the scene belongs to another robot.
         """
         self._commitment.report_world(scene, self._on_clock(stamp))
 
     @checked
     def see_cloud(self, name: str, cloud: Points | Voxels | None, stamp: float | None = None) -> bool:
-        """Replace the cloud of a camera; the rest of the world stays as reported.
-
-        A cloud older than the newest of its name is dropped, so that images may overtake each other.
+        """Replace the cloud of a camera, unless a newer one has arrived; all else stays as reported.
 
         Args:
-            name: Name of the cloud in the scene.
+            name: Of the cloud in the scene.
             cloud: In the world; None if the camera sees nothing.
             stamp: Time of the measurement, on the executor's clock [s]; now when None.
 
@@ -377,12 +362,7 @@ def off_track(executor: Executor, committed: CommittedMotion, robot: Robot) -> s
 
 
 def outside_limits(problem: Problem, executor: Executor) -> str:
-    """List the joints outside the group that are outside their limits; empty if there are none.
-
-    Args:
-        problem: Starts in the configuration of the executor.
-        executor: Holds its joints there, within its tolerance.
-    """
+    """List the joints outside the group that are outside their limits; empty if there are none."""
     robot, reduced = problem.scene.robot, problem.reduced
     limits, start, driven = robot.limits, problem.start_positions, executor.joint_names
     found: list[str] = []

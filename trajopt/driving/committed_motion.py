@@ -17,13 +17,13 @@ REST = 1e-6
 INSTANT = 1e-9
 """Times closer than this are equal [s]."""
 REMEMBERED = 0.25
-"""Time for which an ended motion is kept [s]: measured states arrive late, and are compared with it."""
+"""Time for which an ended motion is kept [s]: measured states arrive late."""
 ORDERS = ("position", "velocity", "acceleration")
 
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """A motion of some joints, as it was given, and when it begins; the other joints are at rest."""
+    """A motion of some joints, and when it begins; the other joints are at rest."""
 
     begin: float
     trajectory: Trajectory
@@ -39,7 +39,6 @@ class _Piece:
         return [self.joint_names.index(name) for name in self.trajectory.joint_names]
 
     def state(self, time: float) -> Floats:
-        """Return positions, velocities and accelerations of all joints at a time, shape (3, n)."""
         since = time - self.begin
         rows = state_of(self.trajectory, since)
         if self.trajectory.joint_names != self.joint_names:
@@ -70,8 +69,7 @@ class _Piece:
 class CommittedMotion:
     """The motions to which a robot is bound, one after the other, and rest after the last.
 
-    A splice replaces them in one step, so the thread of a driver may read while the thread of a planner
-    splices.
+    A splice replaces them in one step, so other threads may read meanwhile.
 
     Attributes:
         joint_names: The n joints of the robot.
@@ -79,12 +77,7 @@ class CommittedMotion:
 
     @checked
     def __init__(self, joint_names: tuple[str, ...], positions: Floats) -> None:
-        """Begin at rest.
-
-        Args:
-            joint_names: Joints of the robot.
-            positions: Their positions, shape (n,) [rad | m].
-        """
+        """Begin at rest at positions of shape (n,) [rad | m]."""
         self.joint_names = joint_names
         self._standing = floats("positions", positions, (len(joint_names),))
         self._pieces: tuple[_Piece, ...] = ()
@@ -107,10 +100,7 @@ class CommittedMotion:
         return pieces[-1].end if pieces else -inf
 
     def __call__(self, time: float) -> Floats:
-        """Return the commanded state at a time on the clock [s].
-
-        Returns:
-            Positions, velocities and accelerations, shape (3, n).
+        """Return positions, velocities and accelerations commanded at a time [s], shape (3, n).
 
         Raises:
             ShapeError: If the time is not a number.

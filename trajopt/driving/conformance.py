@@ -63,11 +63,8 @@ def conformance(
     Args:
         wait: Waits for a time [s]: `time.sleep`, or `advance` of a simulated one.
         step: Step of each joint [rad | m].
-        duration: Duration of the slow step [s].
+        duration: Of the slow step [s].
         speed: Highest speed at which joints will be driven [rad/s | m/s].
-
-    Returns:
-        All rules, in the order of the tests.
 
     Raises:
         ProblemError: If a number is not positive, or `executor` lacks members of an `Executor`.
@@ -158,7 +155,6 @@ class _Trial:
         yield Rule("it is at rest after the last motion", self._moving())
 
     def _at_speed(self) -> Rule:
-        """Drive to and fro fast, and extrapolate the tracking error to full speed."""
         executor = self.executor
         rule, here = "it follows at full speed within its tolerance", self._here()
         lasts = max((PEAK * self.step / BRISK) ** 0.5, SAMPLES * executor.period)
@@ -244,9 +240,9 @@ class _Trial:
 def _behind(errors: Floats, rates: Floats, still: Floats) -> float:
     """Return the largest delay of positions [s].
 
-    A delay causes an error of velocity times delay. It is constant if states are late, and uniform in a
-    period if they show the last command; the largest value of a uniform distribution is the mean plus sqrt(3)
-    standard deviations. Noise of the size at rest is subtracted.
+    A delay causes an error of velocity times delay: constant if states are late, uniform in a period if they
+    show the last command; the largest value of a uniform distribution is the mean plus sqrt(3) standard
+    deviations. Noise at rest is subtracted.
 
     Args:
         errors: Tracking errors in motion, shape (k, n) [rad | m].

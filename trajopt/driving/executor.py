@@ -24,8 +24,7 @@ class RobotState(Value):
         positions: Of the executor's joints, shape (n,) [rad | m].
         velocities: Shape (n,) [rad/s | m/s].
         accelerations: Shape (n,) [rad/s^2 | m/s^2]; the commanded ones if none are measured.
-        commanded: Commanded positions at that time, shape (n,) [rad | m]. Motions that are spliced in begin
-            there, not at the measured positions, which differ a little.
+        commanded: Commanded positions at that time, shape (n,) [rad | m], at which spliced motions begin.
     """
 
     stamp: float
@@ -39,9 +38,9 @@ class RobotState(Value):
 class Executor(Protocol):
     """Drives a robot along motions on one clock.
 
-    Every motion that it is given ends at rest. So if no further motion comes, because the planner is slow or
-    has died, the robot comes to rest as proven. `CommittedMotion` holds the motion, checks what is spliced
-    in, and returns the commanded positions in each period of a driver.
+    Every motion that it is given ends at rest, so the robot comes to rest as proven if no further motion
+    comes. `CommittedMotion` holds the motion, checks splices, and returns the commanded positions of each
+    period.
     """
 
     @property
@@ -73,24 +72,19 @@ class Executor(Protocol):
         ...
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on, in place of the motion held so far.
+        """Drive a motion from a time on, in place of the motion held so far; return the reason of a refusal.
+
+        It is refused if it is late, or begins or ends in another state; a refused motion changes nothing.
 
         Args:
             trajectory: Of some or all of its joints; the others are at rest from the time `at`. It begins in
                 the commanded position, velocity and acceleration of that time, and ends at rest.
             at: When it begins, on the clock [s].
-
-        Returns:
-            The reason of a refusal: it is late, or begins or ends in another state; empty if it will be
-            driven. A refused motion changes nothing.
         """
         ...
 
     def stop(self) -> None:
-        """Bring the robot to rest as fast as the driver can; this is not proven, and a fault afterwards.
-
-        For cases without time for a proof, or without a planner.
-        """
+        """Bring the robot to rest as fast as the driver can, without a proof; a fault afterwards."""
         ...
 
     def fault(self) -> str:
@@ -107,7 +101,7 @@ class Executor(Protocol):
 
 
 class IdealExecutor:
-    """Executor without tracking error or simulation; its clock is advanced by the caller, or is a given one.
+    """Executor without tracking error or simulation, on a given clock or one that the caller advances.
 
     Attributes:
         committed: The motion that it holds.
@@ -126,8 +120,7 @@ class IdealExecutor:
         """Begin at rest.
 
         Args:
-            joint_names: Driven joints.
-            positions: Their positions, shape (n,) [rad | m].
+            positions: Of the driven joints, shape (n,) [rad | m].
             period: Time between commands [s].
             latency: Least time from giving a motion to its beginning [s].
             clock: Returns the time [s]; if None, `advance` sets it.

@@ -47,9 +47,9 @@ class FollowedGoal(Printed):
         target: A frame of the scene for the tool, or a function that returns the goal.
         offset: Placement of the tool in the frame.
         tool: Frame of the robot that goes there.
-        tolerance: Additional error of the goal at the end of the motion above which it is replanned
-            [m | rad].
-        hold: The goal is reached when it has held for this time while the robot is at rest [s].
+        tolerance: Additional error of the goal at the end of the motion above which it is replanned [m |
+            rad].
+        hold: Time that the goal must hold while the robot is at rest [s].
         holds_since: Since when it has held [s]; None while it does not.
         requested: The last goal to which a motion was requested.
         begin: When the last planned motion begins: no other is planned before [s].
@@ -67,15 +67,6 @@ class FollowedGoal(Printed):
     _judge: tuple[Scene, Judge] | None = field(default=None, repr=False)
 
     def updated(self, here: Problem) -> Problem:
-        """Return the problem with the present goal.
-
-        Args:
-            here: Its scene is the one at the time of interest.
-
-        Raises:
-            FrameNotFound: If the frame is not in the scene.
-            ProblemError: If the function returns something that is not a goal.
-        """
         scene, problem = here.scene, self.goal.problem
         if isinstance(self.target, str):
             where = scene.placement_of(self.target, here.start_positions) * self.offset
@@ -104,7 +95,6 @@ class FollowedGoal(Printed):
 
 
 def _relaxed(goal: Requirement, by: float) -> Requirement:
-    """Return a goal with all tolerances increased [m | rad]."""
     for number in range(len(goal.relaxations)):
         goal = goal.relaxations[number].apply(by)
     return goal
@@ -115,7 +105,7 @@ class _PlanRequest(Printed):
     """The plan that is to be made for the present goal.
 
     Attributes:
-        goal: The goal; None if the active motion leads to the right one.
+        goal: None if the active motion leads to the right one.
         not_before: Time of the next attempt [s]; infinite until the world changes.
         failed: When the last attempt failed [s].
         only_sooner: Whether the active motion only waits, and is replaced only by one that ends sooner.
@@ -143,8 +133,8 @@ class _NextGoal(Printed):
     """The motion to the goal after the present one.
 
     Attributes:
-        transition: The change to it; None until it is planned.
-        not_before: Time of the next attempt to plan it [s]; infinite until the world changes.
+        transition: None until it is planned.
+        not_before: Time of the next attempt [s]; infinite until the world changes.
     """
 
     transition: Transition | None = None
@@ -153,13 +143,7 @@ class _NextGoal(Printed):
 
 @dataclass(eq=False)
 class GoalQueue(Printed):
-    """The goals of a supervisor, one after the other, and the motions to them.
-
-    Attributes:
-        commitment: The motion to which the robot is bound.
-        active: The motion that the robot is on.
-        followed: A moving goal; None if there is none.
-    """
+    """The goals of a supervisor, one after the other, and the motions to them."""
 
     commitment: Commitment
     active: ActiveMotion
@@ -179,7 +163,6 @@ class GoalQueue(Printed):
 
     @property
     def given_up(self) -> bool:
-        """Whether no plan was found, and none is tried until the world changes."""
         return self._request.goal is not None and self._request.not_before == inf
 
     def go(self, goal: GuardedGoal) -> None:
@@ -210,7 +193,6 @@ class GoalQueue(Printed):
         self.active.leave()
 
     def interrupted(self) -> None:
-        """Keep the goals that are not reached, as the robot stops on its way to them."""
         goals = [goal for _, goal in self._due]
         intended = self.active.intended
         present = self._request.goal or (None if intended is None else intended.goal)
@@ -257,7 +239,6 @@ class GoalQueue(Printed):
             self._plan_next(now)
 
     def _plan(self, goal: GuardedGoal, now: float) -> None:
-        """Plan to a goal from where the active motion can be left, or from rest."""
         commitment, active, options, request = self.commitment, self.active, self.options, self._request
         branch, rest = active.branch_time(now), commitment.motion.end
         moving = branch is not None
@@ -337,11 +318,6 @@ class GoalQueue(Printed):
             self.followed.begin = at
 
     def _plan_failed(self, kind: EventKind, words: str, *, repeatable: bool) -> None:
-        """Note a failed plan, and set the time of the next attempt.
-
-        Args:
-            repeatable: Whether another attempt would have the same result in the same static scene.
-        """
         commitment, now, request = self.commitment, self.commitment.executor.now(), self._request
         if request.only_sooner:
             request.fulfilled()
@@ -351,7 +327,6 @@ class GoalQueue(Printed):
         request.failed, request.not_before = now, inf if hopeless else now + self.options.retry
 
     def _retimed(self, goal: GuardedGoal, at: float) -> bool:
-        """Drive the same path with another timing if that is clear of the dynamic obstacles."""
         commitment, intended, patience = self.commitment, self.active.intended, self.options.patience
         if not patience or not commitment.world.scene.changing or self._request.only_sooner:
             return False
@@ -372,7 +347,6 @@ class GoalQueue(Printed):
         self._next = _NextGoal()
 
     def _plan_next(self, now: float) -> None:
-        """Plan from the active motion to the next goal: first from its end, then within its blend radius."""
         commitment, before, following = self.commitment, self.active.intended, self._next
         if before is None:
             return
@@ -422,10 +396,6 @@ class GoalQueue(Printed):
             journal.note(EventKind.STOPPING, "no further piece of the motion was proven in time")
 
     def _gave_up_begin(self, intended: IntendedMotion, now: float) -> bool:
-        """Give up a motion whose first piece is not proven in a static scene; return whether it is one.
-
-        Another plan from the same place would be the same.
-        """
         commitment, active = self.commitment, self.active
         if active.brake_time > intended.begin or commitment.world.scene.changing:
             return False
@@ -440,7 +410,6 @@ class GoalQueue(Printed):
         return True
 
     def _changed_over(self, before: IntendedMotion, now: float) -> bool:
-        """Change from the active motion to the next when it is time; return whether this is done."""
         active, following = self.active, self._next
         coming = following.transition
         if coming is None:
@@ -468,7 +437,6 @@ class GoalQueue(Printed):
             self.commitment.journal.note(EventKind.REACHED)
 
     def _update_followed(self, followed: FollowedGoal, now: float) -> None:
-        """Check whether the active motion leads to the present place of a moving goal."""
         commitment, intended, request = self.commitment, self.active.intended, self._request
         arrival = max(commitment.motion.end if intended is None else intended.end, now)
         if commitment.stale(arrival):
@@ -495,7 +463,6 @@ class GoalQueue(Printed):
             commitment.journal.note(EventKind.REACHED)
 
     def _only_uncertain(self, rest: IntendedMotion | Pause, time: float) -> bool:
-        """Return whether only growing position errors prevent a proof of the rest of a motion."""
         changing = bool(self.commitment.world.scene.changing)
         return changing and self.active.clear_without_growing_errors(rest, time)
 

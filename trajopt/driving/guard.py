@@ -29,21 +29,25 @@ from trajopt.values.trajectory import Trajectory
 RATES = (1.0, 0.5, 0.25)
 """Rates at which the actions are tried, the next if no motion along them is within the limits."""
 DEVIATIONS = (1e-5, 1e-3, 3e-2, 0.3)
-"""Deviations from the actions that weigh as much as the largest jerk [rad | m]: below the repeatability of an
-arm, the noise of a policy, a jump of its actions, and the way in which an arm comes up to speed."""
+"""Deviations from the actions that weigh as much as the largest jerk [rad | m]: the repeatability of an arm,
+the
+noise of a policy, a jump of its actions, and the way in which an arm comes up to speed.
+"""
 SAME = 1e-3
 """Largest deviation at which an action counts as unchanged [rad | m]."""
 SLOWEST, FASTEST = 1.0, 1000.0
 """Rates of policies [Hz]: the fastest controllers take a command in each millisecond."""
 MOST_ACTIONS = 200
-"""Largest number of actions of a chunk; the time of a decision grows with its third power."""
+"""Most actions of a chunk; the time of a decision grows with its third power."""
 LARGEST = 1e6
 """Largest position of an action, as of everything in a scene [rad | m]."""
 REHEARSED = 1e-3
 """Motion of each joint in the rehearsal before the first decision [rad | m]."""
 STEP, STEPS = 0.01, 4
-"""Time step of the motion nearest to the actions [s], and its number of steps: together two control cycles of
-50 Hz, so that one late call of `tick` does not stop the robot."""
+"""Time step of the motion nearest to the actions [s], and its number of steps: two control cycles of 50 Hz,
+so that
+one late call of `tick` does not stop the robot.
+"""
 
 
 class ActionOutcome(Enum):
@@ -64,9 +68,8 @@ class Decision(Value):
     Attributes:
         outcome: Kind of the committed motion; a proven stop always follows it.
         reason: Reason for another motion than the actions as given; empty without one.
-        unchanged: Number of actions that are committed as given.
-        commanded: Committed positions of the group's joints at the times of the valid actions, shape (K, n)
-            [rad | m].
+        unchanged: Actions that are committed as given.
+        commanded: Committed positions at the times of the valid actions, shape (K, n) [rad | m].
     """
 
     outcome: ActionOutcome
@@ -84,8 +87,7 @@ class GuardOptions:
         lead: Time for a decision: the motion begins after this time and the executor's latency [s].
         clearance: Distance kept in addition to the required clearances by the motion nearest to the actions,
             for the stop after it, which is not straight [m].
-        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s]; others
-            are refused.
+        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s].
     """
 
     lead: float = 0.01
@@ -117,13 +119,12 @@ class _Candidate:
 class Guard(CommitLoop):
     """Drives the actions of a policy, each of them proven before it is driven.
 
-    At all times the executor holds a motion that ends with a stop, proven as one motion in the world as last
-    reported: if the policy falls silent, or its actions are late, not numbers, or not proven, the robot
-    stops as proven before. `act` takes a chunk of actions; `tick` watches robot and world, and goes on with a
-    chunk of which only a part was committed. Call `tick` in every control cycle (20 ms).
+    At all times the executor holds a motion and a stop, proven as one motion in the world as last reported:
+    if the policy falls silent, or its actions are late, not numbers, or not proven, the robot stops as proven
+    before. `act` takes a chunk of actions; `tick` watches robot and world, and goes on with a partly
+    committed chunk. Call `tick` in every control cycle (20 ms).
 
     Attributes:
-        executor: Driver of the robot.
         problem: Robot, group, scene, limits and path constraints; its goal does not count.
         frame: Tool of actions that are poses.
     """
@@ -142,9 +143,7 @@ class Guard(CommitLoop):
         """Take over the robot at rest.
 
         Args:
-            scene: Robot and world.
-            group: Group of joints that the policy moves.
-            executor: Driver of the robot.
+            group: Joints that the policy moves.
             constraints: Path constraints, in addition to limits and clearances.
             frame: Tool of actions that are poses; the group's own if empty.
 
@@ -174,7 +173,6 @@ class Guard(CommitLoop):
 
     @property
     def intended(self) -> None:
-        """Always None: a guard is on no motion to a goal."""
         return
 
     @checked
@@ -188,10 +186,7 @@ class Guard(CommitLoop):
             actions: Positions of the group's joints, shape (K, n), K at most 200 [rad | m]. Anything else
                 stops the robot.
             rate: Actions per second, 1 to 1000 [Hz].
-            stamp: Time of the observation from which they follow, on the executor's clock [s]; now when None.
-
-        Returns:
-            The decision.
+            stamp: Time of the observation, on the executor's clock [s]; now when None.
 
         Raises:
             ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; the
@@ -212,8 +207,7 @@ class Guard(CommitLoop):
     def act_poses(self, poses: Sequence[Placement], *, rate: float, stamp: float | None = None) -> Decision:
         """Replace the chunk of actions by poses of the tool in the world; otherwise as `act`.
 
-        The joints follow by inverse kinematics, each pose from the one before. The poses from the first that
-        is not reached on are dropped.
+        The joints follow by inverse kinematics, up to the first pose that is not reached.
         """
         at = self._soonest
         wanted = several("poses", poses, Placement)
@@ -224,7 +218,6 @@ class Guard(CommitLoop):
         return self._decide(targets, wrong, rate, stamp)
 
     def _decide(self, targets: Floats, wrong: str, rate: float, stamp: float | None) -> Decision:
-        """Decide about valid actions, shape (K, n); if another follows them, `wrong` describes its fault."""
         if not SLOWEST <= number("rate", rate) <= FASTEST:
             raise ProblemError(f"rate must be from {SLOWEST:g} to {FASTEST:g} Hz, is {rate:g} Hz")
         stated = self._on_clock(stamp)
@@ -277,7 +270,6 @@ class Guard(CommitLoop):
             self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
 
     def _rehearse(self) -> None:
-        """Make and prove the motions of a chunk without driving them: the first decision takes no longer."""
         commitment, at = self._commitment, self._soonest
         if commitment.world.stale(at):
             return
@@ -287,7 +279,6 @@ class Guard(CommitLoop):
             commitment.guard.proven(candidate.motion, commitment.world, at)
 
     def _advance(self, times: Floats) -> Decision:
-        """Commit as much of the chunk as is proven from the end of its committed part on."""
         chunk, commitment = self._chunk, self._commitment
         assert chunk is not None
         at = max(self._next, self._soonest)
@@ -314,7 +305,6 @@ class Guard(CommitLoop):
         return self._stopped(reason or "no motion within the limits of the joints follows the actions", times)
 
     def _candidates(self, rest: ActionChunk, at: float) -> Iterator[_Candidate]:
-        """Yield motions, the best first: along as many actions as the limits allow, then along fewer."""
         state, limits = self._commitment.state(at), self._braking.limits
         motion, count, rate = self._within_limits(rest, state, at)
         while count:
@@ -333,7 +323,6 @@ class Guard(CommitLoop):
             yield _Candidate(ActionOutcome.PROJECTED, nearest, rest, 0)
 
     def _within_limits(self, rest: ActionChunk, state: Floats, at: float) -> tuple[ActionMotion, int, float]:
-        """Return a motion along the actions, how many it reaches within the limits, and its rate."""
         found = list[tuple[ActionMotion, int, float]]()
         for rate in RATES:
             slowed = rest if rate == 1.0 else rest.slowed(at, rate)
@@ -390,7 +379,6 @@ class Guard(CommitLoop):
 
 
 def _wrong_number(name: str, count: int) -> str:
-    """Return the reason for refusing a number of actions; empty if it is valid."""
     if count > MOST_ACTIONS:
         return f"{name}: there are {count}, more than {MOST_ACTIONS}"
     return "" if count else f"{name}: there are none"

@@ -1,8 +1,7 @@
 """The intended motion to a goal, driven along its path at a share of its planned speed.
 
-When the speed changes, the rate of the motion's clock changes smoothly and then stays
-(`trajopt.timing.time_scaling`). A change takes the shortest of some times with which the limits hold at the
-extremes of the polynomials.
+The rate of the motion's clock changes smoothly and then stays (`trajopt.timing.time_scaling`), in the
+shortest of some times with which the limits hold at the extremes of the polynomials.
 """
 
 from dataclasses import dataclass, replace
@@ -20,13 +19,14 @@ from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 
 SPEED_SCALINGS = (1.0, 0.8, 0.5, 0.25)
-"""Shares of the planned speed. At a quarter a stop takes at most a quarter of the time; a smaller share would
-matter only for obstacles that approach as slowly."""
+"""Shares of the planned speed. At a quarter a stop takes at most a quarter of the time."""
 CHANGE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8)
 """Times that a change of speed may take [s]: from a stop of a light arm to a stop of a heavy one."""
 STEP = 0.01
-"""Time between further points of a change than those of the motion [s]: quintics between them are as near to
-the path as the rounding of the judge."""
+"""Time between further points of a change than those of the motion [s]: quintics between them are near enough
+to the
+path.
+"""
 SMALLEST_STEP = 2e-4
 """Least time between points [s]: between closer ones rounding would act as a jerk."""
 SAMPLES = 400
@@ -55,7 +55,6 @@ class SpeedScaling(Value):
         return clock, rate, slope
 
     def rows(self, times: Floats) -> Floats:
-        """Return the time of the motion, the rate and its slope at times (k,), shape (3, k)."""
         duration = self.change.duration
         after = np.maximum(times - duration, 0.0)
         share = np.minimum(times, duration) / duration if duration else np.ones_like(times)
@@ -73,7 +72,7 @@ def scale_speed(
     """Return the rest of a motion at another speed; None if every change of speed breaks a limit.
 
     Args:
-        planned: The motion as it was planned; it ends at rest.
+        planned: The motion, which ends at rest.
         begin: Its time at the start of the rest [s], the rate of its clock and the slope of the rate [1/s].
         speed: Share of the planned speed, in (0, 1].
     """
@@ -97,7 +96,6 @@ def scale_speed(
 
 
 def _scaled(planned: Trajectory, scaling: SpeedScaling) -> Trajectory:
-    """Return a motion from the start of a speed scaling to its end."""
     duration = scaling.change.duration
     points = planned.times[planned.times > scaling.start]
     points[-1] = planned.duration
@@ -175,13 +173,6 @@ class IntendedMotion(Value):
     def at_speed(
         self, speed: float, time: float, *, rests_at: float | None = None
     ) -> "IntendedMotion | None":
-        """Return the rest of the path at another speed; None if limits forbid the change.
-
-        Args:
-            speed: Share of the planned speed, in (0, 1].
-            time: When the rest begins, on the executor's clock [s].
-            rests_at: Time of the motion at which the robot rests on its path [s]; None if it moves.
-        """
         clock, rate, slope = self.scaling.at(time - self.begin if rests_at is None else rests_at)
         begin = (clock, rate, slope) if rests_at is None else (clock, 0.0, 0.0)
         found = scale_speed(self.planned, begin, speed, self.goal.problem.limits)

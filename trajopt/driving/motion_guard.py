@@ -45,8 +45,8 @@ SMALLEST_MARGIN = 1e-4
 class MotionGuard(Value):
     """Proves motions that end at rest anywhere; one for each thread, as judges are.
 
-    The limits and the path constraints of the problem must hold, its goal need not. Every required distance
-    is increased by the tracking deviation. The judges of the last scenes are kept.
+    Limits and path constraints of the problem must hold, its goal need not. Every required distance is
+    increased by the tracking deviation.
 
     Attributes:
         deviation: Largest distance of any point of the robot, or of an attached object, from its commanded
@@ -62,15 +62,13 @@ class MotionGuard(Value):
         """Return whether a motion is proven.
 
         Args:
-            begin: When the motion begins, on the executor's clock [s].
-            requirements: Whether the path constraints of the problem must hold, in addition to limits and
-                clearances.
+            begin: On the executor's clock [s].
+            requirements: Whether path constraints must hold, in addition to limits and clearances.
         """
         required = self._specification(motion, requirements=requirements, clock=world.clock(begin))
         return self._judge(world.scene).decide(motion, required).verified
 
     def prepare(self, world: WorldSnapshot) -> None:
-        """Make the judge of a world, so that the first proof takes no longer than the others."""
         self._judge(world.scene)
 
     def certificate(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> Certificate:
@@ -83,7 +81,6 @@ class MotionGuard(Value):
         return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
     def failed_check(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> str:
-        """Describe the check that fails, or the prediction that has ended; arguments as for `proven`."""
         if stale := world.stale(begin):
             return stale
         checks = self.certificate(motion, world, begin).checks
@@ -91,7 +88,6 @@ class MotionGuard(Value):
 
     @cached_property
     def options(self) -> VerifyOptions:
-        """Options of the judge, with the tracking deviation as a distance error."""
         return VerifyOptions(
             distance_error=VerifyOptions.distance_error + self.deviation, first_intervals=FIRST_INTERVALS
         )
@@ -115,7 +111,6 @@ class MotionGuard(Value):
         return reduce_model(scene, problem.group, scene.robot.followed(positions))
 
     def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
-        """Return the requirements; the executor checks that the motion begins in the state of the robot."""
         problem, begins = self.problem, state_of(motion, 0.0)
         return Specification(
             goals=(),
@@ -130,20 +125,12 @@ class MotionGuard(Value):
 
 
 def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
-    """Return a problem that starts at rest in a configuration, in a scene.
-
-    Args:
-        positions: Of all joints, shape (number of joints,) [rad | m].
-    """
+    """Return a problem that starts at rest in a configuration of all joints [rad | m], in a scene."""
     return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
 
 
 def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: Scene) -> Problem:
-    """Return a problem that starts at rest in the commanded configuration of a time, in a scene.
-
-    Args:
-        time: On the executor's clock [s].
-    """
+    """Return a problem that starts at rest in the configuration commanded at a time [s], in a scene."""
     positions = np.array(problem.start_positions)
     positions[scene.robot.index(committed.joint_names)] = committed(time)[0]
     return start_from(problem, scene.robot.followed(positions), scene)
@@ -153,10 +140,6 @@ def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
     """Return the guard of a problem whose robot an executor drives, within its tolerance.
 
     Driven joints outside the group stay where the executor has them, not at the start of the problem.
-
-    Args:
-        problem: The requirements.
-        executor: The driver of the robot.
 
     Raises:
         JointNotFound: If it does not drive a joint of the group.
@@ -177,27 +160,17 @@ def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
 
 
 def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floats) -> MotionGuard:
-    """Return the guard of a problem whose robot follows within a tolerance.
+    """Return the guard of a problem whose robot follows within a tolerance, shape (n,) [rad | m].
 
     Joints outside the group count, too: a finger joint that is off by a millimetre moves the fingertip as
     far.
-
-    Args:
-        problem: The requirements; joints outside the group stay at its start.
-        tolerance: Largest tracking error of each of them, shape (n,) [rad | m].
     """
     whole = whole_robot(problem.scene, joint_names, problem.start_positions)
     return MotionGuard(problem, largest_deviation(whole, tolerance))
 
 
 def with_tracking_margin(scene: Scene, deviation: float) -> Scene:
-    """Return a scene whose clearances are increased by a tracking deviation.
-
-    A plan in this scene can be proven for a robot that is off its commanded positions.
-
-    Args:
-        deviation: Largest distance of any point of the robot from its commanded position [m].
-    """
+    """Return a scene whose clearances are increased by a tracking deviation [m]."""
     stated = scene.clearances
     wider = replace(
         stated,
@@ -210,12 +183,7 @@ def with_tracking_margin(scene: Scene, deviation: float) -> Scene:
 
 
 def reason_with_margin(result: Result, deviation: float) -> str:
-    """Return the reason of a failed plan, and the tracking margin if it may be the cause.
-
-    Args:
-        result: Of a problem in a scene by `with_tracking_margin`.
-        deviation: Largest distance of any point of the robot from its commanded position [m].
-    """
+    """Return the reason of a failed plan, and the tracking margin if it may be the cause."""
     if result.status not in DISTANCE_STATUSES or deviation < SMALLEST_MARGIN:
         return result.reason
     return f"{result.reason}; required distances include {1e3 * deviation:.4g} mm for the tracking tolerance"

@@ -12,11 +12,9 @@ CLOCK_TOLERANCE = 0.01
 
 
 def on_clock(stamp: float | None, now: float, tolerance: float) -> float:
-    """Return a time stamp that is not ahead of the executor's clock [s].
+    """Return a time stamp that is not ahead of the executor's clock [s]; now when None.
 
     Args:
-        stamp: Time of a measurement or command [s]; now when None.
-        now: The time on the executor's clock [s].
         tolerance: A stamp ahead by no more than this counts as now [s].
 
     Raises:
@@ -42,16 +40,15 @@ class SupervisorOptions:
 
     Attributes:
         cycle: Time between cycles [s].
-        ahead: Time ahead of now until which the robot is committed to its motion before it would brake [s]. A
-            plan that takes no longer changes the motion without a stop; the longer, the later a stop begins.
+        ahead: Time for which the robot is committed to its motion before it would brake [s]. A plan that
+            takes no longer changes the motion without a stop; the longer, the later a stop begins.
         budget: Limits of each plan.
         on_the_way: Whether to plan while the robot moves, or only when it is at rest.
         retry: Time from a failed plan to the next [s].
         patience: If a dynamic obstacle blocks the rest of the motion, the path is driven slower or with a
-            stop, provided that this ends at most this much later [s]; otherwise the motion is replanned. With
-            0 it is always replanned.
-        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s]; others
-            are refused.
+            stop if this ends at most this much later [s]; otherwise the motion is replanned. With 0 it is
+            always replanned.
+        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s].
     """
 
     cycle: float = 0.02

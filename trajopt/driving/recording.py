@@ -81,8 +81,8 @@ class RecordedMoment(Value):
     Attributes:
         time: On the clock of the recording [s].
         positions: Measured positions of the group's joints, shape (n,) [rad | m].
-        stop: The committed motion, to rest; None if the robot is at rest.
-        plan: The rest of the motion to the goal; None if there is none.
+        stop: The committed motion, to rest; None at rest.
+        plan: The rest of the motion to the goal, if any.
         sighting: The world as last reported.
         events: Events until then, in order.
     """
@@ -98,19 +98,18 @@ class RecordedMoment(Value):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(Value):
-    """The recording of a run.
+    """The recording of a run; sequences are in order of time.
 
     Attributes:
-        group: The driven group.
         start: Positions of all joints of the robot at the beginning, shape (number of joints,) [rad | m].
         joint_names: The n joints of the group.
-        times: Times of the samples, increasing, shape (k,) [s].
+        times: Of the samples, increasing, shape (k,) [s].
         positions: Measured positions of the joints, shape (k, n) [rad | m].
-        committed: Motions that were committed, in order; each ends at rest.
-        intended: Motions to the goals, in order.
-        sightings: Reported worlds, in order; the first from the beginning.
-        events: Events, in order.
-        decisions: Decisions of a guard, in order.
+        committed: Motions that were committed; each ends at rest.
+        intended: Motions to the goals.
+        sightings: Reported worlds; the first from the beginning.
+        events: Events.
+        decisions: Decisions of a guard.
     """
 
     group: str
@@ -359,7 +358,6 @@ class Logbook:
             self._intended.append(RecordedMotion(since=now, begin=begin, trajectory=motion))
 
     def _recording(self, latest: int) -> Recording:
-        """Return the last entries of each kind (all if 0), and all worlds and events."""
         with self._lock:
             watched = self._watched
             if watched is None:
@@ -387,7 +385,6 @@ WORLD = tuple(name for name in (item.name for item in fields(Scene)) if name != 
 
 @cache
 def recording_kinds() -> Kinds:
-    """Return the classes of values in a file, by name; files before version 0.2 have two other names."""
     own = {kind.__name__: kind for kind in OWN_KINDS}
     return {**model_kinds(), **own, "TimedMotion": RecordedMotion, "Kind": EventKind}
 
@@ -404,14 +401,12 @@ class RecordingFile(Value):
          "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
         }
 
-    The fields are named as in `trajopt.driving.Recording`, its motions, events and scenes, and the objects
-    of the scenes, with their names and units; `trajopt.values.documents.codec` describes the JSON of values.
-    The robot is not included: a reader has it, or loads it from its source, which is null or as `trajopt
-    plan` writes it.
+    The fields are named as in `trajopt.driving.Recording`, its motions, events and scenes;
+    `trajopt.values.documents.codec` describes the JSON of values. The robot is not included: a reader has it,
+    or loads it from its source, which is null or as `trajopt plan` writes it.
 
     Attributes:
-        source: How to load it, as given to `write_recording`; None if nothing was given.
-        document: Contents of the file.
+        source: As given to `write_recording`; None if nothing was given.
     """
 
     robot_name: str
@@ -472,10 +467,7 @@ class RecordingFile(Value):
 
 @checked
 def read_recording(path: Path | str, robot: Robot) -> Recording:
-    """Read a recording from a file in the format of this module.
-
-    Args:
-        robot: The recorded robot.
+    """Read a recording from a file.
 
     Raises:
         FileFormatError: If the robot is another one, or the file does not have the format.
@@ -487,10 +479,9 @@ def read_recording(path: Path | str, robot: Robot) -> Recording:
 def write_recording(
     path: Path | str, recording: Recording, source: Mapping[str, object] | None = None
 ) -> None:
-    """Write a recording in the format of this module.
+    """Write a recording as JSON.
 
     Args:
-        path: The file, JSON.
         source: Plain data by which a reader finds the robot; the commands write theirs.
 
     Raises:

@@ -32,7 +32,7 @@ PERCENTILES = (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0))
 
 
 class Pilot(Protocol):
-    """A driver of an executor: a `Supervisor`, or one that is compared with it."""
+    """A driver of an executor, such as a `Supervisor`."""
 
     @property
     def events(self) -> Sequence[Event]:
@@ -75,8 +75,7 @@ class RunReport(Value):
         reached: Whether the goal was reached.
         duration: Simulated time until the end of the last motion [s].
         contacts: Contacts that the scene does not allow.
-        contacts_at_fault: Those of them that occurred while the robot moved by itself, not when an object ran
-            into it at rest.
+        contacts_at_fault: Those while the robot moved by itself, not when an object ran into it at rest.
         clearance_measured: Smallest distance of the simulated robot from the real obstacles until the end of
             the commanded motion [m].
         clearance_proven: Smallest proven distance for the commanded motion [m]; None if the robot did not
@@ -148,12 +147,10 @@ def run(
     tolerance: float | Floats = TOLERANCE,
     watch: Callable[[Supervisor], object] | None = None,
 ) -> RunReport:
-    """Plan a problem and drive it in simulation, as fast as the machine allows.
-
-    The run is deterministic, except for CPU times.
+    """Plan a problem and drive it in simulation, as fast as possible; deterministic but for CPU times.
 
     Args:
-        problem: The problem; its scene is the world as known before.
+        problem: Its scene is the world as known before.
         surprises: Unannounced changes, which the supervisor sees with the delay of the sensors.
         longest: Longest simulated time [s].
         tolerance: As for `SimulatedExecutor`; use the tolerance of your driver to rehearse with its margin.
@@ -180,15 +177,11 @@ def driven_by(
     tolerance: float | Floats = TOLERANCE,
     watch: Callable[[P], object] | None = None,
 ) -> RunReport:
-    """Drive a problem in simulation with any pilot, and measure the run as `run` does.
+    """Drive a problem in simulation with any pilot, and measure the run; arguments as for `run`.
 
     Args:
         pilot: Makes the pilot of an executor.
-        problem: The problem; its scene is the world as known before.
         cycle: Time between cycles [s].
-        longest: Longest simulated time [s].
-        tolerance: As for `SimulatedExecutor`.
-        watch: Called after each cycle.
     """
     world = surprises.world(problem.scene)
     arm = _KeepingMotions(

@@ -1,9 +1,8 @@
 """An executor in another process, so that a planner that dies does not affect the robot.
 
-The process of the robot calls `attend` repeatedly while it drives the robot. The planning process makes a
-`RemoteExecutor` of its end of the connection (`multiprocessing.Pipe`). A request contains its number, the
-name of a method and the arguments; an answer contains that number, the result and an error message. Each is
-one message of the connection.
+The process of the robot calls `attend` repeatedly; the planning process makes a `RemoteExecutor` of its end
+of the connection (`multiprocessing.Pipe`). A request contains its number, the name of a method and the
+arguments; an answer that number, the result and an error message.
 """
 
 from multiprocessing.connection import Connection
@@ -21,13 +20,12 @@ DELAY = 5e-3
 
 
 def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: float = 0.0) -> bool:
-    """Answer all pending requests; an error of one is part of its answer.
+    """Answer all pending requests; return whether the other end of the connection is still open.
+
+    An error of a request is part of its answer.
 
     Args:
         wait: Time to wait for a request [s].
-
-    Returns:
-        Whether the other end of the connection is still open.
     """
     try:
         while connection.poll(wait):
@@ -40,7 +38,6 @@ def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: floa
 
 
 def _answer(executor: Executor, name: str, arguments: tuple[Any, ...]) -> tuple[object, str]:
-    """Return the result of a request and an error message; the process of the robot goes on in any case."""
     try:
         return _result(executor, name, arguments), ""
     except Exception as error:
@@ -79,10 +76,9 @@ class RemoteExecutor:
     """
 
     def __init__(self, connection: "Connection[Any, Any]", *, delay: float = DELAY) -> None:
-        """Read the properties of the executor.
+        """Read the properties of the executor from the process that calls `attend`.
 
         Args:
-            connection: To the process that calls `attend`.
             delay: Longest time of a message [s].
 
         Raises:

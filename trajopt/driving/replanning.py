@@ -31,9 +31,9 @@ from trajopt.verify import Judge
 TOOL_STEP = 5e-3
 """Time between samples of the tool's position [s]: half a centimetre at 1 m/s."""
 DEEPEST = 0.01
-"""Deepest penetration that counts as light contact [m]; deeper contact needs a person."""
+"""Deepest penetration that counts as light contact [m]."""
 YIELD = 1e-3
-"""Additional penetration while the robot leaves a contact [m]: bodies in contact yield this much."""
+"""Additional penetration while the robot leaves a contact [m]."""
 LEAVING_TIME = 60.0
 """Longest time for which the contact is allowed [s]; separation is checked."""
 DISTANCE_ROUNDING = 1e-6
@@ -48,7 +48,7 @@ class Transition(Value):
 
     Attributes:
         kind: Event at its beginning: the goal before is reached, or passed.
-        at_rest: The transition from rest that takes its place if passing fails; None for one from rest.
+        at_rest: The transition from rest that replaces it if passing fails; None for one from rest.
     """
 
     intended: IntendedMotion
@@ -58,14 +58,12 @@ class Transition(Value):
 
 
 def replan_from(active: ActiveMotion, goal: GuardedGoal, at: float, *, only_sooner: bool) -> Result:
-    """Plan to a goal from the state of the robot at a time.
+    """Plan to a goal from the state of the robot at a time on the executor's clock [s].
 
-    If position errors grow with time and prevent a proof up to the goal, a plan is made for the errors of the
-    last report; it is followed as far as it is proven.
+    If growing position errors prevent a proof up to the goal, a plan is made for the errors of the last
+    report; it is followed as far as it is proven.
 
     Args:
-        active: The motion that the robot is on.
-        at: On the executor's clock [s].
         only_sooner: Whether only a motion that ends sooner is of use.
     """
     world = active.commitment.world
@@ -80,7 +78,6 @@ def replan_from(active: ActiveMotion, goal: GuardedGoal, at: float, *, only_soon
 def _plan_in(
     world: WorldSnapshot, active: ActiveMotion, goal: GuardedGoal, at: float, only_sooner: bool
 ) -> Result:
-    """Plan in a world, from the rest of the active motion unless that is slower than possible."""
     commitment, intended, budget = active.commitment, active.intended, active.options.budget
     slow = only_sooner or intended is None or intended.held_back or intended.scaling.speed != 1.0
     if intended is None or slow or not intended.begin <= at < intended.end:
@@ -95,7 +92,7 @@ def retime_on_path(
     """Return the rest of a motion with another timing on its path, proven to its end; None if there is none.
 
     Args:
-        here: Its problem, from the state of the robot when the rest begins.
+        here: From the state of the robot when the rest begins.
         begin: When the rest begins, on the executor's clock [s].
         patience: It ends no later than this after the present motion [s].
     """
@@ -109,16 +106,9 @@ def retime_on_path(
 
 
 def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: Budget) -> Trajectory | None:
-    """Return a motion back to the place where a stop led off a path that satisfied all constraints.
+    """Return a motion back to the place where a stop led off a path; None if there is none.
 
     The motion is proven for limits and clearances; path constraints may not hold on it.
-
-    Args:
-        commitment: The motion to which the robot is bound.
-        at: When it begins, on the executor's clock [s].
-
-    Returns:
-        The motion; None if there is none, or no stop led off a path.
     """
     if commitment.left_path_at is None:
         return None
@@ -136,14 +126,7 @@ def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: 
 def from_rest(
     commitment: Commitment, options: SupervisorOptions, before: IntendedMotion, goal: GuardedGoal
 ) -> tuple[Transition | None, str]:
-    """Plan from the end of a motion that is being driven to the next goal.
-
-    Args:
-        commitment: The motion to which the robot is bound.
-
-    Returns:
-        The transition; or None and the reason.
-    """
+    """Return the plan from the end of a motion to the next goal; or None and the reason."""
     begin = before.end + 2.0 * JOLT
     if stale := commitment.world.stale(begin):
         return None, stale
@@ -161,14 +144,7 @@ def from_rest(
 def passing(
     commitment: Commitment, options: SupervisorOptions, before: IntendedMotion, at_rest: Transition
 ) -> Transition:
-    """Plan to the next goal without a stop, from the entry of a motion into the blend radius of its goal.
-
-    Args:
-        commitment: The motion to which the robot is bound.
-
-    Returns:
-        The transition that ends sooner.
-    """
+    """Plan to the next goal from the entry into the blend radius; return the transition that ends sooner."""
     goal, near, distance = at_rest.intended.goal, *_enters_blend(before)
     if not commitment.soonest < near < before.end or commitment.world.stale(near):
         return at_rest
@@ -252,7 +228,6 @@ def recovery(
 
 
 def _approaching(here: Problem, motion: Trajectory) -> str:
-    """Describe a pair in contact at the start that does not separate all the time; empty if all do."""
     judge, before = Judge(here.reduced), dict[tuple[str, str], float]()
     for number, configuration in enumerate(motion(np.arange(0.0, motion.duration, SEPARATION_STEP))):
         near = {(pair.first, pair.second): pair for pair in judge.examine(configuration).collisions}

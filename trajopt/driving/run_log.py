@@ -38,14 +38,11 @@ LEVELS = {
 def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -> None:
     """Write a recorded run as MCAP.
 
-    Topics: /joint_states, /tf and /scene (the robot as measured among the reported objects), /events, and,
-    if there are any, /plan and /committed (motions to the goals, and motions that were given to the robot)
-    and /decisions (of a guard). All but the last three have messages of Foxglove;
-    `trajopt.files.log.schemas` describes them.
+    Topics: /joint_states, /tf and /scene (the robot as measured among the reported objects), /events, and, if
+    there are any, /plan, /committed and /decisions (of a guard). All but the last three have messages of
+    Foxglove; see `trajopt.files.log.schemas`.
 
     Args:
-        path: The file.
-        recording: The recording.
         origin: Time of the log at time 0 of the executor's clock, such as its time since 1970 [s].
 
     Raises:
@@ -67,7 +64,6 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
 
 
 def _write_worlds(log: McapLog, recording: Recording, zero: float) -> None:
-    """Write the frames at each sample, in the world that was known then."""
     times = recording.times
     changes = [int(np.searchsorted(times, each.since)) for each in recording.sightings[1:]]
     ends = [0, *changes, len(times)]

@@ -33,12 +33,10 @@ class Servo(CommitLoop):
 
     At all times the executor holds the motion of a tick followed by a stop, proven as one motion in the world
     as last reported. Each tick finds the joint velocities that follow the command best within all limits,
-    where obstacles and singularities are approached only as fast as the robot can stop. The motion and a stop
-    are spliced in at the start of the last stop. If they are not proven, or no further tick or command
-    comes, the robot stops as proven before.
+    approaching obstacles and singularities only as fast as the robot can stop. If the next motion is not
+    proven, or no further tick or command comes, the robot stops as proven before.
 
     Attributes:
-        executor: Driver of the robot.
         problem: Robot, group, scene, limits and path constraints; its goal does not count.
         frame: Tool of twists and poses; the group's own if empty.
     """
@@ -74,7 +72,6 @@ class Servo(CommitLoop):
 
     @property
     def intended(self) -> None:
-        """Always None: a servo is on no motion to a goal."""
         return
 
     @checked
@@ -151,7 +148,6 @@ class Servo(CommitLoop):
             self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
 
     def _rehearse(self) -> None:
-        """Find and prove the motion of a tick without driving it, so that the first tick takes no longer."""
         commitment, at = self._commitment, self._commitment.soonest
         commitment.guard.prepare(commitment.world)
         if commitment.world.stale(at):
@@ -163,7 +159,6 @@ class Servo(CommitLoop):
             commitment.guard.proven(motion, commitment.world, at)
 
     def _follow(self) -> None:
-        """Commit the motion of the next tick and a stop; otherwise the robot stops as committed."""
         commitment, now, period = self._commitment, self.executor.now(), self.options.period
         if self._command is None:
             return
@@ -199,7 +194,6 @@ class Servo(CommitLoop):
             self._next = at + period
 
     def _motion(self, command: Command, state: Floats, at: float) -> Trajectory | None:
-        """Return the motion of a tick and a stop; None if the robot stays at rest, or none is found."""
         braking, period = self._braking, self.options.period
         clock = at - self.world.stamp
         lower, upper = braking.bounds(state)
@@ -241,7 +235,6 @@ class Servo(CommitLoop):
 
 
 def _same_axes(one: Command, other: Command) -> bool:
-    """Return whether the filtered values of a command apply to another: the same numbers in the same axes."""
     if isinstance(one, Twist) and isinstance(other, Twist):
         return one.frame == other.frame
     return type(one) is type(other)

@@ -106,18 +106,16 @@ class ServoOptions:
     Attributes:
         period: Time between ticks, 2 to 10 ms [s].
         timeout: The robot stops if its last command is older than this [s].
-        clearance: Distance that is kept in addition to the required clearances, for the stop, which is not
-            straight, and for its proof [m].
+        clearance: Distance kept in addition to the required clearances, for the stop, which is not straight
+            [m].
         linear: Largest speed of a tool on its way to a pose [m/s].
         angular: Largest angular speed of a tool on its way to a pose [rad/s].
-        dead_zone: Subtracted from the size of each number of a command, as the centre of a stick is inexact;
-            in the units of the command.
+        dead_zone: Subtracted from the size of each number of a command, in its units: sticks are inexact.
         scaling: Factor on commands, after the dead zone: for a stick from -1 to 1, the speed at its end.
         turning: Additional factor on the angular part of twists.
         smoothing: Time constant of a low-pass filter on commands; no filter if 0 [s].
         locked: Axes, of the command's frame, on which commands of the tool have no effect.
-        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s]; others
-            are refused.
+        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s].
     """
 
     period: float = 0.004

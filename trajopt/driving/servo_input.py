@@ -64,11 +64,6 @@ class Order(Value):
     released: str = ""
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ProblemError: If it has a command and a reason to stop, or the speed is not from 0 to 1.
-        """
         if self.speed is not None and not 0.0 <= number("speed", self.speed) <= 1.0:
             raise ProblemError(f"speed must be from 0 to 1, is {self.speed:g}")
         if self.released and self.command is not None:
@@ -164,11 +159,6 @@ class TimedOrder(Value):
     until: float
 
     def __post_init__(self) -> None:
-        """Check the times.
-
-        Raises:
-            ProblemError: If times decrease or precede the first tick.
-        """
         begin, end = number("at", self.at), number("until", self.until)
         if not 0.0 <= begin <= end:
             raise ProblemError(
@@ -188,11 +178,6 @@ class Stream(Value):
     orders: Sequence[TimedOrder]
 
     def __post_init__(self) -> None:
-        """Check the order.
-
-        Raises:
-            ProblemError: If an order precedes the one before it.
-        """
         object.__setattr__(self, "orders", several("orders", self.orders, TimedOrder))
         for one, other in zip(self.orders, self.orders[1:], strict=False):
             if other.at < one.at:
@@ -293,10 +278,10 @@ class Recorder:
 
 @checked
 def read_stream(path: Path | str) -> Stream:
-    """Read a stream from a file in the format of this module.
+    """Read a stream from a file.
 
     Raises:
-        FileFormatError: If the file does not have this format.
+        FileFormatError: If the file does not have the format of this module.
     """
     document = read_document(path).only(("format", "version", "orders"))
     if document["format"].text() != FORMAT:
@@ -462,7 +447,6 @@ class Gamepad:
         self._pad.quit()
 
     def _faster(self) -> float | None:
-        """Return the speed factor if the cross has just changed it."""
         pygame = self._pygame
         cross = self._held(pygame.CONTROLLER_BUTTON_DPAD_UP) - self._held(pygame.CONTROLLER_BUTTON_DPAD_DOWN)
         pressed, self._cross = cross if cross != self._cross else 0, cross
@@ -475,5 +459,4 @@ class Gamepad:
         return self._pad.get_button(button)
 
     def _axis(self, axis: int) -> float:
-        """Return the position of a stick, from -1 to 1."""
         return max(self._pad.get_axis(axis) / FULL, -1.0)

@@ -3,13 +3,12 @@
 In a tick the acceleration of each joint changes linearly from its present value to a new one, a. The unknown
 is the velocity w at which the joint settles afterwards: w = v + a t / 2, where v is the velocity at the end
 of the tick, and t, at least a tick, is the time in which the jerk limit lets the acceleration vanish. As w
-increases with a, limits of a are limits of w. While w stays within the velocity limit, so does v, as no
-acceleration brings v beyond w before it vanishes.
+increases with a, limits of a are limits of w. While w stays within the velocity limit, so does v.
 
-The speed at which an obstacle may be approached follows from the distance that is left: uniform braking after
-the delay takes the time b in which the joints lose their present speed, so the distance may shrink by its
-share 1 / (delay + b) per second. On a straight line b / 2 would do; as joints turn, the velocity of the
-nearest points changes on the way. Speeds away from obstacles are not limited.
+Uniform braking after the delay takes the time b in which the joints lose their present speed, so the distance
+of an obstacle may shrink by its share 1 / (delay + b) per second. On a straight line b / 2 would do; as
+joints turn, the velocity of the nearest points changes on the way. Speeds away from obstacles are not
+limited.
 """
 
 from dataclasses import dataclass
@@ -45,12 +44,12 @@ class BodySpeeds:
         """Bound the approach speed of each pair, shape (p,) [m/s].
 
         At the middle of the bounds no point of a body is faster than its centre plus its angular speed times
-        its radius; the rest is bounded by levers, which hold in all configurations.
+        its radius; the rest is bounded by levers.
 
         Args:
             placed: Placements of the joints, in one configuration.
             lower: Least velocities of the joints, shape (n,) [rad/s | m/s].
-            upper: Largest velocities, shape (n,).
+            upper: Shape (n,).
         """
         rates = self._mimic @ ((lower + upper) / 2.0)
         twist = (placed.jacobian[0] * rates) @ self._carried
@@ -67,10 +66,9 @@ class BodySpeeds:
 
 
 PENALTY = 1e4
-"""Penalty of approaching too fast: far more than the cost of a command, which is 1 if it is not followed."""
+"""Penalty of approaching too fast; the cost of a command is 1 if it is not followed."""
 DAMPING = 1e-6
-"""Weight of the joint velocities, each relative to its limit: it decides between equivalent velocities, at a
-millionth of the cost of the command."""
+"""Weight of the joint velocities, each relative to its limit, to decide between equivalent velocities."""
 ACCURACY = 1e-10
 """Accuracy of the program's value: the weight above times the square of a hundredth of a limit."""
 INSET = 1e-5
@@ -127,7 +125,6 @@ class Braking:
         self.delay = limits.acceleration / limits.jerk / 2.0 + 4.0 * period
 
     def time(self, velocities: Floats) -> float:
-        """Return the time until the joints are at rest, with the delay [s]."""
         slowest = float((np.abs(velocities) / self.limits.acceleration).max())
         return slowest + float(self.delay.max())
 
@@ -161,7 +158,6 @@ class Braking:
         return np.sign(change) * np.minimum(size / self.period, longer)
 
     def after(self, state: Floats, settled: Floats) -> Floats:
-        """Return the state at the tick's end, shape (3, n), from which joints settle at velocities."""
         most, period = self.limits.acceleration, self.period
         then = np.clip(self.acceleration(state, settled), -most, most)
         position, velocity, before = state
@@ -201,7 +197,6 @@ class ApproachQuery:
         self._speeds = BodySpeeds(whole)
 
     def positions(self, positions: Floats, time: float) -> Floats:
-        """Return the positions of the query's joints for those of the group, shape (n,), at a time [s]."""
         if self._timed is None:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
@@ -252,12 +247,10 @@ class ApproachQuery:
 def settle(
     task: VelocityTask, approach: ApproachLimits, lower: Floats, upper: Floats, limits: JointLimits
 ) -> Floats | None:
-    """Return the velocities between bounds that follow a task best; None if the program has no solution.
+    """Return the velocities between bounds (n,) that follow a task best; None if there is no solution.
 
     Args:
         approach: Limits on approach speeds; if they cannot hold, they are violated as little as possible.
-        lower: Least velocities, shape (n,) [rad/s | m/s].
-        upper: Largest velocities, shape (n,).
     """
     middle, joints = (lower + upper) / 2.0, len(lower)
     matrix = np.concatenate((task.matrix, np.diag(1.0 / limits.velocity)))

@@ -19,7 +19,9 @@ SLOWEST = 1e-2
 
 ENDING = 0.5
 """A singularity is at the end of the reach if more than this share of the slope of the singular value is
-along its singular vector: nearly all of it for a stretched arm, nearly none for aligned axes of a wrist."""
+along its
+singular vector: nearly all of it for a stretched arm, nearly none for aligned axes of a wrist.
+"""
 _ACROSS: Floats = np.array(
     (
         (0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0),
@@ -34,8 +36,8 @@ _ACROSS: Floats = np.array(
 class Tool(Value):
     """The tool of a group in a configuration.
 
-    Its Jacobian equals the one of `terms.frame_jacobian`, for one configuration and the group's joints. The
-    slopes of its singular values are computed without the derivative of the whole Jacobian.
+    Its Jacobian equals `terms.frame_jacobian`; the slopes of its singular values need no derivative of the
+    whole.
 
     Attributes:
         linear: Linear velocity of the tool by each joint that carries it, from the base on, shape (k, 3).
@@ -70,7 +72,6 @@ class Tool(Value):
         return np.concatenate((self.linear, LENGTH * self.angular), axis=1).T @ self.mimic
 
     def task(self, twist: Floats) -> VelocityTask:
-        """Return the task of a twist (linear, angular) in the world, shape (6,)."""
         lengths = _as_lengths(twist)
         scale = max(float(np.linalg.norm(lengths)), SLOWEST)
         return VelocityTask(self.jacobian / scale, lengths / scale)
@@ -79,11 +80,11 @@ class Tool(Value):
         """Return how fast the tool may approach singularities on a twist.
 
         The component c of the twist along the k-th left singular vector requires joint velocities c / s along
-        the right one, where s is the singular value (see Nakamura and Hanafusa, "Inverse kinematic solutions
-        with singularity robustness for robot manipulator control", 1986). So s may not fall below the value
-        at which a joint reaches its velocity limit; it need not grow. At the end of the reach c is the
-        present component. At other singularities, such as aligned axes of a wrist, the vector turns with the
-        joints, and c is the size of the whole twist.
+        the right one, with the singular value s (Nakamura and Hanafusa, "Inverse kinematic solutions with
+        singularity robustness for robot manipulator control", 1986). So s may not fall below the value at
+        which a joint reaches its velocity limit. At the end of the reach c is the present component. At other
+        singularities, such as aligned axes of a wrist, the vector turns with the joints, and c is the size of
+        the whole twist.
         """
         left, values, right, slopes = self.singular_values()
         lengths = _as_lengths(twist)
@@ -102,8 +103,8 @@ class Tool(Value):
         from the base, by w_a x l_b and w_a x w_b.
 
         Returns:
-            Left singular vectors as columns (6, m), values (m,), right singular vectors as rows (m, n), and
-            slopes by the group's joints (m, n).
+            Left singular vectors as columns (6, m), values (m,), right ones as rows (m, n), and slopes (m,
+            n).
         """
         left, values, right = np.linalg.svd(self.jacobian, full_matrices=False)
         rates, farther = right @ self.mimic.T, np.tri(len(self.mimic)).T
@@ -117,7 +118,6 @@ class Tool(Value):
 
 
 def _as_lengths(twist: Floats) -> Floats:
-    """Return a twist, shape (6,), whose angular part is multiplied by `LENGTH`."""
     return np.concatenate((twist[:3], LENGTH * twist[3:]))
 
 
@@ -131,7 +131,6 @@ def _turned(matrices: Floats) -> Floats:
 
 
 def _chains(reduced: ReducedModel) -> tuple[Ints, ...]:
-    """Return the indices of the joints that carry each joint, and of itself, from the base on."""
     model = reduced.model
     return tuple(
         np.array([int(model.joints[number].idx_v) for number in list(each)[1:]], dtype=np.int64)
@@ -164,14 +163,10 @@ def joint_task(velocities: Floats, braking: Braking) -> VelocityTask:
 
 
 def twist_to(target: Placement, here: Placement, options: ServoOptions, delay: float) -> Floats:
-    """Return the twist that moves a tool to a placement.
+    """Return the twist that moves a tool to a placement; joints follow after a delay [s].
 
-    It is proportional to the distance, with the rate k = 1 / (4 T), where T is the delay of the joints: the
-    characteristic polynomial T s^2 + s + k of the loop then has a double real root, so the tool does not
-    overshoot.
-
-    Args:
-        delay: Time in which the joints follow [s].
+    It is proportional to the distance, with the rate k = 1 / (4 T), where T is the delay: the characteristic
+    polynomial T s^2 + s + k of the loop then has a double real root, so the tool does not overshoot.
     """
     away = target.translation - here.translation
     turn = here.rotation @ as_rotation_vector(here.rotation.T @ target.rotation)
@@ -184,7 +179,6 @@ def twist_to(target: Placement, here: Placement, options: ServoOptions, delay: f
 
 
 def in_world(twist: Floats, frame: Placement) -> Floats:
-    """Return a twist in the axes of the world, given in the axes of a frame, shape (6,)."""
     return np.concatenate((frame.rotation @ twist[:3], frame.rotation @ twist[3:]))
 
 
@@ -194,7 +188,6 @@ def _shaped(values: Floats, options: ServoOptions) -> Floats:
 
 
 def _unlocked(twist: Floats, options: ServoOptions) -> Floats:
-    """Return a twist, shape (6,), without its components on locked axes."""
     twist = twist.copy()
     twist[[axis.value for axis in options.locked]] = 0.0
     return twist

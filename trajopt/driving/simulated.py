@@ -93,11 +93,11 @@ class Sensors(Value):
     """Delay and noise of the measured states of a robot.
 
     Attributes:
-        delay: Delay of states [s].
+        delay: Of states [s].
         noise: Standard deviation of each measured position [rad | m].
-        stated: Stated bound of the measurement error, included in the tolerance of the driver [rad | m];
+        stated: Bound of the measurement error, included in the tolerance of the driver [rad | m];
             `DEVIATIONS` times the noise if None.
-        seed: Seed of the noise.
+        seed: Of the noise.
     """
 
     delay: float = 0.0
@@ -150,8 +150,6 @@ class SimulatedExecutor:
             latency: Least time from giving a motion to its beginning [s].
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m]; the
                 error of the sensors is added.
-            sensors: Delay and noise of measurements.
-            faults: Faults to simulate.
             options: Time step and gains.
             clock: Returns the time [s].
 
@@ -244,7 +242,7 @@ class SimulatedExecutor:
         Args:
             world: The real world from now on, with attached objects.
             begin: Time of the executor's clock at which the world's clock shows 0 [s].
-            duration: Duration of the motion that begins then, to whose ends contact allowances refer [s].
+            duration: Of the motion that begins then, to whose ends contact allowances refer [s].
 
         Raises:
             ProblemError: If the world has another robot.
@@ -287,7 +285,6 @@ class SimulatedExecutor:
         self._effort = whole.limits.effort
 
     def _count(self, begin: float, duration: float) -> None:
-        """Count contacts from now on, on a clock that shows 0 at the begin."""
         allowances = self._world.allowances
         self._begin = begin
         self._plant.data.time = self._steps * self.period - begin
@@ -335,7 +332,6 @@ class SimulatedExecutor:
         return False
 
     def _commanded(self) -> Floats:
-        """Return the commanded state now, shape (3, n); a motion spliced in begins later."""
         if self._reference[0] != self._steps:
             self._reference = (self._steps, self.committed(self._steps * self.period))
         return self._reference[1]

@@ -18,16 +18,16 @@ from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 
 GENTLE = (0.5, 0.25, 0.1)
-"""Shares of the limits for braking off the path if no other stop is proven: the torque of braking falls with
-them, the torque that holds the load remains."""
+"""Shares of the limits for braking off the path if no other stop is proven: the torque of braking falls
+with them.
+"""
 MEASURED_AT = (0.5, 1.0)
 """Shares of the unproven stop at which the nearest obstacles are measured."""
 PUSHES = (0.06, 0.1)
 """Durations of the push away from an obstacle before braking [s]; `benchmarks/unproven_stops.py` counts the
 unproven stops with and without them."""
 URGENT = 0.3
-"""Pairs may approach each other more slowly the nearer they are; those within this speed of the slowest are
-pushed apart together [m/s]."""
+"""Pairs within this speed of the most urgent one are pushed apart together [m/s]."""
 SAMPLE_TIME = 0.01
 """Time step for the measured distances [s]."""
 REST_TIME = 1e-3
@@ -63,10 +63,9 @@ def soonest_stop(
 
     If neither a stop along the path nor one of all joints is clear, stops that turn away from the obstacle
     first are tried. If a prediction ends before the robot is at rest, nothing can be proven: the robot then
-    stays on its path, of which everything else was proven.
+    stays on its path.
 
     Args:
-        guard: Proves motions.
         world: The world as last reported.
         begin: When the stop begins, on the executor's clock [s].
         here: The requirements, with the configuration of the robot at that time.
@@ -93,11 +92,6 @@ def soonest_stop(
 
 
 def why_unproven(guard: MotionGuard, world: WorldSnapshot, begin: float, stop: Trajectory) -> str:
-    """Describe why no stop is proven: the nearest pair, and whether another stop could be better.
-
-    Args:
-        begin: When the stop begins, on the executor's clock [s].
-    """
     why = guard.failed_check(stop, world, begin)
     if world.stale(begin + stop.duration):
         return why
@@ -146,12 +140,6 @@ def evading_stops(
 
 
 def clear_at(guard: MotionGuard, world: WorldSnapshot, begin: float, ahead: Trajectory) -> bool:
-    """Return whether the robot is clear at the start of a stop; otherwise no stop can be proven.
-
-    Args:
-        begin: When the stop begins, on the executor's clock [s].
-        ahead: The committed motion from that time.
-    """
     here = ahead(0.0)
     still = np.zeros((2, len(here)))
     resting = Trajectory(ahead.joint_names, np.array((0.0, REST_TIME)), np.stack((here, here)), still, still)
@@ -171,7 +159,6 @@ def _gentle_stops(here: Problem, ahead: Trajectory) -> list[Trajectory]:
 def _first_proven(
     guard: MotionGuard, world: WorldSnapshot, begin: float, stops: list[Trajectory]
 ) -> tuple[Trajectory | None, bool]:
-    """Return the first proven stop, or else the first clear one; and whether the path constraints hold."""
     return next(
         (
             (stop, required)
@@ -184,7 +171,6 @@ def _first_proven(
 
 
 def _pushed(state: Floats, wanted: Floats, push: float, limits: JointLimits) -> Trajectory | None:
-    """Return a motion that changes to accelerations in a time, then stops; None if it becomes too fast."""
     q, v, a = state
     jerk = np.clip((wanted - a) / push, -limits.jerk, limits.jerk)
     end = np.stack(

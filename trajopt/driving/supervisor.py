@@ -33,13 +33,8 @@ class Supervisor(CommitLoop):
     """Drives a robot to goals.
 
     At all times the executor holds a short piece of the motion followed by a stop along its path, proven as
-    one motion in the world as last reported. Each cycle proves the next such motion and splices it in where
-    the last one would begin to brake. If it is not proven, or no further cycle comes, the robot stops as
-    proven before.
-
-    Attributes:
-        executor: Driver of the robot.
-        problem: The requirements, and the goal.
+    one motion in the world as last reported. Each cycle proves the next one and splices it in where the last
+    one would begin to brake; otherwise the robot stops as proven before.
     """
 
     options: SupervisorOptions = DEFAULT
@@ -98,15 +93,8 @@ class Supervisor(CommitLoop):
     def then(self, problem: Problem, *, blend_radius: float = 0.0) -> None:
         """Go to a goal after all others; the motion to it is planned while the one before is driven.
 
-        The motion begins at rest at the goal before; if that has a blend radius, it begins on the way within
-        that radius, provided that it ends sooner. If there is no motion, the robot rests at the goal before.
-
-        Args:
-            problem: As for `go`.
-            blend_radius: As for `go`.
-
-        Raises:
-            ProblemError: As for `go`.
+        The motion begins at rest at the goal before, or within its blend radius if that ends sooner.
+        Arguments and errors as for `go`.
         """
         self._goals.then(self._goal(problem, blend_radius))
 
@@ -161,11 +149,7 @@ class Supervisor(CommitLoop):
                 self._goals.advance(self.executor.now())
 
     def stop(self) -> StopTaken:
-        """Bring the robot to rest by the soonest proven stop, and drop all goals.
-
-        Candidates are a stop along the path and one in which each joint brakes as hard as it may. If neither
-        is proven, the sooner one is taken.
-        """
+        """Bring the robot to rest by the soonest proven stop, on the path or off it, and drop all goals."""
         with self._commitment.journal.stage("stop"):
             taken = self._active.stop(self.problem, "requested")
         self._goals.abandon()
@@ -176,7 +160,7 @@ class Supervisor(CommitLoop):
         """Clear a fault, and move the robot out of light contact to a goal, slowly.
 
         The whole motion is judged and committed: pairs in contact separate all the time, then all clearances
-        hold. The events describe it.
+        hold.
 
         Args:
             goal: A goal, as for a problem: "ready".
@@ -229,12 +213,6 @@ class Supervisor(CommitLoop):
             self._goals.world_changed()
 
     def _goal(self, problem: Problem, blend_radius: float) -> GuardedGoal:
-        """Return a goal of the same group of the same robot.
-
-        Raises:
-            ProblemError: If the group or robot is another one, the goal moves, or the radius is negative, or
-                positive for a group without a single tool.
-        """
         present = self.problem
         same = problem.group == present.group and problem.scene.robot is present.scene.robot
         if problem is not present and not same:

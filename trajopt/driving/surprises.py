@@ -13,14 +13,13 @@ A file, YAML or JSON, lists them:
     faults:
       - {kind: stuck, joint: panda_joint4, begin: 0.3, end: 9.0}
 
-A random surprise is a box that appears on the path ahead of the robot. The motion to the goal is planned in
-the known world. A time is drawn uniformly from its first nine tenths, and a later time of the motion, at
-least `NOTICE` after the robot could have come to rest. The box appears at the first time, at the place of the
-tip of the group (of one of them, if it has several) at the second. Its edges are drawn from 4 to 12 cm, it is
-turned about the vertical by any angle, and displaced from the tip by up to half an edge along each axis. It
-is drawn again while it is within `ROOM_TO_REST` of the robot, or of an attached object, at that time, on the
-way to rest, at the start or at the goal: no robot could avoid the first, or reach its goal with the others. A
-supervised robot begins to move up to `BEHIND` late, so this time before is included.
+A random surprise is a box that appears on the path ahead of the robot, planned in the known world. A time is
+drawn from the first nine tenths of the motion, and a later one, at least `NOTICE` after the robot could have
+come to rest. The box appears at the first time, at the place of the tip of the group at the second. Its edges
+are drawn from 4 to 12 cm, it is turned about the vertical, and displaced by up to half an edge along each
+axis. It is drawn again while it is within `ROOM_TO_REST` of the robot, or of an attached object, at that
+time, on the way to rest, at the start or at the goal. A supervised robot begins to move up to `BEHIND` late,
+so this time before is included.
 """
 
 from collections.abc import Sequence
@@ -61,10 +60,10 @@ class Surprise(Value):
     """An object that appears, or changes its place instantly.
 
     Attributes:
-        name: Name of a new object, which has a shape, or of an object of the scene, which is moved.
+        name: Of a new object, which has a shape, or of an object of the scene, which is moved.
         at: Time of the change [s].
-        placement: Placement in the world from then on.
-        shape: Shape of a new object; None for an object of the scene.
+        placement: In the world from then on.
+        shape: Of a new object; None for an object of the scene.
         leaves: Time at which it disappears [s].
     """
 
@@ -100,9 +99,6 @@ class Surprises(Value):
     def world(self, scene: Scene) -> Scene:
         """Return the real world over time; its clock shows 0 at the start of the robot.
 
-        Args:
-            scene: The world as known before.
-
         Raises:
             ModelError: If a moved object is not in the scene, or a new one is.
         """
@@ -119,12 +115,7 @@ class Surprises(Value):
 
     @checked
     def seen(self, scene: Scene, time: float) -> Scene:
-        """Return the world as seen at a time.
-
-        Args:
-            scene: The world as known before.
-            time: On the clock of the run [s].
-        """
+        """Return the world as seen at a time on the clock of the run [s]."""
         for each in self.objects:
             if each.leaves <= time:
                 scene = scene if each.shape is not None else scene.remove(each.name)
@@ -140,10 +131,10 @@ NONE = Surprises()
 
 @checked
 def read_surprises(path: Path | str) -> Surprises:
-    """Read surprises from a file in the format of this module.
+    """Read surprises from a file.
 
     Raises:
-        FileFormatError: If the file does not have this format.
+        FileFormatError: If the file does not have the format of this module.
     """
     document = read_document(path).only(FIELDS)
     sensors = document["sensors"].only(("delay", "noise"))
@@ -209,10 +200,7 @@ STOP_STEP = 0.02
 def undisturbed(problem: Problem, *, tolerance: float = TOLERANCE) -> Trajectory:
     """Return the motion of a supervisor without surprises, for `random_surprise`.
 
-    Unlike `plan` it keeps a margin for the tracking error.
-
-    Args:
-        tolerance: Largest tracking error of each joint [rad | m].
+    Unlike `plan` it keeps a margin for the tracking error [rad | m].
 
     Raises:
         PlanningFailed: If there is no plan.
@@ -225,12 +213,7 @@ def undisturbed(problem: Problem, *, tolerance: float = TOLERANCE) -> Trajectory
 
 @checked
 def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprises:
-    """Draw a box on the path of a motion, by the rule of this module.
-
-    Args:
-        problem: The problem that the motion solves.
-        motion: The motion, which begins at time 0.
-        seed: Equal seeds draw equal surprises.
+    """Draw a box on the path of a motion by the rule of this module; equal seeds draw equal boxes.
 
     Raises:
         ProblemError: If none of the drawn boxes leaves the robot a way to rest.
@@ -265,7 +248,6 @@ def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprise
 
 
 def has_room(problem: Problem, box: Surprise, configurations: Floats) -> bool:
-    """Return whether robot and load keep `ROOM_TO_REST` from a box at configurations, shape (s, n)."""
     known = problem.scene
     carried = {name: item for name, item in known.objects.items() if known.part(name) is Part.CARRIED}
     alone = replace(known, objects=carried)

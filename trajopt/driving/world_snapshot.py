@@ -42,11 +42,7 @@ class WorldSnapshot(Value):
         return WorldSnapshot(scene, stamp)
 
     def stale(self, time: float) -> str:
-        """Name a dynamic obstacle whose motion is no longer predicted at a time; empty if there is none.
-
-        Args:
-            time: On the executor's clock [s].
-        """
+        """Name a dynamic obstacle without a prediction at a time [s]; empty if there is none."""
         objects = self.scene.objects
         for name in self._changing:
             motion, since = objects[name].timing.motion, time - self.stamp
@@ -55,11 +51,7 @@ class WorldSnapshot(Value):
         return ""
 
     def without_growing_errors(self, time: float) -> "WorldSnapshot | None":
-        """Return the world at a time with the position errors of the stamp; None if a prediction has ended.
-
-        Args:
-            time: Dynamic obstacles have moved along their tracks until then, on the executor's clock [s].
-        """
+        """Return the world at a time [s] with the errors of the stamp; None if a prediction has ended."""
         if not self._changing:
             return self
         if self.stale(time):
@@ -79,11 +71,7 @@ class WorldSnapshot(Value):
         return any(timing.motion is not None and any(timing.motion.error[1:]) for timing in timings)
 
     def growing_errors(self, time: float) -> str:
-        """Describe why a robot cannot go on at a time: position errors that have grown, the largest first.
-
-        Args:
-            time: On the executor's clock [s].
-        """
+        """Describe why a robot cannot go on at a time [s]: grown position errors, the largest first."""
         since, objects = time - self.stamp, self.scene.objects
         errors = {
             name: motion.error_at(since)
