@@ -27,7 +27,8 @@ from trajopt.problem.problem import named_problem
 from trajopt.values.errors import ProblemError
 
 HEAD = (
-    "motions of", "verified", "proven", "leaves", "witness kB", "statement kB", "write ms", "check s",
+    "motions of", "verified", "proven", "torque too", "leaves", "witness kB", "statement kB", "write ms",
+    "check s",
 )  # fmt: skip
 
 
@@ -39,6 +40,7 @@ class Checked:
         family: The set of its problem.
         name: The problem.
         fault: The reason if it is not proven; empty if it is.
+        sampled: Whether torque is sampled, and not part of the proof.
         size: The size of the proof, if there is one.
         write: CPU time of writing, the judge's verdict included [s].
         check: CPU time of the checker's process [s].
@@ -47,6 +49,7 @@ class Checked:
     family: str
     name: str
     fault: str
+    sampled: bool = False
     size: ProofSize | None = None
     write: float = 0.0
     check: float = 0.0
@@ -107,7 +110,7 @@ def proven(family: str, name: str, result: to.Result, path: Path) -> Checked:
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     fault = "" if answer.proven else answer.words.splitlines()[-1]
-    return Checked(family, name, fault, size, written - begin, used)
+    return Checked(family, name, fault, "torque: sampled" in answer.words, size, written - begin, used)
 
 
 def row(family: str, found: list[Checked]) -> tuple[str, ...]:
@@ -124,7 +127,8 @@ def row(family: str, found: list[Checked]) -> tuple[str, ...]:
     numbers = (
         f"{form.format(float(np.median(values)))} / {form.format(max(values))}" for values, form in columns
     )
-    return (family, str(len(found)), str(len(good)), *numbers)
+    with_torque = sum(not each.sampled for each in good)
+    return (family, str(len(found)), str(len(good)), str(with_torque), *numbers)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,7 @@
-"""An independent check of a proof's statement at many times, with scipy and Coal: it can only refute."""
+"""An independent check of a proof's statement at many times: it can only refute.
+
+scipy interpolates, Coal measures distances, and Pinocchio computes torques.
+"""
 
 from collections.abc import Iterator
 from functools import cache
@@ -6,6 +9,7 @@ from typing import Any
 
 import coal
 import numpy as np
+import pinocchio as pin
 from scipy.interpolate import BPoly
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
@@ -63,6 +67,7 @@ def refuted(statement: Document, samples: int = 100) -> Iterator[str]:
             if joint[name] is not None and (rate > joint[name] * (1.0 + excess)).any():
                 yield f"{joint['name']} passes its limit of {name}"
     yield from _ends(statement, motion)
+    yield from _heavy(statement, times)
     yield from _near(statement, times)
 
 
@@ -72,13 +77,53 @@ def _ends(statement: Document, motion: BPoly) -> Iterator[str]:
         yield "it starts elsewhere"
     if (np.abs(motion(0.0, 1) - ends["velocities"]) > ends["speed"] + 1e-12).any():
         yield "it starts at another speed"
-    for each in statement["requirements"]:
+    for each in of_kind(statement, "joint positions"):
         for number, low, high in each["ranges"]:
             joint = statement["joints"][number - 1]
             at = joint["factor"] * motion(motion.x[-1])[joint["coordinate"]] + joint["offset"]
             slack = statement["excess"] + 1e-12
             if (low is not None and at < low - slack) or (high is not None and at > high + slack):
                 yield f"joint {number} ends elsewhere"
+
+
+def of_kind(statement: Document, kind: str) -> list[Document]:
+    return [each for each in statement["requirements"] if each["kind"] == kind]
+
+
+def _heavy(statement: Document, times: Numbers) -> Iterator[str]:
+    for rule in of_kind(statement, "torque"):
+        torque = np.abs(torques(statement, rule, times[1:-1]))
+        for coordinate, limit in rule["limits"]:
+            if (torque[:, coordinate] > limit * (1.0 + statement["excess"]) + 1e-9).any():
+                yield f"the torque of coordinate {coordinate} passes its limit"
+
+
+def torques(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    """Return the torques of all coordinates, (t, n), by Pinocchio's recursive Newton-Euler algorithm."""
+    model, motion = heavy_model(statement, rule), curve(statement)
+    follows = np.zeros((model.nv, len(statement["motion"]["coordinates"])))
+    for number, joint in enumerate(statement["joints"]):
+        follows[number, joint["coordinate"]] = joint["factor"]
+    offset, data = np.array([joint["offset"] for joint in statement["joints"]]), model.createData()
+    state = [motion(times, order) @ follows.T for order in range(3)]
+    state[0] = state[0] + offset
+    return np.array([pin.rnea(model, data, *each) for each in zip(*state, strict=True)]) @ follows
+
+
+def heavy_model(statement: Document, rule: Document) -> pin.Model:
+    model = pin.Model()
+    for joint in statement["joints"]:
+        kind = pin.JointModelRevoluteUnaligned if joint["turns"] else pin.JointModelPrismaticUnaligned
+        axis = np.array(joint["axis"], dtype=float)
+        place = pin.SE3(rotation(joint["place"]), np.array(joint["place"]["translation"], dtype=float))
+        moves = kind(axis / np.linalg.norm(axis))
+        model.addJoint(joint["place"]["joint"], moves, place, f"{len(model.names)} {joint['name']}")
+    for number, mass, centre, (xx, xy, xz, yy, yz, zz) in rule["loads"]:
+        moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        model.inertias[number] += pin.Inertia(float(mass), np.array(centre), moments)
+    model.armature = np.array(rule["rotors"], dtype=float)
+    model.gravity.linear = np.array(rule["gravity"], dtype=float)
+    return model
 
 
 def _near(statement: Document, times: Numbers) -> Iterator[str]:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests.files.proof.conftest import Checker, Document, Proof
+from tests.files.proof.dense import of_kind
 from trajopt.files.proof.checking import CHECKER
 
 Change = Callable[[Document], object]
@@ -31,6 +32,11 @@ def part_of(statement: Document, owner: str) -> Document:
 
 def joint(statement: Document, field: str, value: Any) -> None:
     statement["joints"][1][field] = value
+
+
+def torque(statement: Document) -> Document:
+    (rule,) = of_kind(statement, "torque")
+    return rule
 
 
 FALSE: dict[str, tuple[Change, str]] = {
@@ -57,6 +63,11 @@ FALSE: dict[str, tuple[Change, str]] = {
     "a start that accelerates": (lambda s: s["ends"]["accelerations"].__setitem__(0, 1.0), "acceleration"),
     "a moving end": (lambda s: s["motion"]["values"][1][-1].__setitem__(0, 1e-4), ""),
     "another goal": (lambda s: s["requirements"][0]["ranges"].__setitem__(0, [1, 0.9002, 0.9003]), "joint1"),
+    "a heavier link": (lambda s: torque(s)["loads"][1].__setitem__(1, 9.0), "torques"),
+    "a link with more inertia": (lambda s: torque(s)["loads"][0][3].__setitem__(5, 2.0), "torques"),
+    "a longer lever": (lambda s: torque(s)["loads"][1].__setitem__(2, [0.9, 0.0, 0.0]), "torques"),
+    "heavier rotors": (lambda s: torque(s).update(rotors=[9.0, 9.0]), "torques"),
+    "a weaker motor": (lambda s: torque(s).update(limits=[[0, 2.0], [1, 6.0]]), "torques"),
     "another factor": (lambda s: joint(s, "factor", -1.0), ""),
     "another axis": (lambda s: joint(s, "axis", [0.0, 0.0, -1.0]), ""),
     "a sliding joint": (lambda s: joint(s, "turns", False), ""),
@@ -79,10 +90,11 @@ UNMET: dict[str, Change] = {
     "axis alignment": lambda each: each.update(direction=[0.0, 1.0, 0.0]),
     "position in region": lambda each: each["members"][0][2].update(translation=[0.0, 0.0, -9.0]),
     "tool speed": lambda each: each.update(limit=0.3),
+    "torque": lambda each: each["limits"].__setitem__(0, [0, 0.1]),
 }
 
 
-@pytest.mark.parametrize("place", range(7))
+@pytest.mark.parametrize("place", range(8))
 def test_an_unmet_requirement_is_refused(
     place: int, tmp_path: Path, checker: Checker, required: Proof
 ) -> None:
@@ -95,7 +107,8 @@ def test_an_unmet_requirement_is_refused(
 def test_a_tool_is_just_within_its_speed(tmp_path: Path, checker: Checker, required: Proof) -> None:
     """The bound is not so wide that any lower limit would do."""
     statement = copy.deepcopy(required.statement)
-    statement["requirements"][-1]["limit"] = 0.59
+    (tool,) = of_kind(statement, "tool speed")
+    tool["limit"] = 0.59
     assert "speed" in checker.fault(Proof(statement, required.witness).write(tmp_path / "x.proof"))
 
 

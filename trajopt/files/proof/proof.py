@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves
 from trajopt.files.proof.requirements import Shown
 from trajopt.files.proof.statement import Asked, Pairs, asked, proven_pairs, statement
+from trajopt.files.proof.torque import stated_torque
 from trajopt.planning.judgement import judge
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import JointLimits
@@ -21,6 +22,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.shapes.shapes import Mesh
 from trajopt.values.trajectory import Interpolation, Trajectory
 from trajopt.verify import VerifyOptions
+from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import JudgedMotion
 
@@ -29,6 +31,8 @@ SUFFIX = ".proof"
 """File name extension of proofs."""
 MOST_TIMES = 60_000
 """Most times of a proof's grid."""
+SHORTEST_OF_TORQUE = 1e-3
+"""Shorter intervals are not cut for the sake of torque [s]: at a limit that is just kept there is no end."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,7 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
     pairs, leaves = _separated(motion)
     requirements = asked(problem, motion)
     grid = _grid(motion, leaves, problem.moving_limits, requirements)
+    requirements, grid = _with_torque(problem, motion, requirements, grid)
     said = json.dumps(statement(problem, motion, pairs, requirements), allow_nan=False).encode()
     witness = _witness(motion, leaves, grid, len(pairs.pairs))
     with written_whole(path) as draft:
@@ -111,17 +116,42 @@ def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
 def _grid(motion: JudgedMotion, leaves: Leaves, limits: JointLimits, requirements: Asked) -> Floats:
     """Return times between which the checker sees limits and requirements hold; the ends of leaves too."""
     grid = np.unique(np.concatenate((motion.trajectory.times, leaves.begin)))
-    shown = (_limits_hold(motion, limits), *requirements.shown)
+    grid, lost = _refined(grid, (_limits_hold(motion, limits), *requirements.shown), SHORTEST)
+    if lost is not None:
+        raise ProblemError(f"limits and requirements are too tight for a proof around {lost:.6g} s")
+    return grid
+
+
+def _with_torque(
+    problem: Problem, motion: JudgedMotion, requirements: Asked, grid: Floats
+) -> tuple[Asked, Floats]:
+    """Add the torque limits, and times between which the checker sees that they hold.
+
+    If there are no such times, the torque is among the facts that are judged only.
+    """
+    torque = stated_torque(motion, problem.limits)
+    if torque is None or torque.shown is None:
+        return requirements, grid
+    finer, lost = _refined(grid, (torque.shown,), SHORTEST_OF_TORQUE)
+    if lost is None:
+        return replace(requirements, documents=(*requirements.documents, torque.document)), finer
+    samples = len(inverse_dynamics(motion)[0])
+    words = f"torque: sampled at {samples} times, not proven"
+    return replace(requirements, judged=(*requirements.judged, words)), grid
+
+
+def _refined(grid: Floats, shown: Sequence[Shown], shortest: float) -> tuple[Floats, float | None]:
+    """Cut the intervals of a grid until all is shown in each; return a time at which it is not, if any."""
     begin, end = grid[:-1], grid[1:]
     while len(begin):
         open_cells = ~np.all([holds(begin, end) for holds in shown], axis=0)
         begin, end = begin[open_cells], end[open_cells]
-        if (end - begin < SHORTEST).any() or len(grid) > MOST_TIMES:
-            raise ProblemError(f"limits and requirements are too tight for a proof around {begin[0]:.6g} s")
+        if (end - begin < shortest).any() or len(grid) > MOST_TIMES:
+            return grid, float(begin[0])
         middle = (begin + end) / 2.0
         grid = np.union1d(grid, middle)
         begin, end = np.concatenate((begin, middle)), np.concatenate((middle, end))
-    return grid
+    return grid, None
 
 
 def _limits_hold(motion: JudgedMotion, limits: JointLimits) -> Shown:

@@ -125,8 +125,6 @@ def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
     found = [f"waypoint {name}" for name in problem.waypoint_names]
     found += [f"between waypoints: {item.required}" for item in problem.partial]
     found += [f"user code: {item.residual.name}" for item in problem.residual_constraints]
-    if np.isfinite(problem.moving_limits.effort).any():
-        found.append("torque, at samples")
     if problem.finish_by is not None:
         found.append(f"the motion ends by {problem.finish_by:g} s")
     if problem.dwell > 0.0:

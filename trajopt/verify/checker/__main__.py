@@ -17,6 +17,7 @@ import rule_joints
 import rule_placement
 import rule_region
 import rule_tool_speed
+import rule_torque
 from kinematics import GridKinematics
 from reading import Malformed, one_of, open_file
 from requirement import StatedRequirement
@@ -29,6 +30,7 @@ RULES = {
     "axis alignment": rule_alignment.read,
     "position in region": rule_region.read,
     "tool speed": rule_tool_speed.read,
+    "torque": rule_torque.read,
 }
 """Kinds of requirements -> their readers."""
 

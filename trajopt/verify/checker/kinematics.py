@@ -67,7 +67,7 @@ class GridKinematics:
         factors = np.array([joint.factor for joint in joints], dtype=np.float64)
         self.rates = tuple(
             np.pad(up(bound.size[:, follows] * np.abs(factors)), ((0, 0), (1, 0)))
-            for bound in self.motion.bounds[1:]
+            for bound in self.motion.bounds[1:4]
         )
 
     def placed(self, place: FixedPlace) -> tuple[Interval, Interval]:
@@ -151,21 +151,26 @@ def rotation_of(quaternion: Floats) -> Interval:
     return intervals.joined([intervals.joined(row, 0) for row in rows], 0)
 
 
+def turning(joint: StatedJoint) -> tuple[Interval, Interval, Interval]:
+    """Return A, B and C: a joint at q has the rotation A + B sin q + C cos q in its parent (Rodrigues)."""
+    fixed, axis = rotation_of(joint.place.rotation), intervals.normalised(joint.axis)
+    zero, (x, y, z) = exactly(0.0), (axis[place] * exactly(float(joint.turns)) for place in range(3))
+    rows = [zero, -z, y], [z, zero, -x], [-y, x, zero]
+    skew = intervals.joined([intervals.joined(row, 0) for row in rows], 0)
+    of_sine = intervals.product(fixed, skew)
+    of_cosine = -intervals.product(of_sine, skew)
+    return fixed - of_cosine, of_sine, of_cosine
+
+
+def slide(joint: StatedJoint) -> Interval:
+    """Return the direction in its parent's frame along which a joint slides, (3,); zero if it turns."""
+    along = intervals.normalised(joint.axis) * exactly(float(not joint.turns))
+    return turned(rotation_of(joint.place.rotation), along)
+
+
 def _moved(joint: StatedJoint, positions: Interval) -> tuple[Interval, Interval]:
     """Return a joint's frame in its parent's at some positions: (g, 3, 3) and (g, 3)."""
-    fixed, axis = rotation_of(joint.place.rotation), intervals.normalised(joint.axis)
-    still = exactly(np.broadcast_to(joint.place.translation, (len(positions.low), 3)))
-    if not joint.turns:
-        shape = (len(positions.low), 3, 3)
-        unturned = Interval(np.broadcast_to(fixed.low, shape), np.broadcast_to(fixed.high, shape))
-        return unturned, still + turned(fixed, axis) * positions[:, None]
-    zero, x, y, z = exactly(0.0), axis[0], axis[1], axis[2]
-    skew = intervals.joined(
-        [intervals.joined(row, 0) for row in ([zero, -z, y], [z, zero, -x], [-y, x, zero])], 0
-    )
-    sine, cosine = intervals.sine_and_cosine(positions)
-    rest = exactly(1.0) - cosine
-    turn = (
-        exactly(np.eye(3)) + skew * sine[:, None, None] + intervals.product(skew, skew) * rest[:, None, None]
-    )
-    return intervals.product(fixed, turn), still
+    still, of_sine, of_cosine = turning(joint)
+    sine, cosine = (each[:, None, None] for each in intervals.sine_and_cosine(positions))
+    origin = exactly(joint.place.translation) + slide(joint) * positions[:, None]
+    return still + of_sine * sine + of_cosine * cosine, origin

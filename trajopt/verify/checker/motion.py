@@ -16,8 +16,8 @@ class GridMotion:
 
     Attributes:
         positions: At the times of the grid, shape (g, n).
-        bounds: Of position, velocity, acceleration and jerk within each cell, shape (g - 1, n) each.
-        accelerations: At the start and the end of each piece between knots, shape (k - 1, n) each.
+        bounds: Of position and its derivatives up to the fourth within each cell, shape (g - 1, n) each.
+        accelerations: At the start and the end of each cell, shape (g - 1, n) each.
     """
 
     positions: Interval
@@ -44,7 +44,7 @@ def motion_on(curve: HermiteCurve, grid: Floats) -> GridMotion:
         _at_grid(cells[0], curve.values[0][-1]),
         _at_grid(cells[1], curve.values[1][-1]),
         tuple(_hull(cell) for cell in cells),
-        (orders[2][0], orders[2][-1]),
+        (cells[2][0], cells[2][-1]),
     )
 
 
@@ -69,7 +69,9 @@ def _bernstein(curve: HermiteCurve) -> list[list[Interval]]:
     for coefficient in velocity[:-1]:
         position.append(position[-1] + coefficient * h / exactly(float(degree)))
     acceleration = _derivative(velocity, h)
-    return [[*position, ends[0]], velocity, acceleration, _derivative(acceleration, h)]
+    jerk = _derivative(acceleration, h)
+    fourth = _derivative(jerk, h) or [exactly(np.zeros_like(jerk[0].low))]
+    return [[*position, ends[0]], velocity, acceleration, jerk, fourth]
 
 
 def _derivative(coefficients: list[Interval], length: Interval) -> list[Interval]:

@@ -1,0 +1,58 @@
+"""Rule: the torques of coordinates stay below limits at all times, and at rest at the ends that are at rest.
+
+In each cell of the grid a torque is within its second derivative times h^2/8 of its chord.
+"""
+
+import numpy as np
+from intervals import Interval, down, exactly, up
+from inverse_dynamics import Load, Masses, State, torques
+from kinematics import GridKinematics
+from reading import Fields, below, every, numbers, record, row, size, text
+from requirement import Bools, StatedRequirement, off_chord
+from series import Series, over_cells
+from statement import MOST_JOINTS, Statement
+
+
+def read(value: Fields, statement: Statement) -> StatedRequirement:
+    """Read the rule: the masses, and limits of coordinates [Nm | N]."""
+    joints, names = statement.joints, statement.curve.names
+    load = row(below(len(joints) + 1), size, numbers(3), numbers(6))
+    heavy = {"gravity": numbers(3), "loads": every(load, MOST_JOINTS), "rotors": numbers(len(joints))}
+    limit = row(below(len(names)), size)
+    _, gravity, loads, rotors, limits = record(
+        "torque", value, {"kind": text, **heavy, "limits": every(limit)}
+    )
+    masses, rows = Masses(gravity, [Load(*each) for each in loads], rotors), list[tuple[int, float]](limits)
+
+    def holds(arm: GridKinematics) -> Bools:
+        bounds = arm.motion.bounds
+        wide = over_cells(*bounds[:3]), over_cells(*bounds[1:4]), over_cells(*bounds[2:])
+        over = torques(statement, masses, wide)
+        begin, end, at_rest = (torques(statement, masses, state) for state in _states(arm))
+        kept = np.ones(len(arm.grid) - 1, dtype=np.bool_)
+        for coordinate, stated in rows:
+            most = down(down(1.0 + statement.excess) * stated)
+            sides = np.maximum(*(each[coordinate].terms[0].size for each in (begin, end)))
+            kept &= up(sides + off_chord(arm, 2.0 * over[coordinate].terms[2].size)) <= most
+            held = at_rest[coordinate].terms[0].size <= most
+            kept[0] &= held[0] or statement.ends.velocities.any()
+            kept[-1] &= held[1] or not statement.ends.rests
+        return kept
+
+    words = ", ".join(f"{names[coordinate]} {stated:g}" for coordinate, stated in rows)
+    return StatedRequirement(f"at all times torques (Nm or N) are at most: {words}", holds)
+
+
+def _states(arm: GridKinematics) -> list[State]:
+    """Return the states at the begin and the end of each cell, and at rest at the start and the end."""
+    motion = arm.motion
+    still = exactly(np.zeros((2, motion.positions.low.shape[1])))
+    return [
+        _at_times(motion.positions[:-1], motion.velocities[:-1], motion.accelerations[0]),
+        _at_times(motion.positions[1:], motion.velocities[1:], motion.accelerations[1]),
+        _at_times(motion.positions[[0, -1]], still, still),
+    ]
+
+
+def _at_times(position: Interval, velocity: Interval, acceleration: Interval) -> State:
+    return Series((position,)), Series((velocity,)), Series((acceleration,))
