@@ -31,7 +31,7 @@ from benchmarks.page import table, write_section
 from trajopt.robot.configuration import initial_positions
 from trajopt.server import SessionState, Watch
 from trajopt.server.client import AsyncClient, AsyncSession, ServerError
-from trajopt.server.memory import memory_used
+from trajopt.server.limits import memory_used
 from trajopt.server.operations import OPERATIONS
 from trajopt.server.operations.scenes import edited
 from trajopt.values.documents.document import Node

@@ -13,7 +13,7 @@ from tests.verify.arms import mixed_arm, planar_arm, reduced, wavy
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise import terms
 from trajopt.problem.residual import WHOLE
-from trajopt.scene.payload import loaded_model
+from trajopt.scene.reduced import loaded_model
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import VerifyOptions
 from trajopt.verify.checks.torques import inverse_dynamics, payload_torques

@@ -43,8 +43,8 @@ if _TYPE_CHECKING:
     from trajopt.problem.requirements import *  # every kind is named there
     from trajopt.problem.tool_speed import tool_speed as tool_speed
     from trajopt.robot import bases as bases
+    from trajopt.robot.bodies import MeshPolicy as MeshPolicy
     from trajopt.robot.load import load as load
-    from trajopt.robot.mesh_cover import MeshPolicy as MeshPolicy
     from trajopt.robot.robot import Robot as Robot
     from trajopt.scene.scene import Scene as Scene
     from trajopt.scene.track import Prediction as Prediction
@@ -58,8 +58,8 @@ if _TYPE_CHECKING:
     from trajopt.values.errors import TrajoptError as TrajoptError
     from trajopt.values.placement import Placement as Placement
     from trajopt.values.placement import placement as placement
-    from trajopt.values.shapes.clouds.points import Points as Points
-    from trajopt.values.shapes.clouds.voxels import Voxels as Voxels
+    from trajopt.values.shapes.clouds import Points as Points
+    from trajopt.values.shapes.clouds import Voxels as Voxels
     from trajopt.values.shapes.mesh import Mesh as Mesh
     from trajopt.values.shapes.mesh import load_mesh as load_mesh
     from trajopt.values.shapes.shapes import Box as Box
@@ -88,8 +88,8 @@ _NAMES_OF: _Mapping[str, str] = {
     "planning.result": "Plan Result Status",
     "problem.problem": "Problem named_problem",
     "problem.tool_speed": "tool_speed",
+    "robot.bodies": "MeshPolicy",
     "robot.load": "load",
-    "robot.mesh_cover": "MeshPolicy",
     "robot.robot": "Robot",
     "scene.scene": "Scene",
     "scene.track": "Prediction Track",
@@ -98,8 +98,7 @@ _NAMES_OF: _Mapping[str, str] = {
     "tasks.grasping": "pick_and_place",
     "values.errors": "MissingExtra TrajoptError",
     "values.placement": "Placement placement",
-    "values.shapes.clouds.points": "Points",
-    "values.shapes.clouds.voxels": "Voxels",
+    "values.shapes.clouds": "Points Voxels",
     "values.shapes.mesh": "Mesh load_mesh",
     "values.shapes.shapes": "Box Capsule Cone Cylinder Plane Sphere convex",
     "values.trajectory": "Path Trajectory",

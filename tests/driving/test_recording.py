@@ -23,7 +23,7 @@ from trajopt.driving import (
     run,
     write_recording,
 )
-from trajopt.robot.mesh_cover import MeshPolicy
+from trajopt.robot.bodies import MeshPolicy
 from trajopt.scene.track import Timing
 from trajopt.values.errors import FileFormatError, ProblemError, ShapeError
 from trajopt.values.shapes.mesh import Mesh

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from tests.values.test_mesh_file import box, joined
-from trajopt.robot import mesh_cover
-from trajopt.robot.mesh_cover import FARTHEST, THICKNESS, ConvexCover, CoverMethod, convex_pieces
+from trajopt.robot import bodies
+from trajopt.robot.bodies import FARTHEST, THICKNESS, ConvexCover, CoverMethod, convex_pieces
 from trajopt.values.errors import ShapeError
 from trajopt.values.shapes.mesh import Mesh
 
@@ -253,7 +253,7 @@ def test_covers_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     first = convex_pieces(l_shape())
     (file,) = (tmp_path / "new" / "folder").iterdir()
     assert same(first, convex_pieces(l_shape(), tolerance=TOLERANCE))
-    monkeypatch.setattr(mesh_cover, "_cover", None)
+    monkeypatch.setattr(bodies, "_cover", None)
     kept = convex_pieces(l_shape())
     assert same(first, kept)
     assert not kept.pieces[0].flags.writeable
@@ -289,7 +289,7 @@ def test_a_damaged_file_is_made_again(tmp_path: Path, monkeypatch: pytest.Monkey
         case _:
             file.write_bytes(content[:middle] + bytes([content[middle] ^ 255]) + content[middle + 1 :])
     assert same(first, convex_pieces(box(0.1, 0.2, 0.3)))
-    monkeypatch.setattr(mesh_cover, "_cover", None)
+    monkeypatch.setattr(bodies, "_cover", None)
     assert same(first, convex_pieces(box(0.1, 0.2, 0.3)))
 
 

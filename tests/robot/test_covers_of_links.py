@@ -30,7 +30,7 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_cover_that_stays_coarse_is_a_note_on_the_robot(arm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert to.load(arm).notes == ()
-    monkeypatch.setattr("trajopt.robot.mesh_cover._MOST_WORK", 0)
+    monkeypatch.setattr("trajopt.robot.bodies._MOST_WORK", 0)
     arm.with_name("two.stl").write_text(
         arm.with_name("two.stl").read_text() + "\n"
     )  # another file to the cache
@@ -46,7 +46,7 @@ def test_progress_is_reported_after_a_second(
     to.load(arm)
     assert not caplog.records
     clock = count(0.0, 0.7)  # Seconds from one mesh to the next.
-    monkeypatch.setattr("trajopt.robot.mesh_cover.monotonic", lambda: next(clock))
+    monkeypatch.setattr("trajopt.robot.bodies.monotonic", lambda: next(clock))
     to.load(arm)
     (record,) = caplog.records
     assert record.name == "trajopt.robot"

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from tests.robot.test_robot import tetrahedron
-from trajopt.robot import mesh_cover
-from trajopt.robot.mesh_cover import Cover, MeshPolicy, cover_file, cover_mesh
+from trajopt.robot import bodies
+from trajopt.robot.bodies import Cover, MeshPolicy, cover_file, cover_mesh
 from trajopt.values.errors import MeshFileError
 from trajopt.values.shapes.mesh import Mesh, load_mesh
 from trajopt.values.shapes.shapes import Convex
@@ -45,7 +45,7 @@ def test_a_kept_cover_is_the_one_made(file: Path, monkeypatch: pytest.MonkeyPatc
     expected = cover_mesh(load_mesh(file, SCALE), MeshPolicy())
     assert len(expected.shapes) == 2
     assert same(cover_file(file, SCALE, MeshPolicy()), expected)
-    monkeypatch.setattr(mesh_cover, "load_mesh", None)
+    monkeypatch.setattr(bodies, "load_mesh", None)
     kept = cover_file(file, SCALE, MeshPolicy())
     assert same(kept, expected)
     assert not any(array.flags.writeable for shape in kept.shapes for array in (shape.vertices, shape.faces))  # pyright: ignore
@@ -73,7 +73,7 @@ def test_a_missing_file_is_reported(tmp_path: Path) -> None:
 
 def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr("trajopt.robot.mesh_cover._MOST_WORK", 1)
+    monkeypatch.setattr("trajopt.robot.bodies._MOST_WORK", 1)
     turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(24)], axis=1)
     low, high = np.array((0.0, 0.0, -0.05)), np.array((0.0, 0.0, 0.05))
@@ -98,6 +98,6 @@ def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, 
             np.all(hull.equations[:, :3] @ corner + hull.equations[:, 3] <= 1e-9)
             for hull in (ConvexHull(shape.vertices) for shape in covers[0].shapes)
         ), "the surface stays covered"
-    monkeypatch.setattr("trajopt.robot.mesh_cover._MOST_WORK", 10**10)
+    monkeypatch.setattr("trajopt.robot.bodies._MOST_WORK", 10**10)
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "anew"))
     assert "stand out" not in cover_mesh(mesh, MeshPolicy()).note

@@ -9,7 +9,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.verify.arms import mixed_arm, planar_arm
 from trajopt.geometry.dynamics import DynamicsQuery
-from trajopt.scene.gravity_bound import largest_gravity_slopes, largest_gravity_torques
+from trajopt.scene.bounds import largest_gravity_slopes, largest_gravity_torques
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats

@@ -11,8 +11,8 @@ import pytest
 import trajopt as to
 from tests.server.test_service import ROOMS, SMALL, served, why
 from trajopt.server import Lane, Limits, RequestRefused, Service, Why
-from trajopt.server.keeper import Keeper
 from trajopt.server.messages import LENGTH
+from trajopt.server.session import Keeper
 from trajopt.server.warehouse import Warehouse
 
 

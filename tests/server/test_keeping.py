@@ -18,7 +18,7 @@ import trajopt as to
 from tests.server.serving import MODULES
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.server import Lane, Limits, RequestRefused, Service, ServiceSession, SessionState, Watch, Why
-from trajopt.server.keeper import keep
+from trajopt.server.session import keep
 from trajopt.server.warehouse import EntryKind, StoredState, Warehouse
 from trajopt.values.documents.document import Node
 

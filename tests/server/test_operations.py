@@ -13,7 +13,7 @@ import pytest
 import trajopt as to
 from trajopt.robot.configuration import initial_positions
 from trajopt.server import RequestRefused, SessionState, Watch
-from trajopt.server.memory import check_sizes
+from trajopt.server.limits import check_sizes
 from trajopt.server.operation import operations_of
 from trajopt.server.operations.scenes import SCENE_EDITS
 from trajopt.values.documents.document import Node

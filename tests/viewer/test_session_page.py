@@ -29,7 +29,7 @@ from .test_viewer import free_port
 if TYPE_CHECKING:
     from playwright.sync_api import FrameLocator, Page
 
-MODULES = ("trajopt.server.operations", "trajopt.viewer.live.session_page")
+MODULES = ("trajopt.server.operations", "trajopt.viewer.live.page")
 POST: dict[str, Any] = {
     "add": {
         "name": "post",
@@ -127,7 +127,7 @@ def test_the_policy_frames_these_ports_of_this_host_only(server: Serving) -> Non
 def test_without_the_extra_the_reason_names_the_package(
     motion: Motion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from trajopt.viewer.live.session_page import page
+    from trajopt.viewer.live.page import page
 
     monkeypatch.setitem(sys.modules, "viser", None)
     scene = to.Scene(motion.reduced.scene.robot)
@@ -139,7 +139,7 @@ def test_without_the_extra_the_reason_names_the_package(
 
 def test_the_session_receives_the_robots_positions_from_the_page(motion: Motion) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
-    from trajopt.viewer.live.session_page import page
+    from trajopt.viewer.live.page import page
 
     told = list[tuple[Mapping[str, object], list[float] | None]]()
     watch = Watch(PATIENCE, lambda document, positions: told.append((document, positions)))
@@ -154,7 +154,7 @@ def test_the_session_receives_the_robots_positions_from_the_page(motion: Motion)
     port = free_port()
     where = Node({"host": "127.0.0.1", "first_port": port, "last_port": port + 9}, "request")
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("trajopt.viewer.live.session_page.live_view", open_one)
+        patched.setattr("trajopt.viewer.live.page.live_view", open_one)
         serving = Thread(target=page, args=(state, where, watch))
         serving.start()
         until(lambda: len(told) == 1, "the page never opened")

@@ -14,8 +14,8 @@ from trajopt.cli.progress import status_line
 from trajopt.files.moveit import RequestFile, SceneFile, read_motions, read_request, read_scene
 from trajopt.planning.budget import Budget
 from trajopt.problem.problem import Problem
+from trajopt.robot.bodies import MeshPolicy
 from trajopt.robot.load import load
-from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.documents.files import number_of
 from trajopt.values.errors import FileFormatError, ModelError, ProblemError, shown

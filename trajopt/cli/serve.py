@@ -121,7 +121,7 @@ class RosbridgeFace:
 
 OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.rosbridge.answers"
 """Modules with the operations of workers: for all clients, and for clients made for ROS."""
-SESSION_PAGE = "trajopt.viewer.live.session_page"
+SESSION_PAGE = "trajopt.viewer.live.page"
 """The module of the 3-D page of a session."""
 HostOption = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 PortOption = Annotated[int, typer.Option("--port", help="Port; 0 for any free port.")]

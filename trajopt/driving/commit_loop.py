@@ -25,8 +25,7 @@ from trajopt.values.arrays import Floats, Printed, Value
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_joint_position, in_range, in_unit
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.trajectory import Trajectory
 
 ROUNDING = 1e-9

@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.executor import STOPPED, RobotState
-from trajopt.scene.payload import loaded_model
+from trajopt.scene.reduced import loaded_model
 from trajopt.scene.reducing import driven_joints, whole_robot
 from trajopt.scene.scene import Scene
 from trajopt.simulation import ContactInterval, SimulationOptions

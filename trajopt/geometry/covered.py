@@ -18,8 +18,7 @@ from trajopt.robot.joints import FixedBody
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.cached import cached_per_value
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 
 CELL = 0.03
 """Cells that a cloud is cut into, at least as large as its balls or cubes [m]: no place in a box is much

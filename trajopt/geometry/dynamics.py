@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.native import proximity
-from trajopt.scene.payload import loaded_model
-from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel, loaded_model
 from trajopt.values.arrays import Floats
 
 

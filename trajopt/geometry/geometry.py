@@ -14,8 +14,7 @@ from trajopt.values.cached import cached_per_value
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.printed import in_length
 from trajopt.values.shapes.closed_surface import closed_surface
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import (
     Box,

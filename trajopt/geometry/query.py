@@ -14,9 +14,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.cached import cached_per_value
 from trajopt.values.shapes.closed_surface import part_points
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.surface import centres_of
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels, centres_of
 from trajopt.values.shapes.shapes import Shape
 
 GJK_TOLERANCE = 1e-9

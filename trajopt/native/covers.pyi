@@ -1,4 +1,4 @@
-"""Convex pieces that cover a mesh; see `trajopt.robot.mesh_cover`."""
+"""Convex pieces that cover a mesh; see `trajopt.robot.bodies`."""
 
 from numpy import int32
 from numpy.typing import NDArray

@@ -16,8 +16,7 @@ from trajopt.values.arrays import Floats, floats
 from trajopt.values.documents.codec import Kinds, kinds_in
 from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.placement import Placement, as_placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Convex
 from trajopt.values.trajectory import Path
@@ -30,8 +29,7 @@ def model_kinds() -> Kinds:
         {
             "trajopt.values.shapes.shapes": "Box Sphere Cylinder Capsule Cone Plane Convex",
             "trajopt.values.shapes.mesh": "Mesh",
-            "trajopt.values.shapes.clouds.points": "Points",
-            "trajopt.values.shapes.clouds.voxels": "Voxels",
+            "trajopt.values.shapes.clouds": "Points Voxels",
             "trajopt.values.placement": "Placement",
             "trajopt.robot.robot": "Robot FrameAttachment",
             "trajopt.robot.joints": "JointLimits LimitKind",

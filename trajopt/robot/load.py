@@ -13,8 +13,8 @@ from typing import Any, cast
 from xml.etree import ElementTree
 
 from trajopt.robot.bases import MovingBase
+from trajopt.robot.bodies import MeshPolicy
 from trajopt.robot.loading.mesh_names import MeshNames
-from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import one_of, path
 from trajopt.values.errors import (

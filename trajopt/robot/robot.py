@@ -12,10 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.robot.bases import MovingBase, RobotBase
-from trajopt.robot.bodies import CollisionBody, robot_bodies
+from trajopt.robot.bodies import CollisionBody, MeshPolicy, robot_bodies
 from trajopt.robot.joints import JointLimits, LimitKind, configuration, joint_unit, joint_units
 from trajopt.robot.loading.base_joints import with_base
-from trajopt.robot.loading.from_pinocchio import check_joints, described, group_elements
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.loading.mimics import completed, followed, resolve_mimics
 from trajopt.robot.loading.mjcf import read_mjcf
@@ -23,8 +22,11 @@ from trajopt.robot.loading.physics_notes import effort_notes, inertia_notes
 from trajopt.robot.loading.pinocchio_model import (
     ModelData,
     adjacent_links,
+    check_joints,
+    described,
     described_limits,
     fixed_joint_names,
+    group_elements,
     link_names,
     model_data,
     model_of,
@@ -33,7 +35,6 @@ from trajopt.robot.loading.semantics import semantics_of
 from trajopt.robot.loading.srdf import EndEffector, Srdf, read_srdf
 from trajopt.robot.loading.stated_limits import not_stated, read_joint_limits, with_stated
 from trajopt.robot.loading.urdf import LinkGeometry, Mimic, Urdf, read_urdf
-from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.values.arrays import (
     Floats,
     Ints,

@@ -12,11 +12,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from trajopt.robot.bodies import CollisionBody
+from trajopt.robot.bodies import CollisionBody, MeshPolicy
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.robot.joints import Anchor, FixedBody
 from trajopt.robot.loading.pinocchio_model import link_frame, link_placement, links_of_the_world
-from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import FrameAttachment, Robot
 from trajopt.scene.clearances import (
     PAIRS_DIFFER,

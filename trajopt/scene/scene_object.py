@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 import pinocchio as pin
 
+from trajopt.robot.bodies import MeshPolicy, cover_mesh
 from trajopt.robot.joints import Anchor, FixedBody
-from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.scene.track import ALWAYS, Timing
 from trajopt.values.arrays import Value, number
 from trajopt.values.errors import ModelError, ShapeError, shown

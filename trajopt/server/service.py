@@ -13,12 +13,11 @@ from trajopt.robot.configuration import initial_positions
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.server.job import Assignment, Cancellation, Done, Job, Listener, Reply, counted
-from trajopt.server.keeper import Keeper
 from trajopt.server.limits import Limits, RequestRefused, Why
 from trajopt.server.messages import Answered, Hello
 from trajopt.server.operation import Lane, Operation, PackedScene, SessionState, operations_of, packed
 from trajopt.server.pool import WorkerPool
-from trajopt.server.session import ServiceSession, Sessions
+from trajopt.server.session import Keeper, ServiceSession, Sessions
 from trajopt.server.warehouse import Warehouse
 from trajopt.server.worker_process import WorkerLost
 from trajopt.values.errors import ProblemError, RobotNotFound, listed, shown

@@ -1,16 +1,29 @@
-"""Sessions: the server's state of each client."""
+"""Sessions: the server's state of each client, in memory and on disk."""
 
 import asyncio
+import logging
 import re
 import secrets
 import time
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from tempfile import TemporaryDirectory
+from typing import Any, TypeAlias
 
-from trajopt.server.job import Job
+import msgspec
+
+from trajopt.files.bundle.codec import fingerprint
+from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.scene.scene import Scene
+from trajopt.server.job import Assignment, Job
 from trajopt.server.limits import Limits, RequestRefused, Why
-from trajopt.server.operation import PackedScene
+from trajopt.server.messages import Answered, Hello
+from trajopt.server.operation import Answer, Lane, Operation, PackedScene, SessionState, Watch
+from trajopt.server.pool import WorkerPool
+from trajopt.server.warehouse import EntryKind, StoredState, Warehouse
+from trajopt.values.documents.document import Node
+from trajopt.values.errors import ModelError
 
 ID_BYTES = 16
 """Bytes of a session's id; 128 random bits cannot be guessed, so the id grants access."""
@@ -148,3 +161,176 @@ class Sessions:
     def _forget(self, session: ServiceSession) -> None:
         del self._all[session.id]
         self._gone.append(session)
+
+
+_LOG = logging.getLogger("trajopt.server")
+MODULE = "trajopt.server.session"
+"""Module with the operations of its worker."""
+_JSON = msgspec.json.Encoder()
+Arguments: TypeAlias = Mapping[str, Any]
+Empty: TypeAlias = Mapping[str, tuple[PackedScene, Sequence[float]]]
+"""Robot -> its empty scene and default configuration."""
+
+
+class Keeper:
+    """Stores the sessions of one service in a warehouse, by a worker of its own."""
+
+    def __init__(self, warehouse: Warehouse, hello: Hello, limits: Limits) -> None:
+        """Store the options.
+
+        Args:
+            warehouse: The file; it stays open, so that SQLite need not clean up after each write.
+            limits: Of requests: storing a session has the time limit of one.
+        """
+        self._warehouse, self._limits, self._known = warehouse, limits, set[str]()
+        self.pool = WorkerPool("keeping", msgspec.structs.replace(hello, modules=(MODULE,)), 1, limits)
+
+    async def keep(
+        self, session: ServiceSession, scene: PackedScene | None, positions: Sequence[float] | None
+    ) -> None:
+        """Store the content of a session; returns once it is on disk.
+
+        Args:
+            scene: Its scene; None if unchanged.
+            positions: Of its robot [rad | m]; None if unchanged.
+        """
+        new = session.id not in self._known
+        what = {
+            "session": session.id,
+            "face": session.face,
+            "scene": new or scene is not None,
+            "positions": new or positions is not None,
+        }
+        await self._written(session, "keep", what, scene or session.scene, positions or session.positions)
+        self._known.add(session.id)
+
+    async def forget(self, session: ServiceSession) -> None:
+        """Remove a session from the disk; returns when it is gone."""
+        self._known.discard(session.id)
+        await self._written(session, "forget", {"session": session.id}, session.scene, session.positions)
+
+    async def restored(self, empty: Empty, most: int) -> list[ServiceSession]:
+        """Return the stored sessions; unusable ones stay in the file, with the reason in the log.
+
+        Args:
+            empty: Empty scene of each robot; sessions of other robots are skipped.
+            most: Largest number, the newest first.
+        """
+        found = list[ServiceSession]()
+        for entry in self._warehouse.find(kind=EntryKind.STATE, tags=[SESSION]):
+            if not re.fullmatch(ID, entry.name):
+                continue
+            if entry.robot not in empty:
+                _left_out(entry.name, f"its robot {entry.robot!r} is not served")
+                continue
+            if len(found) >= most:
+                _left_out(entry.name, f"there may be {most} sessions")
+                continue
+            scene, positions = empty[entry.robot]
+            try:
+                answered = await self._done(entry.name, "restore", {"session": entry.name}, scene, positions)
+            except RequestRefused as refusal:
+                _left_out(entry.name, refusal.reason)
+                continue
+            assert answered.scene is not None and answered.positions is not None
+            session = ServiceSession(
+                entry.name, PackedScene.of(entry.robot, answered.scene), answered.positions,
+                revision=msgspec.json.decode(answered.body)["revision"],
+                face=next((tag for tag in entry.tags if tag != SESSION), ""),
+            )  # fmt: skip
+            found.append(session)
+            self._known.add(session.id)
+        return found
+
+    async def _written(
+        self,
+        session: ServiceSession,
+        what: str,
+        said: Arguments,
+        scene: PackedScene,
+        positions: Sequence[float],
+    ) -> None:
+        try:
+            await self._done(session.id, what, said, scene, positions)
+        except RequestRefused as refusal:
+            _LOG.error("session not kept", extra={"session": session.id[:SHOWN], "reason": str(refusal)})
+            if refusal.why not in (Why.MALFORMED, Why.UNKNOWN, Why.FAILED):
+                raise
+            raise RequestRefused(
+                Why.FAILED, "the session cannot be kept on disk: the server's log says why"
+            ) from refusal
+
+    async def _done(
+        self, owner: str, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
+    ) -> Answered:
+        """Run an operation in the worker; operations on one session keep their order."""
+        body = _JSON.encode({**said, "warehouse": str(self._warehouse.path.absolute())})
+        assignment = Assignment(f"keeping/{what}", scene, positions, body, self._limits.seconds)
+        return await self.pool.submit(owner, assignment).done
+
+
+def _left_out(name: str, reason: str) -> None:
+    _LOG.warning("session not restored", extra={"session": name[:SHOWN], "reason": reason})
+
+
+SESSION = "session"
+"""Tag of stored sessions in the file."""
+KINDS = (EntryKind.SCENE, EntryKind.STATE)
+
+
+def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Store the changed content of a session, and remove its previous content.
+
+    In one transaction: a scene is never found with positions of another time.
+    """
+    name, face = arguments["session"].text(), arguments["face"].text("")
+    tags = (SESSION, face) if face else (SESSION,)
+    with _warehouse(arguments) as kept, kept.together():
+        if arguments["scene"].value:
+            kept.add(name, state.scene, tags=tags)
+        if arguments["positions"].value:
+            kept.add(name, StoredState(state.robot, state.named_positions), tags=tags)
+        for kind in KINDS:
+            # By version: a clock that was set back has what was kept last be older than what was before.
+            versions = sorted(entry.version for entry in kept.find(kind=kind, name=name))
+            for version in versions[:-1]:
+                kept.remove(name, kind=kind, version=version)
+    return Answer({})
+
+
+def forget(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    name = arguments["session"].text()
+    with _warehouse(arguments) as kept, kept.together():
+        for kind in KINDS:
+            if kept.find(kind=kind, name=name):
+                kept.remove(name, kind=kind)
+    return Answer({})
+
+
+def restore(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Return the scene and the positions of a session, with this server's robot in the scene."""
+    robot, name = state.scene.robot, arguments["session"].text()
+    with _warehouse(arguments) as kept, TemporaryDirectory() as folder:
+        entry = kept.entry(name, kind=EntryKind.SCENE)
+        scene: Scene = kept.load(entry, meshes=folder)
+        positions = kept.state(name).positions
+        same = fingerprint(scene.robot) == fingerprint(robot)
+    if not same:
+        raise ModelError(f"robot {state.robot!r} has changed since the session was kept")
+    message = Node(message_of(scene, {"robot": scene.robot}), name)
+    held = value_of_message(message, {"robot": robot}, Scene)
+    return Answer(
+        {"revision": entry.version}, replace(state, scene=held, positions=robot.positions(positions))
+    )
+
+
+def _warehouse(arguments: Node) -> Warehouse:
+    return Warehouse(arguments["warehouse"].text(), create=False)
+
+
+OPERATIONS: Mapping[str, Operation] = {
+    "keeping/keep": Operation(keep, Lane.KEEPING),
+    "keeping/forget": Operation(forget, Lane.KEEPING),
+    "keeping/restore": Operation(restore, Lane.KEEPING),
+}
+"""Operations of the worker that stores sessions."""

@@ -22,8 +22,7 @@ import numpy as np
 
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
-from trajopt.server.limits import RequestRefused, Why
-from trajopt.server.memory import check_sizes, limit_memory, memory_used
+from trajopt.server.limits import RequestRefused, Why, check_sizes, limit_memory, memory_used
 from trajopt.server.messages import (
     LENGTH,
     TO_WORKER,

@@ -6,17 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from trajopt.robot.bodies import MeshPolicy, cover_mesh
 from trajopt.robot.joints import FixedBody
 from trajopt.robot.loading.mujoco_library import mujoco
-from trajopt.robot.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.scene.track import Prediction, Timing
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.placement import IDENTITY, Placement
 from trajopt.values.printed import in_length
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.surface import centres_of, fewer
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels, centres_of, fewer
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 

@@ -8,9 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.robot.joints import configuration
-from trajopt.scene.payload import loaded_model
 from trajopt.scene.planned_robot import Planned, model_and_trajectory
-from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel, loaded_model
 from trajopt.scene.reducing import whole_robot
 from trajopt.scene.scene import Scene
 from trajopt.simulation.rollout import (

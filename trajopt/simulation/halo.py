@@ -8,9 +8,7 @@ import numpy as np
 from trajopt.robot.joints import FixedBody
 from trajopt.values.arrays import Floats, Ints, Value, readonly
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.surface import centres_of
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels, centres_of
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 

@@ -19,9 +19,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import MeshFileError
 from trajopt.values.placement import WORLD, Placement, from_quaternion
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.surface import cloud_surface
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels, cloud_surface
 from trajopt.values.shapes.mesh import Mesh, load_mesh
 from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
 

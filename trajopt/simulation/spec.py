@@ -6,8 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.robot.loading.mujoco_library import mujoco
-from trajopt.scene.payload import loaded_model
-from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel, loaded_model
 from trajopt.scene.scene_object import SceneObject
 from trajopt.simulation.dynamic_scene import DynamicScene, MujocoGeom, add_specks, mujoco_geoms, scalar_first
 from trajopt.simulation.rollout import Friction

@@ -1,6 +1,6 @@
 """Retiming: from a path q(s) to the fastest trajectory q(t) along it within the joint limits."""
 
-from trajopt.timing.result import (
+from trajopt.timing.retiming import (
     DeviationBound,
     InverseDynamics,
     Retimed,
@@ -8,8 +8,8 @@ from trajopt.timing.result import (
     RetimeOptions,
     SpeedOfTools,
     ToolLimits,
+    retime,
 )
-from trajopt.timing.retiming import retime
 
 __all__ = [
     "DeviationBound",

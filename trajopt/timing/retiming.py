@@ -1,25 +1,128 @@
 """Time-optimal path parametrisation under velocity, acceleration, jerk, torque and tool-speed limits."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from trajopt.native import timing
-from trajopt.robot.joints import JointLimits
-from trajopt.timing.refusal import ROOM, STILL, endless, immovable, untimed
-from trajopt.timing.result import (
-    DeviationBound,
-    InverseDynamics,
-    Retimed,
-    RetimeFailure,
-    RetimeOptions,
-    ToolLimits,
-)
-from trajopt.values.arrays import Floats, Ints
+from trajopt.native.timing import Kind, Outcome
+from trajopt.native.timing import Retimed as Found
+from trajopt.robot.joints import JointLimits, LimitKind
+from trajopt.values.arrays import Floats, Ints, Printed, Value
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import LONGEST, Path, Trajectory
+
+LEAST_TOLERANCE = 1e-7
+"""Smallest tolerance of rounded corners [m | rad]."""
+
+
+@checked
+@dataclass(frozen=True)
+class RetimeOptions:
+    """Options of `retime`.
+
+    Attributes:
+        path_tolerance: Largest deviation of the smooth path from the polyline, by the deviation bound [m];
+            without one, by the largest joint difference [rad | m].
+        points: Target number of trajectory points. Every knot of the smooth path is also a point.
+        passes: Most computations of the profile, on finer grids or with tightened limits.
+        remainder: Share of the duration that the final uniform stretch may add without another pass.
+        shortest: Shortest duration of a trajectory, including one at rest [s].
+    """
+
+    path_tolerance: float = 5e-3
+    points: int = 140
+    passes: int = 8
+    remainder: float = 1e-3
+    shortest: float = 1e-2
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            ShapeError: If a number is out of its range.
+        """
+        ranges = (
+            ("path_tolerance", self.path_tolerance, LEAST_TOLERANCE),
+            ("points", self.points, 10),
+            ("passes", self.passes, 1),
+            ("remainder", self.remainder, 0.0),
+            ("shortest", self.shortest, 1e-9),
+        )
+        for name, value, least in ranges:
+            if not value >= least:
+                raise ShapeError(name, f"must be at least {least:g}, is {value}")
+
+
+@dataclass(frozen=True, eq=False)
+class Retimed(Printed):
+    """A trajectory along a smooth path within all limits.
+
+    Attributes:
+        trajectory: Starts and ends at rest, quintic between its points.
+        deviation: Deviation of the smooth path from the polyline by the deviation bound [m]; without one, the
+            largest joint difference [rad | m].
+        added_duration: Duration added to hold the limits between points, relative to the first profile, which
+            holds them at points only [s]; slightly negative if a finer grid saved more.
+        passes: Number of computed profiles.
+        binding: Kind of limit (velocity, acceleration, torque, jerk, tool speed) -> share of the duration
+            in which it determines the speed; no single limit determines the rest.
+    """
+
+    trajectory: Trajectory
+    deviation: float
+    added_duration: float
+    passes: int
+    binding: Mapping[str, float]
+
+    def __repr__(self) -> str:
+        shares = ", ".join(f"{name} {share:.0%}" for name, share in self.binding.items())
+        return f"Retimed({self.trajectory.duration:.3f} s, limited by {shares or 'none'})"
+
+
+@dataclass(frozen=True)
+class RetimeFailure:
+    """The path has no timing within the limits.
+
+    Attributes:
+        reason: Reason, as a sentence.
+        joint: Joint whose limit cannot be held, if it is a single joint.
+        place: Position on the path, as a share of its length from 0 (start) to 1 (goal).
+    """
+
+    reason: str
+    joint: str | None
+    place: float
+
+
+SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
+"""Joint positions and velocities, (S, n) each -> m tool speeds, (S, m) [m/s | rad/s]."""
+InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
+"""Joint positions, velocities and accelerations, (S, n) each -> joint torques, (S, n) [Nm | N]."""
+DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
+"""Positions (S, n) on the smooth path and on the polyline -> bound on the travel of any body point, (S,)
+[m].
+"""
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class ToolLimits(Value):
+    """Limited tool speeds.
+
+    Attributes:
+        speeds: Computes the speeds; they must scale with the joint velocities.
+        limit: Largest speeds, positive, shape (m,) [m/s | rad/s].
+        names: Name of each speed for messages.
+    """
+
+    speeds: SpeedOfTools
+    limit: Floats
+    names: tuple[str, ...]
+
 
 DEFAULT_OPTIONS = RetimeOptions()
 """Default options of `retime`."""
@@ -192,3 +295,108 @@ def _passed(found: timing.Retimed, corners: Floats, through: Ints, limits: Joint
     spline = BSpline(np.concatenate((ends[0], found.knots, ends[1])), found.control, DEGREE)
     relative: Floats = spline(np.clip(parameters, 0.0, found.knots[-1]))
     return corners[0] + relative
+
+
+STILL = 1e-12
+"""Largest joint travel of a path that counts as standing still [rad | m]."""
+ROOM = 1e-3
+"""Share of the longest duration that one joint's limit may need: bends and other joints slow the path
+further.
+"""
+
+
+def immovable(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
+    """Find a joint that the path moves although one of its limits is zero."""
+    moved = knots != knots[0]
+    named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
+    for name, limit in named:
+        stuck = np.nonzero(moved.any(axis=0) & (limit <= 0.0))[0]
+        if len(stuck):
+            joint = limits.joint_names[int(stuck[0])]
+            lengths = np.linalg.norm(np.diff(knots, axis=0), axis=1)
+            before = lengths[: int(moved[:, stuck[0]].argmax()) - 1]
+            return RetimeFailure(
+                f"the {name} limit of {joint} is {limit[stuck[0]]:g}, but the path moves it",
+                joint,
+                float(before.sum() / lengths.sum()),
+            )
+    return None
+
+
+def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
+    """Find a joint whose limits make the path longer than the longest trajectory."""
+    span = np.ptp(knots, axis=0)
+    named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
+    for order, (name, limit) in enumerate(named, start=1):
+        allowed = np.where((span > STILL) & (limit > 0.0), limit, np.inf)
+        seconds = span ** (1.0 / order) / allowed ** (1.0 / order)
+        slowest = int(seconds.argmax())
+        if seconds[slowest] > LONGEST * ROOM:
+            joint = limits.joint_names[slowest]
+            return RetimeFailure(
+                f"the {name} limit of {joint} is {limit[slowest]:g}: the path would take more than "
+                f"{seconds[slowest]:.2g} s, and {LONGEST * ROOM:.2g} s are the most",
+                joint,
+                0.0,
+            )
+    return None
+
+
+def untimed(found: Found, limits: JointLimits) -> RetimeFailure | None:
+    """Explain why the core found no timing; None if it found one."""
+    match found.outcome:
+        case Outcome.GRAVITY_TOO_STRONG:
+            return _too_weak(found, limits)
+        case Outcome.TOO_LONG:
+            return RetimeFailure(
+                f"within all limits together it would take {found.value:.2g} s; "
+                f"{LONGEST * ROOM:.2g} s are the most",
+                None,
+                found.place,
+            )
+        case Outcome.NOTHING_FITS:
+            return RetimeFailure("no speed along the path is within all limits", None, found.place)
+        case Outcome.EXCEEDED:
+            return _exceeded(found, limits)
+        case Outcome.TIMED:
+            return None
+
+
+def _torque_joint(column: int, limits: JointLimits) -> int:
+    """Convert an index among the joints with an effort limit to an index among all joints."""
+    return int(np.nonzero(np.isfinite(limits.effort))[0][column])
+
+
+def _too_weak(found: Found, limits: JointLimits) -> RetimeFailure:
+    """Name the joint that cannot hold its weight.
+
+    The arm could swing through such a point, but not stop there.
+    """
+    place = _torque_joint(found.column, limits)
+    joint = limits.joint_names[place]
+    return RetimeFailure(
+        f"{joint} needs {found.value:.4g} only to hold still there, "
+        f"its effort limit is {limits.effort[place]:.4g}",
+        joint,
+        found.place,
+    )
+
+
+def _exceeded(found: Found, limits: JointLimits) -> RetimeFailure:
+    """Name the limit that a trajectory exceeds at any speed."""
+    if found.kind is Kind.TOOL_SPEED:
+        reason = "the speed limit of a tool is exceeded there at any speed"
+        return RetimeFailure(reason, None, found.place)
+    place = _torque_joint(found.column, limits) if found.kind is Kind.TORQUE else found.column
+    joint = limits.joint_names[place]
+    kinds = (
+        (Kind.VELOCITY, LimitKind.VELOCITY),
+        (Kind.ACCELERATION, LimitKind.ACCELERATION),
+        (Kind.JERK, LimitKind.JERK),
+    )
+    limit = next((limit for kind, limit in kinds if kind is found.kind), None)
+    mimic = "" if limit is None else limits.because(joint, limit)
+    name = "effort" if limit is None else limit.value
+    return RetimeFailure(
+        f"the {name} limit of {joint}{mimic} is exceeded there at any speed", joint, found.place
+    )

@@ -14,8 +14,7 @@ import numpy as np
 from trajopt.problem.requirement import During, Requirement
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.joints import JointLimits, joint_unit
-from trajopt.scene.payload import payloads
-from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel, payloads
 from trajopt.values.arrays import Floats, floats, one_of
 from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked

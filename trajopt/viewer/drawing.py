@@ -16,9 +16,7 @@ from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MeshFileError
 from trajopt.values.placement import Placement, placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.surface import cloud_surface
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels, cloud_surface
 from trajopt.values.shapes.mesh import Mesh, load_mesh
 from trajopt.values.shapes.shapes import (
     Box,

@@ -36,8 +36,7 @@ from trajopt.why.change import (
     stronger_joint,
     with_requirement,
 )
-from trajopt.why.diagnosis import diagnose
-from trajopt.why.explanation import Explanation
+from trajopt.why.explanation import Explanation, diagnose
 from trajopt.why.nearest import NearestFree, least_missed
 from trajopt.why.prices import prices
 

@@ -1,18 +1,32 @@
-"""Explanation: outcome, cause, evidence and remedies."""
+"""Explanation: outcome, cause, evidence and remedies; and the diagnosis, which does not plan again."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from trajopt.optimise.kinematics.validity import missed_at
-from trajopt.planning.infeasibility.reasons import Obstruction
-from trajopt.planning.result import Attempt
+from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
+from trajopt.planning.infeasibility.exclusion import conflicting
+from trajopt.planning.infeasibility.reasons import (
+    Obstruction,
+    ObstructionKind,
+    blocks_of,
+    blocks_of_overloads,
+    blocks_on_the_way,
+    joint_goal_beyond_limits,
+)
+from trajopt.planning.result import Attempt, Result
 from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
-from trajopt.robot.joints import joint_unit
+from trajopt.robot.joints import LimitKind, joint_unit
+from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
-from trajopt.values.printed import in_unit
+from trajopt.values.printed import in_joint_position, in_unit
 from trajopt.values.trajectory import Path
+from trajopt.verify import Certificate, Judge, Moment
 from trajopt.why.change import Remedy, joint_moves
-from trajopt.why.nearest import NearestFree
+from trajopt.why.nearest import NearestFree, conflict_at_goal, least_missed, nearest_free
 from trajopt.why.prices import Price
 
 NAMED = 4
@@ -94,3 +108,303 @@ class Explanation(OutcomeSummary):
             miss = missed_at(problem.reduced, required, free.positions)
             return f"The nearest that {able} misses the goal by {miss}: ({where})"
         return f"The nearest that {able}: {joint_moves(problem, free.moved)}"
+
+
+AT_THE_MIDDLE = (
+    Status.GOAL_IN_COLLISION,
+    Status.GOAL_OUT_OF_LIMITS,
+    Status.GOAL_CANNOT_BE_HELD,
+    Status.GOAL_BREAKS_CONSTRAINT,
+)
+"""Reasons to refuse the middle of a goal of all joints."""
+PRESSED = 1e-3
+"""A joint this near to its limit counts as at its limit [rad | m]."""
+
+
+def diagnose(result: Result) -> Explanation:
+    return _BY_STATUS.get(result.status, _of_the_way)(result)
+
+
+def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> Explanation:
+    return Explanation(
+        problem=result.problem,
+        status=result.status,
+        reason=result.reason,
+        certainty=result.certainty if certainty is None else certainty,
+        grounds=grounds,
+        path=result.path,
+        attempts=result.attempts,
+    )
+
+
+def _solved(result: Result) -> Explanation:
+    return _plain(result, "the judge recomputed everything from the motion alone")
+
+
+def _cannot(result: Result) -> Explanation:
+    return _plain(result, "the method said so before anything began")
+
+
+def _too_fast(result: Result) -> Explanation:
+    return _plain(result, "that joint's own limits alone bound how hard it can brake")
+
+
+def _too_late(result: Result) -> Explanation:
+    if result.certainty is Certainty.PROVEN:
+        return _plain(result, "the limits of the joints alone bound how soon any motion can be over")
+    return _plain(result, f"no sooner motion was found, from {len(result.attempts)} seeds")
+
+
+def _start(result: Result) -> Explanation:
+    return _end(result, result.problem.reduced.start_positions, Moment.START)
+
+
+def _never_apart(result: Result) -> Explanation:
+    start = result.problem.reduced.start_positions
+    blocks = blocks_of(Judge(result.problem.reduced).examine(start, moment=Moment.START))
+    grounds = f"{result.message}: boxes that cover all positions of the joints between were closed one by one"
+    return _with(_plain(result, grounds), blocks=blocks, configuration=start)
+
+
+def _goal(result: Result) -> Explanation:
+    problem = result.problem
+    goal = fixed_positions(problem.goals, problem.reduced)
+    beyond = joint_goal_beyond_limits(problem)
+    if goal is not None and (beyond or result.status in AT_THE_MIDDLE):
+        return _end(result, goal, Moment.END)
+    if beyond:
+        grounds = "no position within the limits is within the goal's tolerance"
+        return _with(_plain(result, grounds), blocks=beyond)
+    return _searched_goal(result)
+
+
+def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
+    """Explain a start or goal of joints that is not free, by the judge's measurement."""
+    problem = result.problem
+    judge = Judge(problem.reduced)
+    blocks = blocks_of(judge.examine(positions, moment=moment))
+    if not blocks:
+        blocks = blocks_of_overloads(judge.overloads(positions, limits=problem.limits))
+    if not blocks:
+        kind, words = ObstructionKind.REQUIREMENT, result.message
+        blocks = (Obstruction(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
+    proven = result.certainty is Certainty.PROVEN
+    grounds = "it was measured at exactly that configuration"
+    lower, upper = joint_box(problem.goals, problem.reduced)
+    alone = moment is Moment.START or not (lower < upper).any()
+    if not proven and alone:
+        grounds += ", but by less than the distance may err"
+    elif not proven:
+        grounds = f"{result.message}; other configurations may be free"
+    elif moment is Moment.END:
+        grounds += ", and nothing within the goal's tolerance can differ enough"
+    return _with(
+        _plain(result, grounds),
+        blocks=blocks,
+        configuration=positions,
+        nearest=nearest_free(problem, positions, moment),
+    )
+
+
+def _searched_goal(result: Result) -> Explanation:
+    problem, reduced = result.problem, result.problem.reduced
+    always = problem.requirements_at(problem.last_stop)
+    wanted = (*problem.goals, *always)
+    touching = least_missed(problem, problem.goals, hard=always, clear=False)
+    free = least_missed(problem, problem.goals, hard=always)
+    blocks: tuple[Obstruction, ...] = ()
+    judge = Judge(reduced)
+    if touching is not None:
+        blocks = (
+            *_pressed(reduced, touching, result.status),
+            *blocks_of(judge.examine(touching.positions, moment=Moment.END)),
+            *blocks_of_overloads(judge.overloads(touching.positions, limits=problem.limits), "at the goal"),
+        )
+    if result.status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
+        conflict = conflict_at_goal(problem, blocks)
+    else:
+        clash = conflicting(problem.evaluator(reduced), wanted, rng=np.random.default_rng(0))
+        conflict = tuple(str(item) for item in clash)
+    proven = result.certainty is Certainty.PROVEN
+    grounds = result.message if proven else f"{result.message}; other configurations may exist"
+    return _with(
+        _plain(result, grounds),
+        blocks=blocks,
+        conflict=conflict if len(conflict) > 1 else (),
+        configuration=None if touching is None else touching.positions,
+        nearest=free,
+    )
+
+
+def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tuple[Obstruction, ...]:
+    """Return the joint limits that bind in the configuration nearest to an unreachable goal."""
+    if status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
+        return ()
+    limits, blocks = reduced.limits, list[Obstruction]()
+    for place, name in enumerate(reduced.joint_names):
+        at = float(nearest.positions[place])
+        for side, limit in (
+            (LimitKind.LOWER, limits.lower[place]),
+            (LimitKind.UPPER, limits.upper[place]),
+        ):
+            if abs(at - limit) <= PRESSED:
+                bound = in_joint_position(float(limit), joint_unit(reduced.scene.robot.model, name))
+                words = f"{name} is at its {side.value} limit of {bound}{limits.because(name, side)} "
+                words += "where the goal is missed least"
+                kind = ObstructionKind.JOINT_LIMIT
+                blocks.append(Obstruction(kind=kind, subjects=(name,), amount=0.0, place=None, words=words))
+    return tuple(blocks)
+
+
+def _walled_in(result: Result) -> Explanation:
+    grounds = f"{result.message}: boxes that cover all such configurations were closed one by one"
+    return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
+
+
+def _of_the_way(result: Result) -> Explanation:
+    """Explain why no path was found, by the block of each seed."""
+    tried: dict[str, int] = {}
+    for each in result.attempts:
+        what = each.status.name if each.block is None else " and ".join(each.block.subjects)
+        tried[what] = tried.get(what, 0) + 1
+    ranked = sorted(tried, key=lambda what: -tried[what])
+    stopped = ", ".join(f"{tried[what]} by {what}" for what in ranked[:4])
+    grounds = f"of {len(result.attempts)} seeds none led to a plan: {stopped} were blocked"
+    if not result.attempts:
+        grounds = result.message
+    return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
+
+
+def _way_blocks(result: Result) -> tuple[Obstruction, ...]:
+    if result.solve is None:
+        return ()
+    return blocks_on_the_way(result.problem, result.solve)
+
+
+def _worst(result: Result) -> Floats | None:
+    blocks = _way_blocks(result)
+    if result.path is None or not blocks or blocks[0].place is None:
+        return None
+    knots = result.path.knots
+    at = blocks[0].place * (len(knots) - 1)
+    first = min(int(at), len(knots) - 2)
+    return knots[first] + (at - first) * (knots[first + 1] - knots[first])
+
+
+def _timing(result: Result) -> Explanation:
+    problem = result.problem
+    if result.path is None:
+        return _of_the_way(result)
+    judge = Judge(problem.reduced)
+    weak = [(judge.overloads(knot, limits=problem.limits), knot) for knot in result.path.knots]
+    worst = max(weak, key=lambda item: max((each.excess for each in item[0]), default=-np.inf))
+    grounds = f"{result.message} on every path found, of {len(result.attempts)} seeds"
+    return _with(
+        _plain(result, grounds),
+        blocks=blocks_of_overloads(worst[0]),
+        configuration=worst[1] if worst[0] else None,
+    )
+
+
+def _swept(result: Result) -> Explanation:
+    if result.certainty is Certainty.PROVEN:
+        grounds = (
+            "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
+            "closed with depths that the judge measured"
+        )
+    else:
+        grounds = "configurations that may be reached by then were drawn at random; others may be clear"
+    return _with(
+        _plain(result, grounds), blocks=result.blocks, configuration=result.problem.reduced.start_positions
+    )
+
+
+def _fixed_link_met(result: Result) -> Explanation:
+    if result.certainty is Certainty.PROVEN:
+        grounds = (
+            "the two are as near to each other whatever the joints do, the judge measured how near, and by "
+            "their own limits the joints are not all at the goal before"
+        )
+    else:
+        grounds = "the motion planned without what changes takes longer; another may be over before"
+    return _with(
+        _plain(result, grounds), blocks=result.blocks, configuration=result.problem.reduced.start_positions
+    )
+
+
+def _occupied(result: Result) -> Explanation:
+    if result.certainty is Certainty.PROVEN:
+        grounds = (
+            "all of the goal was closed, at all times at which the arm could be there, by boxes that cover it"
+        )
+    else:
+        grounds = "the goal configurations that were found were looked at every 20 ms; others may be free"
+    at = None if result.trajectory is None else result.trajectory.positions[-1]
+    return _with(_plain(result, grounds), blocks=result.blocks, configuration=at)
+
+
+def _in_time(result: Result) -> Explanation:
+    grounds = (
+        "the motion planned without what changes was looked at every 20 ms, and other ways were tried in vain"
+    )
+    return _with(_plain(result, grounds), blocks=result.blocks)
+
+
+def _refused(result: Result) -> Explanation:
+    certificate = result.certificate
+    assert isinstance(certificate, Certificate)
+    blocks = tuple(
+        Obstruction(
+            kind=ObstructionKind.REQUIREMENT,
+            subjects=(check.subject or check.name,),
+            amount=abs(check.slack or 0.0),
+            place=None
+            if check.time is None or result.trajectory is None
+            else check.time / result.trajectory.duration,
+            words=f"{check.name}: {check.detail}",
+        )
+        for check in certificate.failed
+    )
+    at = None
+    if blocks and blocks[0].place is not None and result.trajectory is not None:
+        at = result.trajectory(blocks[0].place * result.trajectory.duration)
+    grounds = f"the judge refused the motion that came nearest, of {len(result.attempts)} seeds"
+    return _with(_plain(result, grounds), blocks=blocks, configuration=at)
+
+
+def _with(
+    plain: Explanation,
+    *,
+    blocks: tuple[Obstruction, ...],
+    conflict: tuple[str, ...] = (),
+    configuration: Floats | None = None,
+    nearest: NearestFree | None = None,
+) -> Explanation:
+    return replace(plain, blocks=blocks, conflict=conflict, configuration=configuration, nearest_free=nearest)
+
+
+_BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
+    Status.SOLVED: _solved,
+    Status.START_IN_COLLISION: _start,
+    Status.CLEARANCE_IMPOSSIBLE: _never_apart,
+    Status.START_OUT_OF_LIMITS: _start,
+    Status.START_TOO_FAST: _too_fast,
+    Status.START_BREAKS_CONSTRAINT: _start,
+    Status.START_CANNOT_BE_HELD: _start,
+    Status.GOAL_IN_COLLISION: _goal,
+    Status.GOAL_OUT_OF_LIMITS: _goal,
+    Status.GOAL_BREAKS_CONSTRAINT: _goal,
+    Status.GOAL_CANNOT_BE_HELD: _goal,
+    Status.NO_INVERSE_KINEMATICS: _goal,
+    Status.CONFLICTING_CONSTRAINTS: _goal,
+    Status.TOO_LATE: _too_late,
+    Status.METHOD_CANNOT: _cannot,
+    Status.PROVEN_INFEASIBLE: _walled_in,
+    Status.INEVITABLE: _swept,
+    Status.FIXED_LINK_MET: _fixed_link_met,
+    Status.GOAL_OCCUPIED: _occupied,
+    Status.BLOCKED_IN_TIME: _in_time,
+    Status.NO_TIMING: _timing,
+    Status.NOT_VERIFIED: _refused,
+}
+"""The function that explains each status; the others are explained by the blocks of the path."""

@@ -18,7 +18,7 @@ from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, together
 from trajopt.problem.residual import WHOLE, units_of
-from trajopt.scene.gravity_bound import largest_gravity_torques
+from trajopt.scene.bounds import largest_gravity_torques
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Loss, Rows, Value, readonly
 from trajopt.verify import Moment, examine

@@ -10,8 +10,7 @@ import pytest
 
 import trajopt as to
 from trajopt.files.bundle import Holds, read_bundle, save
-from trajopt.files.bundle.codec import BundleReader, BundleWriter
-from trajopt.files.bundle.kinematics import kinematics_document, model_from
+from trajopt.files.bundle.codec import BundleReader, BundleWriter, kinematics_document, model_from
 from trajopt.optimise.terms.user_functions import FunctionResidual
 from trajopt.planning import Result
 from trajopt.problem.problem import named_problem

@@ -10,7 +10,7 @@ import pytest
 from tests.files.moveit.scenes import SPHERE, Read
 from trajopt import Robot, placement
 from trajopt.files.moveit import read_scene
-from trajopt.robot.mesh_cover import MeshPolicy
+from trajopt.robot.bodies import MeshPolicy
 from trajopt.scene.reducing import reduce_model
 from trajopt.values.shapes.shapes import Sphere, bounding_box
 from trajopt.verify import examine

@@ -21,7 +21,7 @@ from tests.oracles.retiming.refusal import exceeded
 from tests.oracles.retiming.smoothing import Smoothing
 from trajopt.robot.joints import JointLimits
 from trajopt.timing import ToolLimits
-from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.timing.retiming import Retimed, RetimeFailure, RetimeOptions
 from trajopt.values.arrays import Bools
 from trajopt.values.trajectory import Trajectory
 

@@ -18,7 +18,7 @@ from tests.oracles.retiming.peaks import path_deviation, tightened
 from tests.oracles.retiming.profile import Profile, spline_profile
 from tests.oracles.retiming.smooth_path import RampedPath, RoughMotion, ramped
 from trajopt.robot.joints import JointLimits
-from trajopt.timing.result import Retimed, RetimeFailure
+from trajopt.timing.retiming import Retimed, RetimeFailure
 from trajopt.values.arrays import Floats
 
 FIRST_AVERAGE = 1.0

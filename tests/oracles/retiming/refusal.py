@@ -6,7 +6,7 @@ from tests.oracles.retiming.constraints import TorqueLimits
 from tests.oracles.retiming.discretised_path import DiscretisedPath
 from tests.oracles.retiming.peaks import Slowdown
 from trajopt.robot.joints import JointLimits, LimitKind
-from trajopt.timing.result import RetimeFailure
+from trajopt.timing.retiming import RetimeFailure
 
 GRAVITY = 1.0 - 1e-6
 """Part of a torque limit that holding still may take; a path that needs more is refused."""

@@ -23,7 +23,7 @@ from tests.oracles.retiming.refusal import ROOM, unholdable
 from tests.oracles.retiming.smoothing import Smoothing
 from trajopt.robot.joints import JointLimits
 from trajopt.timing import ToolLimits
-from trajopt.timing.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.timing.retiming import Retimed, RetimeFailure, RetimeOptions
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.trajectory import LONGEST
 

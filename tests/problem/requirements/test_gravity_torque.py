@@ -13,7 +13,7 @@ from trajopt.geometry import Query
 from trajopt.optimise.terms.gravity_torque import GravityShare, HoldingTorque
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import GravityTorque
-from trajopt.scene.payload import payloads
+from trajopt.scene.reduced import payloads
 from trajopt.verify import Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import JudgedMotion

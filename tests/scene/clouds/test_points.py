@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import trajopt as to
 from trajopt.files.bundle import read_bundle, save
 from trajopt.values.errors import ShapeError, SizeError
-from trajopt.values.shapes.clouds.surface import cloud_surface, fewer
+from trajopt.values.shapes.clouds import cloud_surface, fewer
 from trajopt.values.shapes.shapes import bounding_box, bounding_sphere, scaled
 
 

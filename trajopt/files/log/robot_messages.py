@@ -13,7 +13,7 @@ from trajopt.robot.joints import FixedBody
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.placement import WORLD, Placement, placement
-from trajopt.values.shapes.clouds.surface import cloud_surface
+from trajopt.values.shapes.clouds import cloud_surface
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import (
     Box,

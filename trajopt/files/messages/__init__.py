@@ -5,15 +5,15 @@ PlanningScene`. `encode` and `decode` convert messages to plain data and back as
 `document_of` makes the document that `trajopt.files.moveit` reads, of messages from here and of ROS' own.
 """
 
-from trajopt.files.messages.codec import Generation as Generation
-from trajopt.files.messages.codec import decode as decode
-from trajopt.files.messages.codec import document_of as document_of
-from trajopt.files.messages.codec import encode as encode
-from trajopt.files.messages.codec import field_names as field_names
-from trajopt.files.messages.codec import is_message as is_message
 from trajopt.files.messages.definitions import definitions as definitions
+from trajopt.files.messages.message import Generation as Generation
 from trajopt.files.messages.message import class_in as class_in
 from trajopt.files.messages.message import classes_of as classes_of
+from trajopt.files.messages.message import decode as decode
+from trajopt.files.messages.message import document_of as document_of
+from trajopt.files.messages.message import encode as encode
+from trajopt.files.messages.message import field_names as field_names
+from trajopt.files.messages.message import is_message as is_message
 from trajopt.files.messages.message import message_named as message_named
 from trajopt.files.messages.message import name_of as name_of
 from trajopt.files.messages.message import plain_name as plain_name

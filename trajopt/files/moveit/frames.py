@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from math import hypot, inf
 
 from trajopt.files.messages import Header, Point, Pose, Quaternion, Transform, Vector3, field_names
+from trajopt.robot.bodies import MeshPolicy
 from trajopt.robot.loading.pinocchio_model import root_placement
-from trajopt.robot.mesh_cover import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats

@@ -18,7 +18,7 @@ from trajopt.files.moveit.frames import Reading, frame_id, read_placement, requi
 from trajopt.files.moveit.objects import apply_attached, apply_object, read_object, without
 from trajopt.files.moveit.robot_state import layered_positions, placed_robot, read_joint_positions
 from trajopt.files.moveit.scene_messages import attached_messages
-from trajopt.robot.mesh_cover import MeshPolicy
+from trajopt.robot.bodies import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.scene.clearances import AllowedCollisions, Clearances
 from trajopt.scene.scene import Scene

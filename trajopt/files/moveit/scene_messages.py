@@ -38,9 +38,7 @@ from trajopt.scene.scene_object import SceneObject
 from trajopt.values.arrays import Floats, floats, one_of
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.surface import centres_of
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels, centres_of
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 

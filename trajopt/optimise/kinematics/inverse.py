@@ -15,7 +15,7 @@ from trajopt.optimise.terms.joint_positions import joint_box
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.joints import JointLimits, draw_positions
-from trajopt.scene.gravity_bound import largest_gravity_torques
+from trajopt.scene.bounds import largest_gravity_torques
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value, floats, one_of, readonly
 from trajopt.values.errors import ProblemError, SolverNotFound

@@ -9,8 +9,7 @@ from trajopt.optimise.terms.requirement import INSET, constrain
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import GravityTorque
 from trajopt.problem.residual import Constraint, Window, constraint
-from trajopt.scene.payload import loaded_model
-from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reduced import ReducedModel, loaded_model
 from trajopt.values.arrays import Floats, Ints, Rows, Value
 from trajopt.values.errors import ProblemError, shown
 

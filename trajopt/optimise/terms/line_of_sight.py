@@ -19,8 +19,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Rows
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import WORLD, Placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape, bounding_sphere
 

@@ -25,7 +25,7 @@ from trajopt.problem.requirements import During, Requirement, together
 from trajopt.problem.requirements.joints import SHARE, GravityTorque
 from trajopt.problem.residual import END, WHOLE
 from trajopt.robot.joints import JointLimits, joint_unit
-from trajopt.scene.gravity_bound import largest_gravity_torques
+from trajopt.scene.bounds import largest_gravity_torques
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError

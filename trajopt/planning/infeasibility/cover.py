@@ -20,7 +20,7 @@ from trajopt.problem.requirements import (
     Requirement,
 )
 from trajopt.robot.joints import EXCESS
-from trajopt.scene.gravity_bound import largest_gravity_slopes
+from trajopt.scene.bounds import largest_gravity_slopes
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.shapes.mesh import Mesh

@@ -22,7 +22,7 @@ from trajopt.values.arrays import Floats, floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError, ModelError, ProblemError
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.clouds.points import Points
+from trajopt.values.shapes.clouds import Points
 from trajopt.values.shapes.shapes import Shape
 
 

@@ -17,8 +17,7 @@ from trajopt.tasks.cartesian import arc_about, arc_through, circle, line, polyli
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import shown
 from trajopt.values.placement import placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
 

@@ -12,9 +12,7 @@ from numpy.typing import ArrayLike
 from trajopt.values.arrays import Floats, Ints, Value, floats, length, readonly
 from trajopt.values.errors import ShapeError
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.surface import centres_of
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels, centres_of
 from trajopt.values.shapes.mesh import Mesh
 
 

@@ -5,7 +5,7 @@ import pinocchio as pin
 
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
-from trajopt.values.shapes.clouds.surface import centres_of
+from trajopt.values.shapes.clouds import centres_of
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import (
     Box,

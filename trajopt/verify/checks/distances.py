@@ -9,8 +9,7 @@ from trajopt.problem.requirements import DistanceBetween, LineOfSight
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.quantities import Quantity, When, check_requirement, checks_of, quantities

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.robot.joints import JointLimits, effort_unit
-from trajopt.scene.payload import Payload, payloads
+from trajopt.scene.reduced import Payload, payloads
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_unit_apart

@@ -12,8 +12,7 @@ from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.shapes.closed_surface import closed_surface, part_points
-from trajopt.values.shapes.clouds.points import Points
-from trajopt.values.shapes.clouds.voxels import Voxels
+from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.shapes import (
     Box,
     Capsule,

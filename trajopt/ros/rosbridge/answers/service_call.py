@@ -9,7 +9,7 @@ from trajopt.files.moveit.frames import Reading, reading_at
 from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.scene.scene import Scene
-from trajopt.server.memory import check_sizes
+from trajopt.server.limits import check_sizes
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node

@@ -1,1 +1,0 @@
-"""Clouds: measurements of a camera, scanner or map as shapes."""
