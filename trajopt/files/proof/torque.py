@@ -7,7 +7,7 @@ import numpy as np
 from trajopt.files.proof.leaves import SLACK, SURE
 from trajopt.files.proof.requirements import RequirementRecord
 from trajopt.robot.joints import JointLimits
-from trajopt.scene.payload import loaded_model
+from trajopt.scene.reduced import loaded_model
 from trajopt.values.arrays import Bools, Floats
 from trajopt.verify.kernel.motion import JudgedMotion
 
