@@ -11,8 +11,8 @@ from trajopt.values.printed import aligned, in_length, in_short, in_unit, shown_
 class Evidence(Enum):
     """Evidence for a check.
 
-    PROVEN: at all times. SAMPLED: at samples only (one violation suffices to fail). UNPROVEN: neither proven
-    nor refuted, which fails.
+    PROVEN: at all times. SAMPLED: at samples only (one violation fails). UNPROVEN: neither proven nor
+    refuted.
     """
 
     PROVEN = "proven"
@@ -48,12 +48,11 @@ class Check:
         subject: Tightest pair, joint or frame.
         value: Its value; None if not available.
         bound: Bound on the value; None for none.
-        unit: Unit of both.
-        time: Time of the tightest value [s]; None if it has no particular time.
+        unit: Of both.
+        time: Time of the tightest value [s]; None if it has none.
         slack: Distance from the value to the bound, negative in violation.
-        evidence: Evidence for the check.
         holds: Whether the check passes.
-        detail: Description, a sentence.
+        detail: A sentence.
         required: Whether the verdict depends on it; False for information only.
         kind: Subject of the check.
     """
@@ -98,8 +97,6 @@ class PairClearance:
     """Clearance of two links or objects that come close.
 
     Attributes:
-        first: One link or object.
-        second: The other.
         required: Required clearance [m].
         proven: Lower bound over all times without accepted contact [m]; None if unproven.
         measured: Smallest measured distance at these times, negative in penetration [m].
@@ -129,8 +126,6 @@ class Unproven:
     """First interval without a proof of clearance.
 
     Attributes:
-        first: One link or object.
-        second: The other.
         begin: Start of the interval [s].
         end: End of the interval [s].
     """
@@ -164,14 +159,12 @@ class Certificate:
     Attributes:
         clearance: Proven lower bound of all pair distances, at all times without accepted contact [m].
             Without a proof, the smallest measured distance. Infinite if there are no pairs.
-        at_fault: The clearance at times at which the robot moves a body of the pair: an obstacle that
-            approaches a link at rest is not the robot's fault. A verified motion is clear at all times.
-            Equals `clearance` in a static scene [m].
+        at_fault: The clearance while the robot moves a body of the pair: an obstacle that approaches a link
+            at rest is not its fault. Equals `clearance` in a static scene [m].
         pairs: Pairs that come close, nearest first.
         unproven: First interval and pair without a proof of clearance, if any.
-        required: Smallest and largest required clearance, proven for a verified motion [m].
+        required: Smallest and largest required clearance [m].
         margin: Smallest and largest clearance that the optimiser aimed at; not judged [m].
-        counts: Work of the judge.
         notes: Assumptions and remarks.
     """
 

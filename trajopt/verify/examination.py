@@ -64,7 +64,7 @@ class OutOfLimit:
         lower: Its lower limit [rad | m].
         upper: Its upper limit [rad | m].
         excess: Distance beyond the limit [rad | m].
-        unit: Unit of these, "rad" or "m".
+        unit: "rad" or "m".
         follows: Source joint of a mimic joint; otherwise empty.
     """
 
@@ -94,9 +94,8 @@ class Examination:
 
     Attributes:
         collisions: Pairs in contact that is not accepted, or below their clearance, the worst first.
-        out_of_limits: Joints of the group, and their mimic joints, beyond their position limits, farthest
-            first.
-        smallest: Nearest pair whose contact is not accepted; None if there is no such pair.
+        out_of_limits: Joints of the group, and their mimic joints, beyond position limits, farthest first.
+        smallest: Nearest pair whose contact is not accepted, if any.
     """
 
     collisions: tuple[PairDistance, ...]
@@ -122,13 +121,7 @@ def examine_with(
     moment: Moment,
     options: VerifyOptions,
 ) -> Examination:
-    """Examine a configuration in given workspaces.
-
-    Args:
-        distances: Workspace for distances of the same reduced model.
-        positions: Positions of the group's joints, shape (n,) [rad | m].
-        moment: Moment of a motion at which the configuration occurs.
-    """
+    """Examine a configuration (n,) [rad | m] in given workspaces."""
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
     measured = distances.nearest(kinematics.poses(place[None]))
@@ -162,21 +155,12 @@ def requirements_with(
     *,
     options: VerifyOptions,
 ) -> tuple[Check, ...]:
-    """Check requirements at a configuration, as at the end of a motion.
-
-    Args:
-        positions: Positions of the group's joints, shape (n,) [rad | m].
-    """
     motion = motion_at_rest(kinematics, positions, options)
     return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
 
 
 def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOptions) -> JudgedMotion:
-    """Return a motion that rests at a configuration for a second.
-
-    Args:
-        positions: Positions of the group's joints, shape (n,) [rad | m].
-    """
+    """Return a motion that rests at a configuration (n,) [rad | m] for a second."""
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
     standing = Trajectory(reduced.joint_names, np.array([0.0, 1.0]), np.stack((place, place)))

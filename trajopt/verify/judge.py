@@ -73,11 +73,7 @@ class Judge:
 
     @checked
     def certify(self, trajectory: Trajectory, specification: Specification) -> Certificate:
-        """Judge a trajectory, and measure its margins.
-
-        Args:
-            trajectory: Trajectory of the group's joints.
-            specification: Requirements on the motion.
+        """Judge a trajectory of the group's joints, and measure its margins.
 
         Raises:
             ProblemError: If the trajectory or the limits have other joints than the group, or a requirement
@@ -102,9 +98,7 @@ class Judge:
         )
 
     def decide(self, trajectory: Trajectory, specification: Specification) -> Verdict:
-        """Judge a trajectory without margins; stop as soon as the verdict is known.
-
-        The verdict equals the verdict of `certify`, which takes longer.
+        """Judge a trajectory without margins, with the same verdict as `certify`.
 
         Raises:
             ProblemError: As `certify`, unless the verdict is known before the faulty requirement is examined.
@@ -114,10 +108,6 @@ class Judge:
         return Verdict(verified=held, counts=self._counted(before))
 
     def _criteria(self, trajectory: Trajectory, specification: Specification) -> _Judged:
-        """Return all criteria, in the order of a certificate.
-
-        Clearance comes first, as it fails most often.
-        """
         moving = moving_limits(self.reduced, specification.limits)
         limits = group_part(self.reduced, moving)
         motion, followed = self._motion(trajectory, specification), self._followed(specification)
@@ -161,9 +151,8 @@ class Judge:
         """Return the joints that cannot hold the arm and its attached objects, the worst first.
 
         Args:
-            positions: Positions of the group's joints, shape (n,) [rad | m].
-            limits: Limits of the group's joints, or of these and of their mimic joints; the robot's by
-                default.
+            positions: Of the group's joints, shape (n,) [rad | m].
+            limits: Of the group's joints, or of these and of their mimic joints; the robot's by default.
 
         Raises:
             ShapeError: Unless there is one finite position per joint.
@@ -242,19 +231,18 @@ def verify(
 
     Args:
         reduced: Robot with the group's joints free, in its scene, at its start state.
-        trajectory: Trajectory of the group's joints.
+        trajectory: Of the group's joints.
         goals: Requirements at the end; all must hold.
         constraints: Requirements at all times.
-        waypoints: Requirements of each waypoint, which must hold together at some moment, by name, in this
-            order.
+        waypoints: Requirements that must hold together at some moment, by name, in this order.
         partial: Requirements between waypoints.
         sampled: Constraints in user code, judged at samples.
-        limits: Limits of the group's joints, or of these and of their mimic joints; the robot's by default.
+        limits: Of the group's joints, or of these and of their mimic joints; the robot's by default.
         tool_speeds: Largest tool speeds.
-        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest by default.
-        start_accelerations: Accelerations at the start, shape (n,) [rad/s^2 | m/s^2]; zero by default.
-        dwell: Time for which the robot stays clear at the goal, at rest, after the end; for a moving goal,
-            the time for which it has followed the goal at its end [s].
+        start_velocities: Shape (n,) [rad/s | m/s]; at rest by default.
+        start_accelerations: Shape (n,) [rad/s^2 | m/s^2]; zero by default.
+        dwell: Time for which the robot stays clear at rest after the end; for a moving goal, the time for
+            which it has followed the goal at its end [s].
         finish_by: Deadline at the goal, from the motion's start [s]; none by default.
         options: Options of the judge.
 
@@ -289,12 +277,11 @@ def examine(
 ) -> Examination:
     """Examine a configuration: measure every pair, and compare joints with their limits.
 
-    Dynamic obstacles are left out; a model of `scene.still_at(time)` includes them at their positions at a
-    time.
+    Dynamic obstacles are left out; a model of `scene.still_at(time)` includes them.
 
     Args:
         reduced: Robot with the group's joints free, in its scene.
-        positions: Positions of the group's joints, shape (n,) [rad | m].
+        positions: Of the group's joints, shape (n,) [rad | m].
         moment: Moment of a motion at which the configuration occurs; at its ends contact may be accepted.
         options: Options of the judge.
 

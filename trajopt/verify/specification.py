@@ -32,12 +32,12 @@ class SampledCheck(Protocol):
         """Evaluate the constraint along a motion.
 
         Args:
-            times: Increasing times, shape (s,) [s].
-            positions: Positions of the group's joints at these times, shape (s, n) [rad | m].
+            times: Increasing, shape (s,) [s].
+            positions: Of the group's joints, shape (s, n) [rad | m].
 
         Returns:
-            Values, shape (s,) or (s, m), and their lower and upper bounds, which must broadcast
-            to that shape.
+            Values, shape (s,) or (s, m), and their lower and upper bounds, which must broadcast to that
+            shape.
         """
         ...
 
@@ -50,15 +50,14 @@ class Specification(Value):
     Attributes:
         goals: Requirements at the end; all must hold.
         constraints: Requirements at all times.
-        waypoints: Requirements of each waypoint, which must hold together at some moment, by name, in this
-            order.
+        waypoints: Requirements that must hold together at some moment, by name, in this order.
         partial: Requirements between waypoints.
         sampled: Constraints in user code, judged at samples.
-        limits: Limits of the group's joints, or of these and of their mimic joints; the robot's by default.
+        limits: Of the group's joints, or of these and of their mimic joints; the robot's by default.
         tool_speeds: Largest tool speeds.
-        start_positions: Start of the group's joints, shape (n,) [rad | m]; the model's start by default.
-        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest by default.
-        start_accelerations: Accelerations at the start, shape (n,) [rad/s^2 | m/s^2]; zero by default.
+        start_positions: Of the group's joints, shape (n,) [rad | m]; the model's start by default.
+        start_velocities: Shape (n,) [rad/s | m/s]; at rest by default.
+        start_accelerations: Shape (n,) [rad/s^2 | m/s^2]; zero by default.
         dwell: Time for which the robot stays clear at rest after the end [s]. For a moving goal, the time at
             the end of the motion during which the goals hold.
         finish_by: Deadline at the goal [s]; none by default.
@@ -94,10 +93,9 @@ class Verdict:
 
 
 class Criterion(ABC):
-    """One part of the judgement.
+    """One part of the judgement, decided to accept or reject a motion, and measured to write a certificate.
 
-    The judge decides its list of criteria to accept or reject a motion, and measures them to write a
-    certificate. Both give the same verdict; deciding may stop early and skip measurements.
+    Both give the same verdict; deciding may stop early and skip measurements.
     """
 
     @abstractmethod

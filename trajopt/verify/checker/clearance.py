@@ -1,9 +1,8 @@
 """Clearance: every pair of parts that can move against each other keeps apart, but for those excused.
 
 Over a leaf of length h a direction n that rests with the last joint that carries both parts separates them if
-at both ends min n.y - max n.x > |n| (c + u h^2 / 8), for points x of the first part and y of the second, if
-c is the clearance, and u bounds the accelerations of both as seen from that joint: along n every x and y is
-within u h^2 / 8 of the chord between its ends.
+at both ends min n.y - max n.x > |n| (c + u h^2 / 8), for points x of the first part and y of the second, if c
+is the clearance, and u bounds the accelerations of both as seen from that joint.
 """
 
 from __future__ import annotations
@@ -72,7 +71,6 @@ def left_out(statement: Statement) -> Iterator[str]:
 def _along_planes(
     statement: Statement, direction: Interval, side: Rows, sign: float, seen: Rows
 ) -> tuple[Interval, bool]:
-    """Set the directions of half-spaces to their normals, and report whether one moves."""
     low, high = direction.low.copy(), direction.high.copy()
     for part, rows in _by_part(statement, side):
         if isinstance(part.shape, HalfSpace):

@@ -1,8 +1,8 @@
 """Intervals of doubles with outward rounding, as arrays.
 
 Each sum and product of IEEE 754 is within half a unit in the last place of the exact one, so the next double
-outward bounds it. Sines and cosines are balls of python-flint. A number that overflows or is not a number
-fails every comparison, and so refuses the proof.
+outward bounds it. Sines and cosines are balls of python-flint. An overflow or NaN fails every comparison, and
+so refuses the proof.
 """
 
 from __future__ import annotations

@@ -71,7 +71,6 @@ class GridKinematics:
         )
 
     def placed(self, place: FixedPlace) -> tuple[Interval, Interval]:
-        """Return rotation (g, 3, 3) and origin (g, 3) of a placement that a joint carries."""
         turn, origin = self.rotation[:, place.joint], self.translation[:, place.joint]
         shift = turned(turn, exactly(place.translation))
         return intervals.product(turn, rotation_of(place.rotation)), origin + shift
@@ -90,8 +89,8 @@ class GridKinematics:
         k + 3 w u + 3 (a + w^2) v + (j + 3 w a + w^3) r before it.
 
         Args:
-            joint: The joint that carries the sphere.
-            centre: Its centre at all times, shape (g, 3) [m].
+            joint: Carries the sphere.
+            centre: At all times, shape (g, 3) [m].
             radius: Its radius [m].
             begin: Place in the grid of the start of each of m intervals.
             seen: The joint that it is seen from, one that carries the first, for each interval.
@@ -114,7 +113,6 @@ class GridKinematics:
         return PointTravel(v * SAFE, u * SAFE, k * SAFE)
 
     def axis(self, joint: int) -> Interval:
-        """Return the axis of a joint at all times, shape (g, 3)."""
         return turned(self.rotation[:, joint], intervals.normalised(self.statement.joints[joint - 1].axis))
 
     def _lever(self, joint: int, point: Interval) -> Floats:

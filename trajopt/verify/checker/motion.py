@@ -29,7 +29,7 @@ class GridMotion:
 def motion_on(curve: HermiteCurve, grid: Floats) -> GridMotion:
     """Bound a motion in the cells of a grid that has all its knots.
 
-    In Bernstein form a polynomial lies between its smallest and its largest coefficient. Source: Farouki, The
+    A polynomial lies between its smallest and its largest Bernstein coefficient. Source: Farouki, The
     Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
     """
     piece = np.searchsorted(curve.times, grid[:-1], side="right") - 1

@@ -1,4 +1,4 @@
-"""Reading a proof file: nothing is taken from it that is not of the stated kind and size."""
+"""Reading a proof file: only values of the stated kind and size are accepted."""
 
 from __future__ import annotations
 

@@ -44,7 +44,6 @@ class FrameView:
     reference: int
 
     def placed(self, arm: GridKinematics) -> tuple[Interval, Interval]:
-        """Return rotation (g, 3, 3) and origin (g, 3) [m] at all times."""
         turn, origin = arm.placed(self.place)
         inward = arm.rotation[:, self.reference].transposed
         return product(inward, turn), turned(inward, origin - arm.translation[:, self.reference])
@@ -54,7 +53,6 @@ class FrameView:
         return arm.travel(self.place.joint, arm.placed(self.place)[1], 0.0, begin, end, seen)
 
     def cells(self, arm: GridKinematics) -> tuple[Rows, Rows, Rows]:
-        """Return begin and end of each cell of the grid, and the joint that it is seen from."""
         begin = np.arange(len(arm.grid) - 1, dtype=np.int64)
         return begin, begin + 1, np.full(len(begin), self.reference, dtype=np.int64)
 

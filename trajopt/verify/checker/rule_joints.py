@@ -9,8 +9,6 @@ from statement import StatedJoint, Statement
 
 
 def joint_of(statement: Statement) -> Reader:
-    """Return a reader of joints by their numbers, from 1."""
-
     def read(where: str, value: object) -> StatedJoint:
         number: int = below(len(statement.joints) + 1)(where, value)
         if number == 0:

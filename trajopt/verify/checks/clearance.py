@@ -32,8 +32,8 @@ class ClearanceFinding:
     """Result of the search for a proof of clearance.
 
     Attributes:
-        checks: One for each required clearance, by kind if the scene sets clearances of kinds, and one for
-            each contact allowance. After an early end, only violated and unproven ones.
+        checks: One for each required clearance, or kind of pairs, and one for each contact allowance. After
+            an early end, only violated and unproven ones.
         clearance: Proven lower bound, or the smallest measured distance without a proof [m].
         pairs: Pairs that come close, nearest first.
         unproven: First interval without a proof, if any.
@@ -132,7 +132,6 @@ def followed(
 
 
 def _deepest(motion: JudgedMotion, search: Findings, distances: PairDistances, contact: Contact) -> Contact:
-    """Search around a contact for the deepest one, within its allowance window if it has one."""
     best, excused = contact, search.excused(contact)
     reach = motion.duration / 16
     for _ in range(3):
@@ -200,13 +199,7 @@ def _apart(required: float) -> str:
 def clearance_check(
     subject: str, value: float | None, required: float, time: float | None, evidence: Evidence, detail: str
 ) -> Check:
-    """Return the check of a pair's clearance; it holds if proven.
-
-    Args:
-        value: Its clearance [m].
-        required: Required clearance [m].
-        time: Time of the value [s].
-    """
+    """Return the check of a pair's clearance [m]; it holds if proven."""
     return Check(
         kind=CheckKind.CLEARANCE,
         name="clearance",
@@ -223,7 +216,6 @@ def clearance_check(
 
 
 def _contact_checks(motion: JudgedMotion, search: Findings, *, proven: bool) -> tuple[Check, ...]:
-    """Return the depth of every allowed contact, unless the search ended for another reason."""
     checks: list[Check] = []
     by_allowance: dict[ContactAllowance, list[int]] = {}
     for pair, allowance in motion.reduced.pairs.allowances:
@@ -321,10 +313,7 @@ def _broken(distances: PairDistances, worst: Contact, required: float) -> Check:
 
 
 def _without_contact(distances: PairDistances, searches: Sequence[Findings], always: float) -> Check:
-    """Return the clearance at fault if no contact is at fault.
-
-    It is proven at least as far as the clearance at all times [m].
-    """
+    """Return the clearance at fault if no contact is: proven at least as far as that at all times [m]."""
     gap = next((search.gap for search in searches if search.gap is not None), None)
     nearest = min(searches, key=_bound)
     bound = max(_bound(nearest), always)
@@ -345,7 +334,7 @@ def moving_spans(motion: JudgedMotion, distances: PairDistances) -> list[Floats]
     """Return time spans in which pairs are examined, each of shape (p, 2) [s].
 
     A pair with a dynamic obstacle is examined while the robot moves its body and both are present. All other
-    pairs keep their distance unless the robot moves them; they are examined once, at all times.
+    pairs are examined once, at all times.
     """
     present = distances.present_since(motion.clock)
     assert present is not None
@@ -363,7 +352,6 @@ def moving_spans(motion: JudgedMotion, distances: PairDistances) -> list[Floats]
 
 
 def _moved(motion: JudgedMotion, distances: PairDistances) -> Bools:
-    """Whether the robot moves a body of each pair in each piece of the trajectory, shape (p, k - 1)."""
     trajectory, reduced, kinematics = motion.trajectory, motion.reduced, motion.kinematics
     velocity = Polynomials(trajectory.times, trajectory.coefficients).derivative()
     low, high = velocity.range(trajectory.times[:-1], trajectory.times[1:])

@@ -61,7 +61,6 @@ class CurvePlaces:
 
     @property
     def kinked(self) -> Floats:
-        """Arc lengths of jumps of direction or angular rate [m]."""
         jumps = np.diff(self._kinks, axis=0).max(axis=1)
         return self._edges[1:-1][jumps > KINK]
 
@@ -86,7 +85,6 @@ class CurvePlaces:
         return rotation, point
 
     def bends(self, begin: Floats, end: Floats) -> Bends:
-        """Bound the derivatives over intervals of arc length, each of shape (c,) [m]."""
         first = self._number(begin)
         last = np.maximum(first, np.searchsorted(self._edges, end, side="left") - 1)
         rate, second = self._rates[first], self._seconds[first]
@@ -123,8 +121,8 @@ def _turns(w: Floats) -> Floats:
 def _rates(piece: Piece) -> tuple[float, float]:
     """Bound the first derivatives of point and orientation along a piece [-], [rad/m].
 
-    The derivative of a Bezier polynomial is a Bezier polynomial whose control points are the differences
-    times the degree; it stays within their hull.
+    The derivative of a Bezier polynomial stays within the hull of its control points, the differences times
+    the degree.
     """
     arm = max(float(np.linalg.norm(piece.cosine)), float(np.linalg.norm(piece.sine)))
     point = _largest(piece.points, 1) + arm * abs(piece.sweep) * np.sqrt(2.0)
@@ -202,7 +200,6 @@ class Errors:
 
     @property
     def spread(self) -> float:
-        """Change of the orientation vector per small turn about the worst axis [1/rad]."""
         return 1.0 if self.required.spin is not None else float(np.sqrt(2.0))
 
     def chord(self, angle: float) -> float:
@@ -210,26 +207,19 @@ class Errors:
         return 2.0 * self.spread * float(np.sin(min(angle, np.pi) / 2.0))
 
     def angle(self, chord: float) -> float:
-        """Convert lengths of differences of orientation vectors to angles [rad]."""
         return 2.0 * float(np.arcsin(min(chord / (2.0 * self.spread), 1.0)))
 
     def frame(self, times: Floats) -> Floats:
-        """Return points and orientations of the frame as vectors, shape (c, 6 or 12)."""
         return self._vector(*self.placements(times))
 
     def curve(self, s: Floats) -> Floats:
-        """Return points and orientations of the curve as vectors, shape (c, 6 or 12)."""
         return self._vector(*self.places.at(s))
 
     def sizes(self, times: Floats, s: Floats) -> Floats:
-        """Return lengths of the differences of points and of orientation vectors, shape (c, 2)."""
         return self.lengths(self.frame(times) - self.curve(s))
 
     def lengths(self, apart: Floats) -> Floats:
-        """Return lengths of both parts of differences (c, 6 or 12), shape (c, 2).
-
-        The second is 0 if the orientation is free.
-        """
+        """Return lengths of both parts of differences (c, 6 or 12), (c, 2); 0 for a free orientation."""
         found = np.stack((np.linalg.norm(apart[:, :3], axis=1), np.linalg.norm(apart[:, 3:], axis=1)), axis=1)
         if np.isinf(self.required.rotation_tolerance):
             found[:, 1] = 0.0
@@ -243,14 +233,12 @@ class Errors:
 
     @property
     def weights(self) -> Floats:
-        """Weights that make differences comparable: one over the tolerance, shape (6 or 12,)."""
         turned = self.required.rotation_tolerance
         by_turn = 0.0 if np.isinf(turned) else 1.0 / self.chord(turned)
         columns = 3 if self.required.spin is not None else 9
         return np.concatenate((np.full(3, 1.0 / self.required.position_tolerance), np.full(columns, by_turn)))
 
     def candidate_fractions(self, until: float) -> Floats:
-        """Increasing arc lengths [m]: evenly spaced, at the ends of pieces, denser near kinks."""
         edges, step = self.places.edges, until / (PLACES - 1)
         nearer = step * TOWARDS ** np.arange(1, NEARER + 1)
         around = self.places.kinked[:, None] + np.concatenate((-nearer, nearer))
@@ -268,9 +256,8 @@ class Errors:
 def nearest_progress(errors: Errors, motion: JudgedMotion, until: float) -> tuple[Floats, Floats]:
     """Estimate the frame's progress along the curve: times and arc lengths, (c,) each.
 
-    This is an estimate, not a proof: any non-decreasing function is a witness, and `follow` bounds its
-    errors. It minimises the sum of squared errors on a grid (dynamic time warping), from the beginning of the
-    curve at time zero to `until` at the end.
+    Any non-decreasing function is a witness, and `follow` bounds its errors. It minimises the sum of squared
+    errors on a grid (dynamic time warping), from the beginning of the curve to `until`.
     """
     times = np.linspace(0.0, motion.duration, TIMES)
     s = errors.candidate_fractions(until)
@@ -298,7 +285,7 @@ def nearest_progress(errors: Errors, motion: JudgedMotion, until: float) -> tupl
 def refined(errors: Errors, times: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
     """Move points along the curve to the nearest points of the frame, between bounds; all of shape (c,).
 
-    Both sides of a kink between the bounds are tried, as either leg may be nearer at a sharp corner.
+    Both sides of a kink are tried, as either leg may be nearer at a sharp corner.
     """
     edges, frame = errors.places.edges, errors.frame(times)
     last = len(edges) - 1
@@ -313,7 +300,6 @@ def refined(errors: Errors, times: Floats, s: Floats, low: Floats, high: Floats)
 
 
 def _nearest(errors: Errors, frame: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
-    """Apply Newton's method between bounds; shorten steps that do not reduce the distance."""
     weights = errors.weights
     found, share = s.copy(), np.ones(len(s))
     off = (frame - errors.curve(found)) * weights
@@ -417,9 +403,9 @@ def follow(requirement: FollowsCurve, motion: JudgedMotion) -> CurveFinding:
     """Find a non-decreasing witness s(t) of the frame's progress along the curve, and bound its errors.
 
     The witness is linear between times. With h the length of a time interval and f the difference of the
-    placements of the frame and of the curve at s(t), |f| is at most its largest value at the two ends,
-    plus h^2 / 8 times a bound of its second derivative, plus h / 4 times the jumps of its first derivative
-    at kinks of the curve.
+    placements of the frame and of the curve at s(t), |f| is at most its largest value at the two ends, plus
+    h^2 / 8 times a bound of its second derivative, plus h / 4 times the jumps of its first derivative at
+    kinks of the curve.
     """
     errors = _errors(requirement, motion)
     moving = RelativeMotion(
@@ -496,7 +482,6 @@ def _(requirement: FollowsCurve, motion: JudgedMotion) -> tuple[Quantity, ...]:
     tolerances = np.array((requirement.position_tolerance, errors.chord(requirement.rotation_tolerance)))
 
     def excess(frame: Floats) -> Floats:
-        """Excess over the tolerances at the nearest point of the curve, shape (c,)."""
         found = np.full(len(frame), np.inf)
         for place in curve:
             over = errors.lengths(frame - place) - tolerances

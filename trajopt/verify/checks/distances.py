@@ -37,9 +37,9 @@ def range_quantities(
 ) -> tuple[Quantity, ...]:
     """Return the distance of a moving point as one quantity per finite bound.
 
-    With p the point relative to the origin, of speed v and acceleration u, |p| is convex up to u, so
-    between two times it exceeds neither end by more than u h^2 / 8; and its second derivative is at most u
-    + v^2 / |p|, so it falls below the lower end by no more than that times h^2 / 8.
+    With p the point relative to the origin, of speed v and acceleration u, |p| is convex up to u, so between
+    two times it exceeds neither end by more than u h^2 / 8; and its second derivative is at most u + v^2 /
+    |p|, so it falls below the lower end by no more than that times h^2 / 8.
 
     Args:
         moving: Point relative to a reference frame.
@@ -91,8 +91,8 @@ def _(requirement: LineOfSight, motion: JudgedMotion) -> tuple[Quantity, ...]:
     In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c
     and p of the line, minus the support of the part along n. It bounds the distance from below for every n;
     Coal only proposes n. While the ends move the gap shrinks by no more than they move, and by no more than
-    the bulge below the smaller of its values at two times. Dynamic obstacles are placed by time, and the gap
-    is reduced by their prediction error.
+    the bulge below the smaller of its values at two times. The gap is reduced by the prediction error of
+    dynamic obstacles.
     """
     found: list[Quantity] = []
     motion = motion.among
@@ -117,7 +117,6 @@ def _(requirement: LineOfSight, motion: JudgedMotion, when: When) -> tuple[Check
 
 
 def _error(motion: JudgedMotion, name: str) -> float:
-    """Return the largest prediction error of an object during a motion [m]."""
     carrier = motion.reduced.scene.carrier(name)
     prediction = None if carrier is None else motion.reduced.scene.object(carrier).timing.motion
     return 0.0 if prediction is None else prediction.error_at(motion.clock + motion.duration)
@@ -200,14 +199,11 @@ def _axes(way: Floats) -> Floats:
 
 
 def support(shape: Shape, directions: Floats) -> Floats:
-    """Return the support function of a shape.
+    """Return the support function of a shape, the largest `direction @ point`, shape (c,) [m].
 
     Args:
-        shape: Shape; a mesh counts as its convex hull, a plane has infinite support.
+        shape: A mesh counts as its convex hull, a plane has infinite support.
         directions: Unit vectors in the shape's frame, shape (c, 3).
-
-    Returns:
-        Largest value of `direction @ point` over its points, shape (c,) [m].
     """
     along = directions[:, 2]
     across = np.hypot(directions[:, 0], directions[:, 1])

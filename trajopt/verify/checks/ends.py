@@ -1,8 +1,7 @@
 """Ends of a motion: start, end, deadline, and moving goals.
 
-A motion that meets a moving goal ends in motion and has followed the goal for the dwell time: the placement
-is proven for all of this time, the relative velocity at its first and last instant, except along and about
-axes that the placement leaves free.
+A motion that meets a moving goal has followed it for the dwell time: the placement is proven for all of this
+time, the relative velocity at its ends, except along and about free axes.
 """
 
 from __future__ import annotations
@@ -45,8 +44,8 @@ class EndCriterion(Criterion):
     """Start state, and velocities at both ends if the trajectory has velocities.
 
     Attributes:
-        specification: Start positions, velocities and accelerations. Zero or missing accelerations are not
-            judged, apart from jumps under a jerk limit.
+        specification: Zero or missing start accelerations are not judged, apart from jumps under a jerk
+            limit.
     """
 
     motion: JudgedMotion
@@ -77,7 +76,6 @@ class EndCriterion(Criterion):
             yield _End("start acceleration", off, options.start_acceleration_error, 0.0, 2)
 
     def _off_start(self) -> Floats:
-        """Return the distance of each joint of the group from its start, shape (n,) [rad | m]."""
         start, motion = self.specification.start_positions, self.motion
         return np.abs(
             motion.trajectory.positions[0] - (motion.reduced.start_positions if start is None else start)
@@ -110,7 +108,7 @@ class DeadlineCriterion(Criterion):
     """Deadline of a motion, if it has one.
 
     Attributes:
-        finish_by: Deadline at the goal, from the motion's start [s]; None for none.
+        finish_by: From the motion's start [s]; None for none.
         follows: Time for which it follows a moving goal at its end [s]; it arrives earlier by this time.
     """
 
@@ -206,7 +204,6 @@ class MeetingCriterion(Criterion):
 
 
 def _at_rest(motion: JudgedMotion, goal: Requirement, time: float) -> Iterator[Check]:
-    """Return the check of a frame's speed relative to its goal at a time."""
     moment = min(max(time - _MOMENT, 0.0) if time >= motion.duration else time + _MOMENT, motion.duration)
     options = motion.options
     moves, turns = relative_speeds(goal, motion, moment)
@@ -231,12 +228,7 @@ def _at_rest(motion: JudgedMotion, goal: Requirement, time: float) -> Iterator[C
 
 @singledispatch
 def relative_speeds(goal: Requirement, motion: JudgedMotion, time: float) -> tuple[float, float]:
-    """Return linear and angular speed of a frame relative to a moving goal [m/s, rad/s].
-
-    Args:
-        goal: Goal; each kind that can move registers its own function.
-        time: Time of the motion [s].
-    """
+    """Return linear and angular speed of a frame relative to a moving goal at a time [m/s, rad/s]."""
     del motion, time
     raise ProblemError(f"{goal}: goals of kind {type(goal).__name__} cannot be relative to a moving object")
 

@@ -127,8 +127,7 @@ def rotation_error(rotation: Floats, requirement: FramePlacement) -> Floats:
 def rotation_vectors(rotation: Floats) -> Floats:
     """Return rotation vectors (axis times angle) of rotations, (c, 3, 3) -> (c, 3) [rad].
 
-    The skew part of a rotation is the axis times the sine. Beyond a right angle it determines the axis
-    poorly, so the symmetric part is used.
+    The skew part is the axis times the sine; beyond a right angle the symmetric part is used.
     """
     skew = 0.5 * (rotation - rotation.swapaxes(1, 2))[:, (2, 0, 1), (1, 2, 0)]
     sine, cosine = np.linalg.norm(skew, axis=1), 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0)
@@ -178,11 +177,10 @@ def _prove(
 
     Args:
         moving: Frame relative to the reference.
-        when: At the end or at all times.
-        tolerance: Tolerances of the three sizes, shape (3,).
-        sizes: Sizes at rotations (c, 3, 3) and points (c, 3), shape (c, 3).
-        changes: Bounds on the change from the middle and on the bulge over the chord between the
-            ends, each of shape (c, 3), given the sizes in the middle and bounds on rates.
+        tolerance: Of the three sizes, shape (3,).
+        sizes: At rotations (c, 3, 3) and points (c, 3), shape (c, 3).
+        changes: Bounds on the change from the middle and on the bulge over the chord between the ends, each
+            of shape (c, 3), given the sizes in the middle and bounds on rates.
     """
     if when is When.END:
         reached = sizes(*moving.placements(np.array((motion.duration,))))[0]
@@ -208,7 +206,6 @@ def _prove(
 
 
 def _excess(sizes: Floats, tolerance: Floats) -> Floats:
-    """Largest excess of sizes (c, 3) over tolerances (3,), some of which are finite: shape (c,)."""
     bounded = np.isfinite(tolerance)
     return np.asarray((sizes[:, bounded] - tolerance[bounded]).max(axis=1))
 
@@ -372,7 +369,6 @@ def _(requirement: Gaze, motion: JudgedMotion) -> tuple[Quantity, ...]:
 
 
 def _angles(points: Floats, axis: Floats) -> Floats:
-    """Angles between points (c, 3) and an axis (3,) of length one, accurate near 0 and pi [rad]."""
     return np.arctan2(np.linalg.norm(np.cross(points, axis), axis=1), points @ axis)
 
 
@@ -402,7 +398,6 @@ def _(goal: FramePlacement, motion: JudgedMotion, time: float) -> tuple[float, f
 def _carried(
     motion: JudgedMotion, joint: int, point: Floats, rotation: Floats, translation: Floats, rates: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the velocity of a point moved by a joint, and the joint's angular velocity, (3,)."""
     kinematics = motion.kinematics
     velocity, turning = np.zeros(3), np.zeros(3)
     for number in kinematics.chain(joint):

@@ -173,7 +173,6 @@ def _(requirement: GravityTorque, motion: JudgedMotion, when: When) -> tuple[Che
 
 
 def _shares(motion: JudgedMotion, times: Floats) -> Floats:
-    """Return the gravity torque of each of the group's joints as a share of its limit, shape (c, n)."""
     return np.abs(torques_at_rest(motion.kinematics, motion.trajectory(times))) / motion.reduced.limits.effort
 
 
@@ -233,14 +232,9 @@ class _Columns:
         return np.einsum("ckd,kn->cdn", rows, self._mimic_matrix)
 
     def change(self, middle: Floats, moved: Floats) -> Floats:
-        """Bound the norm of the change while joints move from their positions at `middle` by `moved`.
+        """Bound the norm of the change while joints move from positions at times (c,) by `moved`, shape (c,).
 
-        Args:
-            middle: Times, shape (c,) [s].
-            moved: Joint travel, shape (c, joints of the model) [rad | m].
-
-        Returns:
-            Bound of the Frobenius norm, which bounds the change of singular values, shape (c,).
+        The Frobenius norm bounds the change of singular values. `moved`: (c, joints of the model) [rad | m].
         """
         _, arm = self._axes(middle)
         delta = moved[:, list(self._chain)]

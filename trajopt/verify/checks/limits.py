@@ -20,10 +20,10 @@ from trajopt.verify.specification import Criterion
 def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLimits:
     """Return limits of all movable joints, in the model's order.
 
-    Limits of mimic joints are the robot's own, not derived from the limits of their source joints.
+    Limits of mimic joints are the robot's own.
 
     Args:
-        limits: Limits of the group's joints, or of all movable joints; the robot's by default.
+        limits: Of the group's joints, or of all movable joints; the robot's by default.
     """
     moving = reduced.moving_joints
     if limits is not None and limits.joint_names == moving:
@@ -91,14 +91,14 @@ class _Tightest:
 class LimitCriterion(Criterion):
     """Position, velocity, acceleration and jerk limits of joints.
 
-    Extremes of polynomials are exact to rounding, so the checks hold at all times. A linear trajectory has no
-    acceleration or jerk. Under a jerk limit the acceleration must not jump either, including at the start
-    (from the acceleration before it) and at the end (to rest).
+    Extremes of polynomials are exact to rounding, so the checks hold at all times. Under a jerk limit the
+    acceleration must not jump either, including at the start (from the acceleration before it) and at the end
+    (to rest).
 
     Attributes:
-        limits: Limits of all movable joints, including mimic joints, in the model's order.
-        start_accelerations: Accelerations of the group's joints before the motion, shape (n,)
-            [rad/s^2 | m/s^2]; zero by default.
+        limits: Of all movable joints, including mimic joints, in the model's order.
+        start_accelerations: Of the group's joints before the motion, shape (n,) [rad/s^2 | m/s^2]; zero by
+            default.
     """
 
     motion: JudgedMotion
@@ -136,10 +136,10 @@ class _Bands:
     """Limits of each derivative order.
 
     Attributes:
-        lower: Lower limits of position, velocity, acceleration and jerk, shape (4, n).
-        upper: Upper limits, shape (4, n).
+        lower: Of position, velocity, acceleration and jerk, shape (4, n).
+        upper: Shape (4, n).
         sizes_below: Scale of the accepted excess over lower limits, shape (4, n).
-        sizes_above: Scale of the accepted excess over upper limits, shape (4, n).
+        sizes_above: Over upper limits, shape (4, n).
         judged: Number of judged orders of a smooth motion: jerk only if it is limited.
         jumps: Scale of accepted jumps of the acceleration, shape (n,); empty without jerk limits.
     """
@@ -164,10 +164,7 @@ def _bands(limits: JointLimits) -> _Bands:
 
 
 def _jump_scale(limits: JointLimits) -> Floats:
-    """Return the scale of jumps of the acceleration, shape (n,).
-
-    A mimic joint may have only a jerk limit; the scale is then the acceleration reached in a second.
-    """
+    """Return the scale of jumps of the acceleration, shape (n,); with a jerk limit only, that of a second."""
     return np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
 
 

@@ -1,8 +1,8 @@
 """Checks of requirements.
 
-Most kinds of requirements bound numbers, and register them as `quantities`: a number with a bound over
-intervals is proven at all times, and a waypoint is passed when all its numbers are within their bounds. A
-kind whose check has another form registers it as `check_requirement`.
+Most kinds bound numbers, and register them as `quantities`: a number with a bound over intervals is proven at
+all times, and a waypoint is passed when all its numbers are within their bounds. Other kinds register
+`check_requirement`.
 """
 
 from collections.abc import Callable, Sequence
@@ -116,7 +116,6 @@ class Quantity:
     least: bool = False
 
     def excess(self, states: Floats) -> Floats:
-        """Return the violation of the bound, negative if it holds, shape (c,)."""
         over = self.number(states) - self.limit
         return -over if self.least else over
 
@@ -173,11 +172,7 @@ def checks_of(quantities: Sequence[Quantity], motion: JudgedMotion, when: When) 
 def quantities(requirement: Requirement, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Return the numbers that a requirement bounds, along a motion.
 
-    A kind that registers only a check is judged by that check at each moment, without a proof between
-    moments.
-
-    Args:
-        requirement: Requirement; each kind registers its own numbers.
+    A kind with only a check is judged by it at each moment, without a proof between moments.
     """
     kind = type(requirement)
     _load(kind)

@@ -16,9 +16,9 @@ from trajopt.verify.kernel.relative_motion import RelativeMotion
 def _(requirement: PositionInRegion, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """A point inside a union of convex shapes.
 
-    The signed distance d from a convex shape is a convex function that changes by no more than the point
-    moves. Between two times the point is off the chord by at most the bulge b, so d is at most the larger
-    of its values at both, plus b. A union is proven by any one member in each interval.
+    The signed distance d from a convex shape is convex and changes by no more than the point moves. Between
+    two times the point is off the chord by at most the bulge b, so d is at most the larger of its values at
+    both, plus b. A union is proven by any one member in each interval.
     """
     moving = RelativeMotion(
         motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
@@ -53,7 +53,6 @@ def _(requirement: PositionInRegion, motion: JudgedMotion) -> tuple[Quantity, ..
 
 
 def _distance(member: Member) -> Callable[[Floats], Floats]:
-    """Return the signed distance of points (c, 3) from a placed shape, negative inside [m]."""
     shape, where = member
 
     def of(points: Floats) -> Floats:
@@ -115,7 +114,6 @@ def _(requirement: PointOnArc, motion: JudgedMotion) -> tuple[Quantity, ...]:
 
 
 def _from_arc(arc: PointOnArc, points: Floats) -> Floats:
-    """Return the distance of points (c, 3) in the circle's frame from the arc, shape (c,) [m]."""
     x, y, z = points.T
     ring = np.hypot(np.hypot(x, y) - arc.radius, z)
     ends = [

@@ -44,10 +44,6 @@ def passages(
     """Check that each waypoint holds at some moment, not before the moment of its predecessor.
 
     Requirements on a part of the motion must also hold at the moments of its ends.
-
-    Args:
-        waypoints: Requirements at each waypoint, by name, in order.
-        partial: Requirements on parts of the motion.
     """
     found: dict[str, Passage] = {}
     earliest = 0.0
@@ -96,7 +92,7 @@ def _passed(motion: JudgedMotion, name: str, numbers: Sequence[Quantity], earlie
 def _deepest(motion: JudgedMotion, excess: Callable[[Floats], Floats], entered: float) -> float:
     """Return the moment of largest margin in an accepted stretch, or its beginning if there is none.
 
-    A requirement from a waypoint on is hard to prove from a moment at which it barely holds.
+    From a moment at which it barely holds, a requirement is hard to prove.
     """
     times = sampled_times(motion)
     times = np.concatenate(([entered], times[times > entered]))
@@ -116,7 +112,6 @@ def _deepest(motion: JudgedMotion, excess: Callable[[Floats], Floats], entered: 
 
 
 def _passage(motion: JudgedMotion, excess: Callable[[Floats], Floats], earliest: float) -> float:
-    """Return the first accepted moment from `earliest` on, or the moment of smallest excess."""
     times = sampled_times(motion)
     times = np.concatenate(([earliest], times[times > earliest]))
     values = excess(times)
@@ -137,7 +132,6 @@ def _passage(motion: JudgedMotion, excess: Callable[[Floats], Floats], earliest:
 def _zoom(
     excess: Callable[[Floats], Floats], begin: float, end: float, accepted: float
 ) -> tuple[float, float]:
-    """Return excess and time of the first accepted or the lowest sample, on finer and finer grids."""
     low, high = begin, end
     best, when = np.inf, begin
     for _ in range(_ZOOMS):
@@ -165,12 +159,7 @@ def part_checks(
     passed: Mapping[str, Passage],
     check: Callable[[Required, JudgedMotion], tuple[Check, ...]],
 ) -> tuple[Check, ...]:
-    """Check a requirement between two stops, from the moments at which they are passed.
-
-    Args:
-        part: Requirement, with its first and last waypoint.
-        check: Judges the requirement on a motion.
-    """
+    """Check a requirement between two stops, from the moments at which they are passed."""
     missed = [name for name in (part.after, part.until) if name is not None and not passed[name].holds]
     if missed:
         return (

@@ -45,7 +45,6 @@ class ToolSpeedCriterion(Criterion):
 
 
 def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -> Check:
-    """Check that the speed does not fall between its ramps, and that the ramps are short enough."""
     floor = (1.0 - limited.steady) * limited.linear
     times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
     speeds = np.linalg.norm(moving.speeds(times)[0], axis=1)

@@ -21,8 +21,8 @@ def payload_torques(
 ) -> Floats:
     """Return the joint torques for attached objects with a mass, by d'Alembert's principle.
 
-    A centre of mass m that must accelerate by a needs the force m (a - g), and joint k bears l_k . m (a -
-    g), where l_k is the velocity of the point at unit speed of the joint. From joint to joint outwards, the
+    A centre of mass m that must accelerate by a needs the force m (a - g), and joint k bears l_k . m (a - g),
+    where l_k is the velocity of the point at unit speed of the joint. From joint to joint outwards, the
     acceleration of the point, taken as fixed to the next link, grows by 2 w x (l v) + v^2 z x l + a l for a
     revolute joint of axis z, speed v and acceleration a behind a link of angular velocity w; a prismatic
     joint has no second term.
@@ -31,10 +31,9 @@ def payload_torques(
     (Euler), and a revolute joint bears its part along z. From joint to joint u grows by w x (v z) + a z.
 
     Args:
-        kinematics: Kinematics of the arm; its model lists the attached objects.
-        positions: Positions of the group's joints, shape (s, n) [rad | m].
-        velocities: Velocities of the model's joints, shape (s, joints) [rad/s | m/s].
-        accelerations: Accelerations of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
+        positions: Of the group's joints, shape (s, n) [rad | m].
+        velocities: Of the model's joints, shape (s, joints) [rad/s | m/s].
+        accelerations: Shape (s, joints) [rad/s^2 | m/s^2].
 
     Returns:
         Torques of the model's joints, shape (s, joints) [Nm | N].
@@ -122,11 +121,7 @@ class Overload:
 
     @checked
     def words(self, where: str = "") -> str:
-        """Describe the torque and the limit.
-
-        Args:
-            where: Posture, such as "at the goal".
-        """
+        """Describe the torque and the limit, with the posture: "at the goal"."""
         need = f"{self.torque:.4g}"
         if need == f"{self.limit:.4g}":
             need = f"{self.torque:.8g}"
@@ -138,12 +133,7 @@ class Overload:
 
 
 def overloads(kinematics: Kinematics, positions: Floats, limits: JointLimits) -> tuple[Overload, ...]:
-    """Return the joints that cannot hold a configuration, largest missing torque first.
-
-    Args:
-        kinematics: Kinematics of the arm with attached objects.
-        positions: Positions of the group's joints, shape (n,) [rad | m].
-    """
+    """Return the joints that cannot hold a configuration (n,) [rad | m], largest missing torque first."""
     torque, effort = np.abs(torques_at_rest(kinematics, positions[None])[0]), limits.effort
     broken = np.flatnonzero(torque >= effort * (1.0 - LEFT))
     order: Sequence[int] = broken[np.argsort(effort[broken] - torque[broken], kind="stable")].tolist()
@@ -226,7 +216,6 @@ def _judged(motion: JudgedMotion, limits: JointLimits) -> bool:
 
 
 def _shares(motion: JudgedMotion, limits: JointLimits) -> tuple[Floats, Floats, Floats]:
-    """Return times, (s,) [s], torques, (s, n) [Nm | N], and torques as shares of the limits, (s, n)."""
     (times, states), (rests, at) = _samples(motion), _ends(motion)
     still = np.zeros_like(at)
     states = [np.concatenate(parts) for parts in zip(states, (at, still, still), strict=True)]
@@ -236,12 +225,7 @@ def _shares(motion: JudgedMotion, limits: JointLimits) -> tuple[Floats, Floats, 
 
 
 def torques_at_rest(kinematics: Kinematics, positions: Floats) -> Floats:
-    """Return the torques that hold the arm at configurations, shape (s, n) [Nm | N].
-
-    Args:
-        kinematics: Kinematics of the arm with attached objects.
-        positions: Positions of the group's joints, shape (s, n) [rad | m].
-    """
+    """Return the torques that hold the arm at configurations, shape (s, n) [Nm | N]."""
     still = np.zeros_like(positions)
     return _needed(kinematics, positions, still, still)
 
@@ -254,7 +238,6 @@ def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accel
 
 
 def _ends(motion: JudgedMotion) -> tuple[Floats, Floats]:
-    """Return the times of the ends at rest, shape (e,) [s], and the positions there, (e, n)."""
     velocities = motion.trajectory.velocities
     assert velocities is not None  # The motion is differentiable.
     rests = np.abs(velocities[[0, -1]]).max(axis=1, initial=0.0) <= motion.options.rest_speed
@@ -262,12 +245,7 @@ def _ends(motion: JudgedMotion) -> tuple[Floats, Floats]:
 
 
 def inverse_dynamics(motion: JudgedMotion) -> tuple[Floats, Floats]:
-    """Sample the joint torques of a motion.
-
-    Returns:
-        Times, shape (s,) [s], and torques of the group's joints, shape (s, n) [Nm | N], including those of
-        their mimic joints.
-    """
+    """Sample the joint torques of a motion: times (s,) [s], torques (s, n) [Nm | N] with mimic joints'."""
     times, states = _samples(motion)
     return times, _needed(motion.kinematics, *states)
 

@@ -34,9 +34,8 @@ class Windows:
 
         Args:
             required: Clearance outside of the windows, shape (p,) [m].
-            duration: Duration of the motion [s].
-            present: Time span in which both bodies of each pair are present, shape (p, 2) [s]; always by
-                default.
+            duration: Of the motion [s].
+            present: Time span in which both bodies are present, shape (p, 2) [s]; always by default.
             staying: Part of the duration at rest after the motion [s].
         """
         count = len(pairs.first)
@@ -64,11 +63,7 @@ class Windows:
         self._from[early], self._last_depth[early] = expires[early], np.inf
 
     def rows(self, pair: Ints, clock: float) -> Floats:
-        """Return times and depths of the windows of pairs.
-
-        Args:
-            pair: Shape (i,).
-            clock: Clock time at the start of the motion [s]; the returned times are on this clock.
+        """Return times and depths of the windows of pairs (i,), on a clock that shows `clock` at the start.
 
         Returns:
             End of the first window, start of the last, depth in the first and in the last, shape (i, 4).
@@ -77,7 +72,6 @@ class Windows:
         return np.stack([column[pair] for column in columns], axis=1)
 
     def accept(self, time: Floats, pair: Ints) -> Bools:
-        """Whether contact of pairs is accepted at times, both of shape (i,)."""
         return (time <= self._until[pair]) | (time >= self._from[pair])
 
 
@@ -115,7 +109,7 @@ class Tally:
     Attributes:
         proven: Smallest bound over the intervals proven so far, shape (p,) [m].
         measured: Smallest measured distance, shape (p,) [m]; infinite if never measured.
-        time: Time of that measurement, shape (p,) [s].
+        time: Of that measurement, shape (p,) [s].
     """
 
     def __init__(self, proven: Floats, measured: Floats, time: Floats) -> None:
@@ -170,9 +164,8 @@ def search_clearance(
     distance d - m or more in all of it. If this is not enough, the interval is cut.
 
     Args:
-        distances: Workspace for distances of its bodies.
-        measured: Whether to measure margins as well. Otherwise the search ends as soon as the verdict, which
-            is the same, is known.
+        measured: Whether to measure margins as well. Otherwise the search ends as soon as the verdict is
+            known.
         present: Time span in which pairs are examined, shape (p, 2) [s]; while both are present by default.
     """
     position, reduced, options = motion.position, motion.reduced, motion.options

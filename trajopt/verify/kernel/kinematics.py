@@ -88,11 +88,8 @@ class Kinematics:
     """Workspace for kinematics and dynamics of a model, by the native core; one per thread.
 
     Attributes:
-        parents: Parent joint of each joint.
         revolute: Whether a joint is revolute, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).
-        arm: Joints in the native core.
-        dynamics: Masses in the native core.
         calls: Number of computed configurations.
     """
 
@@ -137,15 +134,12 @@ class Kinematics:
         return Poses(self.configurations(positions), rotation, translation)
 
     def torques(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
-        """Compute joint torques by inverse dynamics.
+        """Compute joint torques by inverse dynamics, shape (s, joints) [Nm | N].
 
         Args:
-            positions: Positions of the group's joints, shape (s, n) [rad | m].
-            velocities: Velocities of the model's joints, shape (s, joints) [rad/s | m/s].
-            accelerations: Accelerations of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
-
-        Returns:
-            Shape (s, joints) [Nm | N].
+            positions: Of the group's joints, shape (s, n) [rad | m].
+            velocities: Of the model's joints, shape (s, joints) [rad/s | m/s].
+            accelerations: Shape (s, joints) [rad/s^2 | m/s^2].
         """
         joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
         rows = (np.ascontiguousarray(part) for part in (joints, velocities, accelerations))
@@ -153,11 +147,9 @@ class Kinematics:
 
 
 def relative_chain(kinematics: Kinematics, joint: int, reference: int) -> tuple[tuple[int, ...], int]:
-    """Return the joints that move one joint frame relative to another, outermost first.
+    """Return the joints that move one joint frame relative to another, outermost first, and their number.
 
-    Returns:
-        The joints, and the number of joints on the frame's own chain; the joints on the reference's chain
-        follow, innermost first.
+    The number counts those on the frame's own chain; the reference's chain follows, innermost first.
     """
     own, other = kinematics.chain(joint), kinematics.chain(reference)
     shared = set(own) & set(other)
@@ -170,11 +162,10 @@ class Travel:
     """Bounds on the travel of spheres, each with its own joints, while joints move by bounded amounts.
 
     Let joint j move by at most delta_j. Move the outermost joint of a body's chain first and its innermost
-    last. While joint j moves, every inner joint is still at its original place, and every point of the body
-    has moved by at most the travel m of the outer joints; so its distance from the axis of j is at most rho_j
-    + m, and it travels at most delta_j (rho_j + m) more (delta_j for a prismatic joint). Source: Schwarzer,
-    Saha, Latombe, Adaptive dynamic collision checking for single and multiple robots in motion, IEEE T-RO
-    2005.
+    last. While joint j moves, every point of the body has moved by at most the travel m of the outer joints;
+    so its distance from the axis of j is at most rho_j + m, and it travels at most delta_j (rho_j + m) more
+    (delta_j for a prismatic joint). Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking for
+    single and multiple robots in motion, IEEE T-RO 2005.
 
     Attributes:
         joints: Joints that move each sphere, outermost first, padded with 0, shape (w, length).
@@ -206,19 +197,15 @@ class Travel:
             self.joints[row, : len(chain)] = chain
 
     def centres(self, poses: Poses) -> Floats:
-        """Place the centres in the world, shape (c, w, 3) [m]."""
         turned = np.einsum("cwij,wj->cwi", poses.rotation[:, self._carrier], self._centre)
         return turned + poses.translation[:, self._carrier]
 
     def reach(self, poses: Poses, centres: Floats, step: int) -> Floats:
-        """Return the largest distance of each sphere's points from the axis of its joint number `step`.
+        """Return the largest distance of spheres' points from the axis of joint number `step`, (c, w) [m].
 
         Args:
             centres: Result of `centres`, shape (c, w, 3) [m].
             step: Index in the chains, 0 for the outermost joints.
-
-        Returns:
-            Shape (c, w) [m].
         """
         joint = self.joints[:, step]
         axis = np.einsum("cwij,wj->cwi", poses.rotation[:, joint], self._kinematics.axes[joint])
@@ -228,15 +215,12 @@ class Travel:
         return np.sqrt(np.maximum(square, 0.0)) + self._radius
 
     def bound(self, poses: Poses, centres: Floats, moved: Floats) -> Floats:
-        """Bound the travel of every point of each sphere.
+        """Bound the travel of every point of each sphere by the outermost k joints, (c, w, length + 1) [m].
 
         Args:
-            poses: Placements of the joint frames before the move, for c configurations.
+            poses: Before the move, for c configurations.
             centres: Result of `centres`, shape (c, w, 3) [m].
             moved: Largest move of each joint, shape (c, joints) [rad | m].
-
-        Returns:
-            Travel by the outermost k joints of each chain, shape (c, w, length + 1) [m].
         """
         count, length = self.joints.shape
         result = np.zeros((len(moved), count, length + 1))

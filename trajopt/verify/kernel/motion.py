@@ -34,13 +34,13 @@ class Extremes:
 class Polynomials:
     """n piecewise polynomial functions of time, with bounds that hold at every time.
 
-    In Bernstein form a polynomial lies between its smallest and its largest control value. Source:
-    Farouki, The Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
+    In Bernstein form a polynomial lies between its smallest and its largest control value (Farouki, CAGD
+    2012).
 
     Attributes:
         times: Breakpoints, increasing, shape (k,) [s].
-        coefficients: Coefficients in the time since the start of each piece, highest power first, shape
-            (degree + 1, k - 1, n).
+        coefficients: In the time since the start of each piece, highest power first, shape (degree + 1, k -
+            1, n).
     """
 
     times: Floats
@@ -61,15 +61,7 @@ class Polynomials:
         return Polynomials(self.times, readonly(coefficients))
 
     def range(self, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
-        """Bound the functions over intervals.
-
-        Args:
-            begin: Start of each interval, shape (c,) [s].
-            end: End of each interval, later than its start, shape (c,) [s].
-
-        Returns:
-            Lower and upper bounds, each of shape (c, n).
-        """
+        """Bound the functions over intervals (c,) [s], from below and above, shape (c, n) each."""
         sides = (np.ascontiguousarray(side) for side in (begin, end))
         return proof.ranges(self.times, np.ascontiguousarray(self.coefficients), *sides)
 
@@ -89,8 +81,6 @@ class JudgedMotion:
     """A trajectory of a reduced model, for checks.
 
     Attributes:
-        kinematics: Forward kinematics of the model.
-        options: Options of the judge.
         position: Positions of the group's joints.
         staying: Duration of the rest after the trajectory that still counts as motion [s].
         rests_after: Whether rest follows; otherwise another motion follows.
@@ -199,7 +189,6 @@ class JudgedMotion:
         return self.trajectory.interpolation is not Interpolation.LINEAR
 
     def positions(self, times: Floats) -> Floats:
-        """Return positions of the trajectory's joints at times (c,), shape (c, n) [rad | m]."""
         return self.trajectory(times)
 
     def poses(self, times: Floats) -> Poses:
@@ -213,11 +202,7 @@ class JudgedMotion:
         return self.kinematics.poses(self.positions(np.array((self.duration,))))
 
     def deviation(self, begin: Floats, end: Floats) -> Floats:
-        """Bound the distance of joints from their positions in the middle of intervals.
-
-        Args:
-            begin: Start of each interval, shape (c,) [s].
-            end: End of each, shape (c,) [s].
+        """Bound the distance of joints from their positions in the middle of intervals, (c,) each [s].
 
         Returns:
             Shape (c, joints of the model) [rad | m]; column 0 (the world) is zero.
@@ -227,11 +212,9 @@ class JudgedMotion:
         return np.maximum(high - middle, middle - low) @ self._spread.T
 
     def rates(self, begin: Floats, end: Floats, order: int) -> Floats:
-        """Bound the magnitude of a derivative of the joints' positions over intervals.
+        """Bound the magnitude of a derivative of the joints' positions over intervals, (c,) each [s].
 
         Args:
-            begin: Start of each interval, shape (c,) [s].
-            end: End of each, shape (c,) [s].
             order: 1 for velocity, 2 for acceleration.
 
         Returns:
@@ -268,7 +251,6 @@ class TimedMotion(JudgedMotion):
 
     @property
     def duration(self) -> float:
-        """Duration of the trajectory and of the rest after it [s]."""
         return self.trajectory.duration + self.staying
 
     @property
@@ -277,7 +259,6 @@ class TimedMotion(JudgedMotion):
         return False
 
     def between(self, begin: float, end: float) -> "TimedMotion":
-        """Return the part between two times [s], with its own time starting at 0."""
         return TimedMotion(
             self.timed,
             self.trajectory.between(begin, end),
@@ -290,7 +271,6 @@ class TimedMotion(JudgedMotion):
         return self.timed.positions(self.trajectory(times), times + self.clock)
 
     def poses(self, times: Floats) -> Poses:
-        """Compute placements of all joint frames at times of shape (c,)."""
         return replace(self.kinematics.poses(self.positions(times)), times=times + self.clock)
 
 
@@ -307,10 +287,7 @@ def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:
 
 
 def beside(one: Polynomials, other: Polynomials) -> Polynomials:
-    """Join two sets of functions over the times of the first.
-
-    The second rest before their first time and after their last.
-    """
+    """Join two sets of functions over the times of the first; the second rest outside of their own."""
     begin, end = one.times[0], one.times[-1]
     inside = other.times[(other.times > begin) & (other.times < end)]
     times = np.unique(np.concatenate((one.times, inside)))
@@ -324,27 +301,13 @@ MOST_PIECES = 8
 
 
 def pieces_needed(needed: Floats, reserve: Floats) -> Ints:
-    """Return the number of pieces for which a bound probably falls below a reserve.
-
-    Args:
-        needed: Bound in the whole interval, shape (c,); it falls with the length.
-        reserve: Accepted bound, shape (c,).
-    """
+    """Return the number of pieces for which a bound that falls with the length is below a reserve, (c,)."""
     wanted = np.ceil(1.25 * needed / np.maximum(reserve, 1e-12))
     return np.clip(wanted, 2, MOST_PIECES).astype(np.int64)
 
 
 def cut(begin: Floats, end: Floats, pieces: Ints) -> tuple[Floats, Floats]:
-    """Cut intervals into equal pieces without gaps.
-
-    Args:
-        begin: Start of each interval, shape (c,) [s].
-        end: End of each, shape (c,) [s].
-        pieces: Number of pieces, 0 to omit an interval, shape (c,).
-
-    Returns:
-        Start and end of the pieces, in order.
-    """
+    """Cut intervals, (c,) each [s], into equal pieces without gaps; 0 pieces omit an interval."""
     parent = np.repeat(np.arange(len(pieces)), pieces)
     step = counting(pieces)
     width = ((end - begin) / np.maximum(pieces, 1))[parent]
@@ -354,7 +317,6 @@ def cut(begin: Floats, end: Floats, pieces: Ints) -> tuple[Floats, Floats]:
 
 
 def counting(pieces: Ints) -> Ints:
-    """Count from 0 within each group of given sizes: (2, 3) -> (0, 1, 0, 1, 2)."""
     total = int(pieces.sum())
     return np.arange(total, dtype=np.int64) - np.repeat(np.cumsum(pieces) - pieces, pieces)
 
@@ -384,8 +346,8 @@ def steps_in_pieces(motion: JudgedMotion) -> Ints:
 def sampled_times(motion: JudgedMotion) -> Floats:
     """Return sample times for checks without a proof, including the motion's own points [s].
 
-    The step is `sample_step`, or `sample_travel` of joint motion if that is longer: a motion at a
-    hundred-thousandth of its speed has no more samples than at a hundredth.
+    The step is `sample_step`, or `sample_travel` of joint motion if that is longer, which bounds the samples
+    of slow motions.
     """
     times, steps = motion.trajectory.times, steps_in_pieces(motion)
     lengths = np.diff(times)

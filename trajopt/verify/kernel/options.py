@@ -17,8 +17,8 @@ class VerifyOptions:
             clearance if that is larger [m].
         far: Clearance beyond which distances are not refined [m].
         smallest_interval: Length of an unproven interval at which the search ends [s].
-        first_intervals: Number of initial intervals if only the verdict is needed; unproven ones are halved.
-        most_distances: Number of measured distances at which the search for a proof ends.
+        first_intervals: Initial intervals if only the verdict is needed; unproven ones are halved.
+        most_distances: Measured distances at which the search for a proof ends.
         distance_error: Reserve subtracted from measured distances for errors of exact meshes [m].
         excess: Accepted numerical excess: relative to velocity and acceleration limits, absolute for
             positions and requirements [rad | m].
@@ -29,8 +29,8 @@ class VerifyOptions:
             tenth of a second.
         meeting_rate: Accepted angular velocity relative to a moving goal [rad/s]: likewise.
         sample_step: Longest time between samples of quantities without a proof, such as torques [s].
-        sample_travel: Joint travel between samples of slow motions, with at least eight samples per piece of
-            the trajectory [rad | m].
+        sample_travel: Joint travel between samples of slow motions, with at least eight samples per piece
+            [rad | m].
     """
 
     resolution: float = 1e-3

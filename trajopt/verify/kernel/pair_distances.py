@@ -38,18 +38,14 @@ ROWS = {
 def required_clearances(reduced: ReducedModel) -> Floats:
     """Return the required clearance of each pair, shape (p,) [m], read-only.
 
-    A clearance of the pair itself comes first, then of its kinds, then the general one; between the world and
-    a link or its attached objects it is at least the link's padding.
+    A clearance of the pair itself comes first, then of its kinds, then the general one; from the world it is
+    at least the link's padding.
     """
     return reduced.derived(_required)
 
 
 def rows(reduced: ReducedModel) -> Sequence[tuple[str, Ints]]:
-    """Return names of the clearance checks with their pairs.
-
-    There is one check per required clearance; if the scene sets clearances of kinds of pairs, one per kind
-    and clearance.
-    """
+    """Return names of the clearance checks with their pairs: one per required clearance or kind."""
     required, scene = required_clearances(reduced), reduced.scene
     if not scene.clearances.kinds:
         return [("clearance", np.flatnonzero(required == level)) for level in sorted(set(required.tolist()))]
@@ -73,7 +69,6 @@ def _required(reduced: ReducedModel) -> Floats:
 
 
 def _of(scene: Scene, world: Set[str], one: str, other: str) -> float:
-    """Return the required clearance of two links or objects [m]."""
     stated = scene.clearances
     single = stated.pairs.get(frozenset((one, other)))
     if single is not None:
@@ -166,9 +161,9 @@ DOUBTFUL = 1e-5
 class PairDistances:
     """Workspace for signed distances of pairs of bodies; one per thread.
 
-    A distance is positive between separate bodies and minus the depth in penetration. Each is a lower bound
-    of the true one, from the judge's own support functions; distances of half-spaces are exact. An exact mesh
-    has no depth, so its convex hull replaces it in contact and around enclosed bodies.
+    A distance is minus the depth in penetration. Each is a lower bound of the true one, from the judge's own
+    support functions; distances of half-spaces are exact. An exact mesh has no depth, so its convex hull
+    replaces it in contact and around enclosed bodies.
 
     Attributes:
         first: Index of the first body of each pair, shape (p,).
@@ -185,9 +180,8 @@ class PairDistances:
         """Pass the bodies and pairs of a model to the core.
 
         Args:
-            kinematics: Kinematics of the model.
             error: Reserve subtracted from every distance [m].
-            timings: Timings of the dynamic obstacles, by name; their prediction errors are also subtracted.
+            timings: Of the dynamic obstacles, by name; their prediction errors are also subtracted.
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
@@ -220,7 +214,6 @@ class PairDistances:
         )
 
     def _changing(self, timings: Mapping[str, Timing]) -> Floats:
-        """Set the presence of pairs, and return the error growth of each, shape (p, 3)."""
         errors: Floats = np.zeros((len(self.first), 3))
         if not timings:
             return errors
@@ -277,17 +270,9 @@ class PairDistances:
         return self.present if self.present is None or clock == 0.0 else self.present - clock
 
     def uncertainty(self, pair: Ints, distance: Floats, error: float) -> Floats:
-        """Return the largest excess of true distances over measured ones.
+        """Return the largest excess of true distances over measured ones of pairs, (i,) each [m].
 
         It is infinite for an exact mesh in contact, as only its hull was measured.
-
-        Args:
-            pair: Indices of pairs, shape (i,).
-            distance: Measured distances, shape (i,) [m].
-            error: Reserve subtracted from every distance [m].
-
-        Returns:
-            Shape (i,) [m].
         """
         hulled = self._meshed[pair] & ~self.planar[pair] & (distance <= 0.0)
         return np.where(hulled, np.inf, 2.0 * error + DOUBTFUL)
@@ -303,15 +288,12 @@ class PairDistances:
         return self.core.calls
 
     def measure(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
-        """Measure signed distances, minus their reserve.
+        """Measure signed distances minus their reserve, shape (i,) [m].
 
         Args:
-            poses: Placements of the joint frames at c configurations.
+            poses: At c configurations.
             cell: Configuration of each measurement, shape (i,).
             pair: Pair of each measurement, shape (i,).
-
-        Returns:
-            Shape (i,) [m].
         """
         return self.core.measure(*_placed(poses), cell, pair)
 
@@ -321,11 +303,6 @@ class PairDistances:
 
     def search_depths(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs by a search of all directions: slow, but correct where Coal's depth is not.
-
-        Args:
-            poses: Placements of the joint frames at c configurations.
-            cell: Configuration of each measurement, shape (i,).
-            pair: Pair of each measurement, shape (i,).
 
         Returns:
             Lower bounds of the distances, for exact meshes between their hulls, shape (i,) [m]; minus
@@ -366,12 +343,6 @@ class Surroundings:
             )
 
     def among(self, motion: JudgedMotion, staying: float = 0.0, clock: float = 0.0) -> JudgedMotion:
-        """Return a motion among the dynamic obstacles.
-
-        Args:
-            staying: Duration of the rest at its end [s]; irrelevant in a static scene.
-            clock: Scene clock at the start of the motion [s].
-        """
         if self._timed is None:
             return motion
         return TimedMotion(

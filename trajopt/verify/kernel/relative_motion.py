@@ -77,7 +77,6 @@ class RelativeMotion:
         return inward @ frame_rotation, np.einsum("cij,cj->ci", inward, point - origin)
 
     def bounds(self, begin: Floats, end: Floats) -> RateBounds:
-        """Bound the motion over intervals, given the start and end of each, shape (c,) [s]."""
         motion = self._motion
         poses = motion.poses((begin + end) / 2)
         moved = motion.deviation(begin, end)
