@@ -94,11 +94,7 @@ class Job:
         return self._wanted
 
     def cancel(self, refusal: RequestRefused | None = None) -> None:
-        """Cancel it; the answer is the worker's present result, or a refusal without a worker.
-
-        Args:
-            refusal: The reason; by default cancellation.
-        """
+        """Cancel it; the answer is the worker's present result, or a refusal without a worker."""
         self._end(refusal or RequestRefused(Why.CANCELLED, "it was cancelled"))
 
     def change(self, scene: PackedScene) -> None:
@@ -186,11 +182,7 @@ class Done:
 
 @contextmanager
 def counted(session: str, operation: str, observer: Callable[[Done], None] | None) -> Generator[Done]:
-    """Record the outcome of a request, and notify the observer.
-
-    Args:
-        observer: The observer, or None.
-    """
+    """Record the outcome of a request, and notify the observer, if any."""
     begin, done = time.monotonic(), Done(operation, session)
     try:
         yield done

@@ -126,12 +126,9 @@ def memory_used(pid: int | None = None) -> int:
 
 
 def limit_memory(more: int) -> None:
-    """Limit the further memory of this process; beyond it a `MemoryError` is raised.
+    """Limit the further memory of this process [bytes], on Linux; beyond it a `MemoryError` is raised.
 
-    Each call replaces the previous limit. Only on Linux.
-
-    Args:
-        more: Further memory [bytes].
+    Each call replaces the previous limit.
     """
     if sys.platform == "linux":
         # What is only reserved, as by the stacks of threads, does not count: so data, not address space.
@@ -140,7 +137,6 @@ def limit_memory(more: int) -> None:
 
 
 def _pages(pid: int, column: int) -> int:
-    """Return a column of Linux' table of a process's memory [bytes]; 0 if it does not exist."""
     try:
         columns = Path(f"/proc/{pid}/statm").read_text().split()
     except OSError:
@@ -155,10 +151,6 @@ POINTS = ("points", "waypoints", "poses", "placements", "positions")
 
 def check_sizes(document: object, watch: Watch) -> None:
     """Check the sizes of meshes and trajectories in a request.
-
-    Args:
-        document: Plain data, nested within the limit of `parse_json`.
-        watch: Of the request, with the limits.
 
     Raises:
         RequestRefused: If there are too many triangles in total, or too many points in one list.

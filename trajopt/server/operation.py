@@ -62,7 +62,6 @@ class PackedScene(Value):
 
 
 def packed(state: SessionState, robots: Mapping[str, Robot]) -> PackedScene:
-    """Return the scene of a state as bytes; robots that every worker has are named in them, not held."""
     names = {id(robot): name for name, robot in robots.items()}
 
     class Pickler(pickle.Pickler):
@@ -75,13 +74,6 @@ def packed(state: SessionState, robots: Mapping[str, Robot]) -> PackedScene:
 
 
 def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> Scene:
-    """Return the scene of `packed`.
-
-    Args:
-        scene: A result of `packed`, from this process or another of the same server; nothing else.
-        robots: The robots by name, with which it was packed.
-    """
-
     class Unpickler(pickle.Unpickler):
         def persistent_load(self, pid: Any) -> Robot:
             return robots[pid]
@@ -105,7 +97,7 @@ class Watch:
         points: Most points of a trajectory in a request.
         cloud: Most points of a cloud in a request.
         attachment: Bytes of the request in addition to its arguments.
-        driven: Whether another request drives the session's robot and determines its positions.
+        driven: Whether another request drives the session's robot.
     """
 
     def __init__(
@@ -119,16 +111,11 @@ class Watch:
         attachment: bytes = b"",
         driven: bool = False,
     ) -> None:
-        """Start the clock.
+        """Start the clock; other arguments are the attributes.
 
         Args:
             seconds: Time limit of the request [s].
             tell: Sends progress and robot positions; None without a listener.
-            triangles: Most triangles of all meshes in a request.
-            points: Most points of a trajectory in a request.
-            cloud: Most points of a cloud in a request.
-            attachment: Bytes of the request in addition to its arguments.
-            driven: Whether another request drives the session's robot.
         """
         self.cancel, self.heard = Event(), tell is not None
         self.triangles, self.points, self.cloud = triangles, points, cloud
@@ -146,12 +133,7 @@ class Watch:
 
     @checked
     def tell(self, document: Mapping[str, object], positions: list[float] | None = None) -> None:
-        """Send progress.
-
-        Args:
-            document: Plain data.
-            positions: New positions of all joints of the session's robot, if they changed [rad | m].
-        """
+        """Send progress, plain data, and the positions of the session's robot if they changed [rad | m]."""
         if self._tell is not None:
             self._tell(document, positions)
 
@@ -185,10 +167,7 @@ class Watch:
 
 
 class Lane(Enum):
-    """Group of processes: planning, fast operations, driving, 3-D pages, storage.
-
-    Each open 3-D page has its own process. The process that stores sessions runs no requests of clients.
-    """
+    """Group of processes: planning, fast operations, driving, 3-D pages (one each), storage."""
 
     PLANNING = auto()
     QUICK = auto()

@@ -31,12 +31,7 @@ class WorkerPool:
         *,
         eager: bool = True,
     ) -> None:
-        """Store the options; `start` starts the workers.
-
-        Args:
-            limits: Of the queue and of requests.
-            eager: Whether workers are started before the first request.
-        """
+        """Store the options; `start` starts the workers, `eager` ones before the first request."""
         self.restarts = self.busy = 0
         self._name, self._hello, self._size, self._limits = name, hello, size, limits
         self._eager = eager
@@ -95,7 +90,6 @@ class WorkerPool:
         return RequestRefused(Why.FULL, reason, retry_after=wait)
 
     async def _slot(self) -> None:
-        """Maintain one worker, and pass requests to it in sequence."""
         worker: WorkerProcess | None = None
         try:
             if self._eager:
@@ -130,7 +124,6 @@ class WorkerPool:
         return worker
 
     async def _served(self, worker: WorkerProcess, job: Job) -> bool:
-        """Pass a request to a worker; return whether the worker can continue."""
         if job.over:
             return True
         self.busy += 1

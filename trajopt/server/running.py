@@ -35,7 +35,6 @@ async def run_faces(
     The service ends first: meanwhile its faces refuse new requests, and answer running ones.
 
     Args:
-        limits: Limits of clients.
         modules: Modules with the operations that the faces need.
         observer: Called with each finished request.
         warehouse: Storage of sessions.

@@ -51,7 +51,6 @@ class Service:
 
         Args:
             robots: The robots by name, the default one first.
-            limits: Limits of clients.
             modules: Modules with `OPERATIONS`.
             observer: Called with each finished request.
             warehouse: Storage of sessions, which are restored at the start; None for none.
@@ -123,8 +122,8 @@ class Service:
 
         Args:
             robot: Its name; the first robot if empty.
-            face: Name of the face that owns it, if any: such a session is not removed when unused, and is
-                found again after a restart if it was stored.
+            face: Name of the face that owns it, if any: such a session is kept although unused, and is found
+                again after a restart if it was stored.
 
         Raises:
             RobotNotFound: If there is no such robot.
@@ -196,7 +195,7 @@ class Service:
         """Run an operation, and wait for the answer. Cancelling this coroutine cancels the request.
 
         Args:
-            session: The session of its scene and robot, which stores its changes.
+            session: Its scene and robot; stores changes.
             arguments: JSON, or plain data.
             attachment: Bytes for the operation.
             seconds: Time limit, waiting included [s]; at most that of the limits.
@@ -272,7 +271,6 @@ class Service:
             raise RequestRefused(Why.CLOSING, "the server is closing")
 
     async def _answered(self, session: ServiceSession, operation: Operation, job: Job) -> Answered:
-        """Wait for the answer, and store its changes in the session; cancelling this cancels the request."""
         try:
             if not operation.lane.takes_robot:
                 return await self._held(session, operation, job)
@@ -294,7 +292,6 @@ class Service:
             driving.exception()  # nobody may wait
 
     async def _held(self, session: ServiceSession, operation: Operation, job: Job) -> Answered:
-        """Wait for the answer, and store its changes in the session."""
         await asyncio.wait((job.done,))  # a task that is cancelled would cancel the future
         answered = job.done.result()
         scene = None if answered.scene is None else PackedScene.of(session.robot, answered.scene)
@@ -320,8 +317,6 @@ class Service:
         *,
         driven: bool,
     ) -> None:
-        """Apply changes to a session once they are on disk; a cancelled caller waits for that."""
-
         async def settle() -> None:
             if self._keeper is not None and (scene, positions) != (None, None) and session in self.sessions:
                 try:
@@ -340,7 +335,6 @@ class Service:
 
     @contextmanager
     def _asked(self) -> Generator[None]:
-        """Register the caller, so that closing waits for it briefly."""
         task = cast("asyncio.Task[Any]", asyncio.current_task())
         self._asking.add(task)
         try:

@@ -263,7 +263,6 @@ class Keeper:
     async def _done(
         self, owner: str, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
     ) -> Answered:
-        """Run an operation in the worker; operations on one session keep their order."""
         body = _JSON.encode({**said, "warehouse": str(self._warehouse.path.absolute())})
         assignment = Assignment(f"keeping/{what}", scene, positions, body, self._limits.seconds)
         return await self.pool.submit(owner, assignment).done
@@ -279,10 +278,7 @@ KINDS = (EntryKind.SCENE, EntryKind.STATE)
 
 
 def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Store the changed content of a session, and remove its previous content.
-
-    In one transaction: a scene is never found with positions of another time.
-    """
+    """Store the changed content of a session and remove the previous one, in one transaction."""
     name, face = arguments["session"].text(), arguments["face"].text("")
     tags = (SESSION, face) if face else (SESSION,)
     with _warehouse(arguments) as kept, kept.together():

@@ -97,7 +97,6 @@ class WorkerProcess:
 
 
 def _started() -> tuple[subprocess.Popen[bytes], socket.socket]:
-    """Start a process, and return it with this end of the socket to it."""
     mine, its = socket.socketpair()
     try:
         with its:

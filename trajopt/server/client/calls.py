@@ -24,7 +24,7 @@ class ServerError(TrajoptError):
     Attributes:
         status: HTTP status; 0 if the server could not be reached.
         kind: Kind of refusal, such as "malformed" or "full".
-        reason: The reason, in a sentence.
+        reason: In a sentence.
         retry_after: Delay before another try, as given by a full server [s]; None otherwise.
     """
 
@@ -49,11 +49,7 @@ SHORTEST = 0.01
 
 @checked
 def trajectory_of(answer: Mapping[str, Any]) -> Trajectory | None:
-    """Return the motion in an answer, or None.
-
-    Args:
-        answer: Of `plan` or `follow`.
-    """
+    """Return the motion in an answer of `plan` or `follow`, if any."""
     if not answer.get("points"):
         return None
     return read_points(Node({key: answer[key] for key in ("joint_names", "points")}, "answer"))
@@ -135,10 +131,9 @@ class Call(Value):
     Attributes:
         method: HTTP method.
         path: Below the server's address.
-        body: The arguments.
         listener: Receives the progress, or None.
         timeout: Time limit of the server [s]; its own limit if None.
-        name: Name for cancellation; may be empty.
+        name: For cancellation; may be empty.
         data: Bytes instead of JSON; the arguments are then in the address.
     """
 
@@ -189,11 +184,6 @@ class Call(Value):
 
 
 def _json(name: str, value: object) -> str:
-    """Return an argument as JSON; numpy arrays and numbers become lists and numbers.
-
-    Raises:
-        ProblemError: If it is not plain data.
-    """
     try:
         return json.dumps(value, default=_plain, allow_nan=False)
     except (TypeError, ValueError, RecursionError) as error:

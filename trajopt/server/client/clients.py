@@ -1,4 +1,4 @@
-"""The clients: one waits for each answer, the other is for programs that do other work meanwhile."""
+"""The clients: one waits for each answer, the other is asynchronous."""
 
 import asyncio
 import time
@@ -71,11 +71,6 @@ class Client:
 
     @checked
     def send(self, call: Call) -> Any:
-        """Send a request, again and again while the server is full, and return the answer.
-
-        Raises:
-            ServerError: If the server refuses it, or cannot be reached.
-        """
         until = time.monotonic() + self._patience
         while True:
             try:
@@ -91,7 +86,6 @@ class Client:
             time.sleep(after)
 
     def _once(self, call: Call) -> tuple[httpx.Response | Document, float | None]:
-        """Send a request; return the response or the answer in it, and when to try again."""
         request = self._http.build_request(
             call.method, call.path, headers=call.headers, params=call.parameters, **call.content
         )
@@ -149,13 +143,9 @@ class AsyncClient:
         timeout: float = 120.0,
         connections: int = 100,
     ) -> None:
-        """Store the address; no request is sent yet.
+        """Store the address; no request is sent yet. Arguments as for `Client`.
 
         Args:
-            url: Its address, such as "http://127.0.0.1:8080".
-            token: Access token.
-            patience: Time for which requests to a full server are repeated [s].
-            timeout: Time-out of a silent server [s].
             connections: Largest number of simultaneous connections.
         """
         headers = {"authorization": f"Bearer {token}"} if token else {}
@@ -217,7 +207,6 @@ class AsyncClient:
             await asyncio.sleep(after)
 
     async def _once(self, call: Call) -> tuple[httpx.Response | Document, float | None]:
-        """Send a request; return the response or the answer in it, and when to try again."""
         request = self._http.build_request(
             call.method, call.path, headers=call.headers, params=call.parameters, **call.content
         )

@@ -122,7 +122,6 @@ async def _gone(request: Request) -> None:
 
 
 async def _events(ask: Asking) -> AsyncGenerator[bytes]:
-    """Yield feedback as it comes, and the answer at the end."""
     told: asyncio.Queue[bytes] = asyncio.Queue()
     task = asyncio.ensure_future(ask(lambda raw: told.put_nowait(event("feedback", bytes(raw)))))
     task.add_done_callback(lambda _: told.put_nowait(b""))
@@ -147,7 +146,6 @@ async def _events(ask: Asking) -> AsyncGenerator[bytes]:
 
 
 def event(name: str, body: bytes) -> bytes:
-    """Return a server-sent event; JSON as it is encoded here has no line breaks."""
     return b"event: %b\ndata: %b\n\n" % (name.encode(), body)
 
 

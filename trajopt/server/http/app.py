@@ -122,8 +122,7 @@ Body = dict[str, Any]
 class Face:
     """The HTTP face of a service.
 
-    FastAPI routes and documents all requests; but operations of workers bypass its routing, which costs as
-    much as the rest of the server's work for a request.
+    FastAPI routes and documents all requests; but operations of workers bypass its routing, which is slow.
 
     Attributes:
         app: FastAPI's application.
@@ -263,7 +262,6 @@ class Face:
         return json_response({})
 
     async def _front(self, request: Request) -> Response:
-        """Return the page that frames a 3-D page, which only certain ports of this host may serve."""
         name = request.url.hostname or ""
         frames = [f"http://{name}:{port}" for port in self._view_ports] if HOST_NAME.fullmatch(name) else []
         return await _page("index.html", frames)
@@ -341,7 +339,6 @@ def http_app(
 
 
 def worker_request(scope: Scope) -> tuple[str, str]:
-    """Return the operation and the session of `POST /sessions/{session}/{operation}`; neither of all else."""
     if scope["type"] != "http" or scope["method"] != "POST":
         return "", ""
     match scope["path"].split("/"):
@@ -363,7 +360,6 @@ def in_address(request: Request) -> bytes:
 
 
 def _as_json(text: str) -> bytes:
-    """Return a number, a list or a mapping as it is written, and anything else as a text."""
     if text.startswith(("{", "[", "-", *digits)):
         with suppress(TrajoptError):
             parse_json(text, "request")

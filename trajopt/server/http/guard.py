@@ -83,8 +83,7 @@ Denial: TypeAlias = tuple[int, str, str]
 class RequestGuard:
     """Checks each request for its origin, host and token.
 
-    A page of another site could otherwise use the server through a browser on this machine: by mapping its
-    name to this machine, or with the site as the origin.
+    Otherwise a page of another site could use the server through a browser on this machine.
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions, attached: frozenset[str]) -> None:

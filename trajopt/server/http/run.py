@@ -31,9 +31,7 @@ async def serve_http(
     """Serve until cancelled or stopped.
 
     Args:
-        service: The service, started.
-        options: Address and access control.
-        metrics: Content of `/metrics`.
+        service: Started.
         ready: Called with the port once it listens.
         stop: Set to end.
 
@@ -60,7 +58,6 @@ async def serve_http(
 
 
 def _config(service: Service, options: HttpOptions, metrics: Metrics | None) -> uvicorn.Config:
-    """Return uvicorn's configuration, with connections that cut off slow clients."""
     connections = Connections(http_app(service, options, metrics), options)
     config = uvicorn.Config(
         connections,
@@ -97,8 +94,8 @@ class Server(uvicorn.Server):
 class Connections:
     """The open connections of a server.
 
-    It wraps uvicorn's protocol, which reports the bytes sent and taken by a client, and the application,
-    which reports the start and end of requests.
+    It wraps uvicorn's protocol, which reports bytes sent and taken, and the application, which reports the
+    start and end of requests.
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions) -> None:
@@ -118,7 +115,6 @@ class Connections:
         return Connection(protocol, self._open, self._options)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request to the application, and notify its connection of start and end."""
         connection = self._open.get(scope.get("client"))
         if connection is None:
             await self._app(scope, receive, send)
@@ -200,11 +196,7 @@ class Connection(asyncio.Protocol):
         self._heard()
 
     def answered(self, *, complete: bool) -> None:
-        """Start the time-out for the rest of an unread body, and for taking the answer.
-
-        Args:
-            complete: Whether the whole request was received.
-        """
+        """Start the time-out for the rest of an unread body, and for taking the answer."""
         self._under_way -= 1
         if not complete:
             self._expect()

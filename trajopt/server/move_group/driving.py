@@ -26,15 +26,14 @@ from trajopt.values.errors import JointNotFound, ProblemError
 from trajopt.values.trajectory import MEETING, Interpolation, Trajectory
 
 SETTLING = 0.3
-"""Longest wait for the robot to reach the end of a motion [s]."""
 STILL = 1e-6
 """Joint speed that counts as rest [rad/s | m/s]; noisy sensors take the whole settling time."""
 LOOK = 0.01
 """Time between two looks at whether a motion has ended [s]."""
 OFFERS = 4
-"""Number of offers of a motion to an executor that refuses it, each later: the computation may have been
-slow, or a
-foreign motion may have a jump of acceleration at the junction.
+"""Offers of a motion to an executor that refuses it, each later: the computation may have been slow, or a
+foreign motion
+may have a jump of acceleration at the junction.
 """
 SHORTEST = 0.05
 """Shortest duration of a correction of the start [s]: many periods of a controller."""
@@ -65,9 +64,8 @@ class MotionDriver:
         """Take over a robot at rest.
 
         Args:
-            executor: The driver of its joints.
-            positions: Of all joints, shape (number of joints,) [rad | m], for the joints that it does not
-                drive.
+            positions: Of all joints, shape (number of joints,) [rad | m], for those that the executor does
+                not drive.
             wait: Waits for a number of seconds.
 
         Raises:
@@ -93,14 +91,11 @@ class MotionDriver:
         return self._motion is not None and executor.now() < self._committed.end and not executor.fault()
 
     def start(self, reduced: ReducedModel, trajectory: Trajectory) -> str:
-        """Start to drive a motion; returns immediately.
+        """Start to drive a motion; return immediately, with the reason why it is not driven, or "".
 
         Args:
             reduced: The robot in its scene, the group's joints free.
             trajectory: Of the group's joints.
-
-        Returns:
-            The reason why it is not driven; empty if it is.
         """
         executor = self.executor
         if fault := executor.fault():
@@ -137,11 +132,6 @@ class MotionDriver:
         return executor.fault()
 
     def stop(self) -> StopTaken | None:
-        """Stop the robot as soon as proven, and wait for it; None if it is at rest.
-
-        The candidates are a stop along the path and one in which each joint brakes as hard as possible; the
-        sooner proven one is driven, or the sooner one if neither is proven.
-        """
         motion, executor = self._motion, self.executor
         if motion is None or not self.moving:
             return None
@@ -164,7 +154,6 @@ class MotionDriver:
         return self._rested(asked, StopTaken(0.0, along=False, proven=False))
 
     def _rested(self, asked: float, taken: StopTaken) -> StopTaken:
-        """Wait for the end of a stop; return it with its time since the request."""
         end = max(self._committed.end, asked) if not self.executor.fault() else self.executor.now()
         self.wait()
         return replace(taken, duration=end - asked)
@@ -223,10 +212,6 @@ class ScriptClock:
 
 
 def with_rates(trajectory: Trajectory) -> Trajectory:
-    """Return a motion with velocities; one without passes its points smoothly.
-
-    The velocity at each point is that of the parabola through it and its neighbours; both ends are at rest.
-    """
     if trajectory.interpolation is not Interpolation.LINEAR:
         return trajectory
     velocities = np.gradient(trajectory.positions, trajectory.times, axis=0)
@@ -235,12 +220,7 @@ def with_rates(trajectory: Trajectory) -> Trajectory:
 
 
 def from_place(trajectory: Trajectory, here: Floats, limits: JointLimits) -> Trajectory:
-    """Return a motion that starts at the robot's commanded positions and moves slowly to its own start.
-
-    Args:
-        trajectory: With velocities.
-        here: Commanded positions of its joints, shape (n,) [rad | m].
-    """
+    """Return a motion that moves slowly from commanded positions (n,) [rad | m] to a motion's own start."""
     away = np.abs(trajectory.positions[0] - here)
     if away.max() <= MEETING:
         return trajectory
@@ -293,7 +273,6 @@ class InProcess:
         """Take over a robot at rest in a scene.
 
         Args:
-            scene: Its surroundings.
             start: Positions of all joints, shape (number of joints,) [rad | m].
             executor: Its driver; by default a simulated robot whose clock advances only while it moves.
             wait: Waits for a number of seconds on the executor's clock.
@@ -305,7 +284,6 @@ class InProcess:
 
     @property
     def positions(self) -> Floats:
-        """Present positions of all joints, shape (number of joints,) [rad | m]."""
         return self._start if self._drive is None else self._drive.positions
 
     @property
@@ -349,7 +327,6 @@ class InProcess:
         return "; ".join(remark for remark in remarks if remark)
 
     def stop(self) -> StopTaken | None:
-        """Stop the robot as soon as proven; None if it is at rest."""
         if self._clock is not None:
             self._clock.stand()
         return None if self._drive is None else self._drive.stop()
@@ -358,7 +335,6 @@ class InProcess:
         """Keep everything: the world may be entered again."""
 
     def _driving(self) -> MotionDriver:
-        """Return the drive; a simulated robot is created on first use, which takes a second."""
         if self._drive is None:
             self._clock = ScriptClock()
             simulated = SimulatedExecutor(self.scene, self._start, clock=self._clock)

@@ -112,7 +112,6 @@ def solved(
     """Plan with a script's settings: of several attempts within the time, the motion of least duration.
 
     Args:
-        settings: Time, attempts and method.
         budget: Time limit, overriding the settings.
         cancel: Set it from another thread to stop.
     """
@@ -155,13 +154,9 @@ def followed_through(
     """Follow straight lines from a link's present pose through poses, as far as possible.
 
     Args:
-        scene: Surroundings of the robot.
         poses: Of the link in the world.
-        group: The planning group.
         start: Positions of all joints at the start [rad | m].
-        settings: Speeds.
         constraints: Path constraints: the motion ends before one is violated.
-        budget: Time limit.
         cancel: Set it from another thread to stop.
 
     Raises:
@@ -211,14 +206,9 @@ def picked(
     """Plan to pick up an object and lift it.
 
     Args:
-        scene: Surroundings of the robot.
-        name: The object.
         start: Positions of all joints at the start [rad | m].
         grasps: In order of preference.
-        group: The arm's planning group.
         constraints: Path constraints while the object is in the hand.
-        settings: Speeds and method.
-        budget: Time limit.
         cancel: Set it from another thread to stop.
     """
     return grasping.pick(
@@ -250,14 +240,9 @@ def put_down(
     """Plan to place an object that is in the hand.
 
     Args:
-        scene: Surroundings of the robot.
-        name: The object.
         start: Positions of all joints at the start [rad | m].
         places: In order of preference.
-        group: The arm's planning group.
         constraints: Path constraints until the object is placed.
-        settings: Speeds and method.
-        budget: Time limit.
         cancel: Set it from another thread to stop.
     """
     return grasping.place(

@@ -152,11 +152,7 @@ class Execution:
     tip: str
 
     def refusal(self, positions: Floats) -> ExecutionOutcome | None:
-        """Return the reason why the trajectory cannot be executed now, if any.
-
-        Args:
-            positions: Present positions of all joints [rad | m].
-        """
+        """Return the reason why the trajectory cannot be executed now from positions [rad | m], if any."""
         here = positions[self.reduced.scene.robot.index(self.reduced.joint_names)]
         away = np.abs(self.trajectory(0.0) - here)
         worst = int(np.argmax(away))
@@ -172,10 +168,9 @@ class Execution:
     def measured(
         self, positions: Floats, remark: str = "", *, stop: StopTaken | None = None
     ) -> ExecutionOutcome:
-        """Compare the robot with the end of the trajectory.
+        """Compare the robot's positions [rad | m] with the end of the trajectory.
 
         Args:
-            positions: Present positions of all joints [rad | m].
             remark: Faults during the motion.
             stop: The stop that ended the motion early.
         """

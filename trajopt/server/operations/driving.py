@@ -153,9 +153,7 @@ def drive_along(
     """Drive the simulated robot along a trajectory; cancellation stops it by a proven stop.
 
     Args:
-        execution: The trajectory, and its scene.
         positions: Of all joints [rad | m].
-        watch: Of the request.
         look: Called at the start and periodically, with the elapsed time [s].
         speed: Speed of simulated time: 1 for real time, 0 for as fast as possible.
     """

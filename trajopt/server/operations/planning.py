@@ -177,12 +177,10 @@ ABOUT = ("edits", "problem", "request")
 
 
 def changed(state: SessionState, arguments: Node) -> SessionState:
-    """Return the session's content with the edits of a request, which apply to this request only."""
     return edited(state, arguments["edits"])
 
 
 def request_in(state: SessionState, node: Node) -> RequestFile:
-    """Return a `moveit_msgs/MotionPlanRequest` as a problem in a session's scene."""
     return request_of(node, state.scene, state.named_positions)
 
 
@@ -205,7 +203,6 @@ def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str
 
 
 def reduced_in(state: SessionState, arguments: Node) -> ReducedModel:
-    """Return the robot in a session's scene, with only the joints of the group that a request names free."""
     state = changed(state, arguments)
     group = arguments["group"].text("") or only_group(state.scene.robot)
     start = state.positions
@@ -215,12 +212,10 @@ def reduced_in(state: SessionState, arguments: Node) -> ReducedModel:
 
 
 def trajectory_in(node: Node) -> Trajectory:
-    """Return a trajectory: joint names and points, or MoveIt's `RobotTrajectory`."""
     if node.missing:
         raise node.error("is missing")
     return read_joint_trajectory(node) if node.has("joint_trajectory") else read_points(node)
 
 
 def at_start(state: SessionState, problem: Problem) -> SessionState:
-    """Return the session's content with the robot at the start of a problem."""
     return replace(state, scene=problem.scene, positions=problem.start_positions)

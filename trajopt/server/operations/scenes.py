@@ -83,12 +83,10 @@ def _object(item: SceneObject, scene: Scene) -> dict[str, object]:
 
 
 def placement_document(where: Placement) -> dict[str, list[float]]:
-    """Return a placement as plain data: `xyz` [m] and `quaternion` (x, y, z, w)."""
     return {"xyz": where.translation.tolist(), "quaternion": where.quaternion.tolist()}
 
 
 def _shape(shape: Shape) -> dict[str, Any]:
-    """Return a shape as plain data, in the words in which it is stated."""
     sizes = vars(shape)
     kept = ("x", "y", "z", "radius", "length", "vertices", "points", "faces", "keys", "size")
     plain = {key: getattr(sizes[key], "tolist", lambda key=key: sizes[key])() for key in kept if key in sizes}
@@ -115,7 +113,7 @@ STAND = "stand"
 
 
 def edited(state: SessionState, edits: Node) -> SessionState:
-    """Return the session's content after edits, in order.
+    """Return the session's content after edits, in order; all or none of them are made.
 
     Args:
         edits: A list of mappings, each with the name of an edit and its arguments. An attached or detached
@@ -123,7 +121,7 @@ def edited(state: SessionState, edits: Node) -> SessionState:
 
     Raises:
         FileFormatError: If an edit is unknown, or its arguments are invalid.
-        ModelError: If an edit is impossible; all or none of them are made.
+        ModelError: If an edit is impossible.
     """
     for node in edits.elements():
         keys = node.only((*SCENE_EDITS, STAND)).keys()
@@ -162,8 +160,7 @@ def stand(state: SessionState, node: Node) -> SessionState:
 def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, tuple[str, ...]]:
     """Return the session's content after a `moveit_msgs/PlanningScene`, and notes on its interpretation.
 
-    Args:
-        message: The message; it replaces the scene unless it `is_diff`.
+    The message replaces the scene unless it `is_diff`.
     """
     robot, notes = state.scene.robot, list[str]()
     told = read_joint_positions(message["robot_state"], robot, notes)
@@ -211,11 +208,7 @@ def cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def points_in(data: bytes, most: int) -> Floats:
-    """Return the points of a cloud, not all of them finite, shape (n, 3) [m].
-
-    Args:
-        data: float32 numbers, or numpy's .npy.
-    """
+    """Return the points of float32 numbers or numpy's .npy, not all of them finite, shape (n, 3) [m]."""
     found = _of_numpy(data) if data.startswith(MAGIC) else _of_numbers(data)
     if len(found) > most:
         raise RequestRefused(Why.TOO_LARGE, f"a cloud has {most} points at most, not {len(found)}")

@@ -1,7 +1,6 @@
 """Operations of `trajopt.ros.commander.World(url=...)`, with whole values in the format of bundles.
 
-Scenes, problems and results are returned as values. Input may be hostile: only the kinds of a bundle are
-constructed, and every motion is judged by its reader.
+Input may be hostile: only the kinds of a bundle are constructed, and every motion is judged by its reader.
 """
 
 from collections.abc import Mapping
@@ -122,7 +121,6 @@ def _scene(node: Node, state: SessionState, watch: Watch) -> Scene:
 
 
 def _fitting(node: Node, scene: Scene, state: SessionState) -> Scene:
-    """Return a scene after checking that it is of the session's robot."""
     if scene.robot is not state.scene.robot:
         raise node.error("is of another robot than the session's")
     try:

@@ -1,7 +1,7 @@
 """Database: the SQLite file of a warehouse: tables, locking and validation.
 
 With SQLite's write-ahead log readers see whole transactions only, one process writes at a time, and a
-committed transaction is on disk before the call returns.
+committed transaction is durable.
 """
 
 import os
@@ -32,8 +32,6 @@ class Forked(ABC):
 
 
 class _Forks:
-    """Databases that are closed before each fork, and locked for other threads until it is over."""
-
     def __init__(self) -> None:
         self.known, self._held = WeakSet["Forked"](), list["Forked"]()
 
@@ -81,8 +79,9 @@ CREATE TABLE memories (
   number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT NOT NULL, arrays TEXT NOT NULL, wins INTEGER NOT NULL,
   failures INTEGER NOT NULL, used INTEGER NOT NULL);
 """
-"""Names and descriptions of entries; members by the digest of their content, so that equal ones are stored
-once; the last used version number; memories of experience.
+"""Names and descriptions of entries; members by digest, so that equal ones are stored once; the last used
+version
+number; memories of experience.
 """
 Tables = dict[str, tuple[str, str]]
 
@@ -135,7 +134,6 @@ class Database(Forked):
 
     @contextmanager
     def _transaction(self, begin: str) -> Generator[sqlite3.Connection]:
-        """Yield the connection in a transaction, or within the one that this thread has begun."""
         with self.lock, self._translated():
             connection = self._opened(create=False)
             part = bool(self._depth)
@@ -259,7 +257,6 @@ def _tables(connection: sqlite3.Connection) -> Tables:
 
 
 def _in_log(connection: sqlite3.Connection) -> None:
-    """Have the file written by a write-ahead log from now on; for its turn here SQLite does not wait."""
     until = time.monotonic() + PATIENCE
     while True:
         try:

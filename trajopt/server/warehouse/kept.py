@@ -135,7 +135,6 @@ class Entry(Value):
 
 
 def oldest_first(entries: Iterable[Entry]) -> list[Entry]:
-    """Sort entries by date, and those of one kind and name by version, also if the clock was set back."""
     versions: dict[tuple[EntryKind, str], list[Entry]] = {}
     for each in sorted(entries, key=lambda each: each.version):
         versions.setdefault((each.kind, each.name), []).append(each)

@@ -43,7 +43,6 @@ class Conditions:
         scene: Name of a stored scene, any version of which they use.
         text: Words that all occur in their description.
         until: End of the time of storage.
-        solved: Whether planning found a motion.
         newest: Whether only the last version of each name counts.
     """
 
@@ -239,7 +238,6 @@ def keep(
 
 
 def _next_version(connection: sqlite3.Connection, kind: EntryKind, name: str) -> int:
-    """Return the next version number of a name; numbers of removed versions are not reused."""
     named = (kind.name, name)
     connection.execute(
         "INSERT INTO numbers VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET last = last + 1", named
@@ -249,7 +247,6 @@ def _next_version(connection: sqlite3.Connection, kind: EntryKind, name: str) ->
 
 
 def _fingerprint(members: Mapping[str, bytes]) -> str:
-    """Return the fingerprint of contents; a bundle's description has the digests of the rest."""
     if DESCRIPTION in members:
         return digest(members[DESCRIPTION])
     return digest("".join(f"{each} {digest(members[each])}\n" for each in sorted(members)).encode())
@@ -319,10 +316,6 @@ class StoredMembers(Members):
 
 
 def packed_for(database: Database, members: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the missing members in their stored form, by digest.
-
-    Packing of meshes is slow, so it is done before the lock is taken.
-    """
     found = {digest(data): data for data in members.values()}
     with database.reading() as connection:
         new = [key for key in found if not _is_kept(connection, key)]
@@ -332,12 +325,6 @@ def packed_for(database: Database, members: Mapping[str, bytes]) -> dict[str, by
 def keep_members(
     connection: sqlite3.Connection, entry: int, members: Mapping[str, bytes], packed: Mapping[str, bytes]
 ) -> None:
-    """Write the missing members of an entry.
-
-    Args:
-        connection: In a writing transaction.
-        packed: Result of `packed_for`.
-    """
     for name, data in members.items():
         key = digest(data)
         if not _is_kept(connection, key):

@@ -80,7 +80,6 @@ class Warehouse:
         return f"Warehouse({shown(str(self.path))})"
 
     def close(self) -> None:
-        """Close the file; it opens again when it is used again."""
         self._database.close()
 
     def together(self) -> AbstractContextManager[object]:
@@ -100,17 +99,12 @@ class Warehouse:
         note: str = "",
         explained: bool = True,
     ) -> Entry:
-        """Store a value; the previous value of that name stays as an earlier version.
+        """Store a value durably; the previous value of that name stays as an earlier version.
 
         Args:
-            name: Its name, unique within its kind.
+            name: Unique within its kind.
             what: A result of any status; a plan, problem, scene, robot, state, or constraints.
-            tags: Tags for search.
-            note: A free note.
             explained: Whether to include the explanation of a failure, which takes up to some seconds.
-
-        Returns:
-            The entry, once it is on disk.
 
         Raises:
             ModelError: If the value contains code of the caller, or a name or tag is invalid.
@@ -123,12 +117,7 @@ class Warehouse:
     def add_bundle(
         self, path: Path | str, name: str = "", *, tags: Sequence[str] = (), note: str = ""
     ) -> Entry:
-        """Store a bundle's file.
-
-        Args:
-            name: Its name; that of its problem if empty.
-            tags: Tags for search.
-            note: A free note.
+        """Store a bundle's file, by default under the name of its problem.
 
         Raises:
             FileFormatError: If it is not a bundle, or cannot be stored.
@@ -186,8 +175,8 @@ class Warehouse:
         """Return the description of an entry.
 
         Args:
-            kind: Its kind; may be None if the name is unambiguous.
-            version: Its version; the last if None.
+            kind: May be None if the name is unambiguous.
+            version: The last if None.
 
         Raises:
             EntryNotFound: If there is none.
@@ -262,15 +251,11 @@ class Warehouse:
     def remove(
         self, name: str, *, kind: EntryKind | None = None, version: int | None = None
     ) -> tuple[Entry, ...]:
-        """Delete entries permanently.
+        """Delete entries permanently; return them.
 
         Args:
-            name: Their name.
-            kind: Their kind; may be None if the name is unambiguous.
+            kind: May be None if the name is unambiguous.
             version: The version to delete; all if None.
-
-        Returns:
-            The deleted entries.
 
         Raises:
             EntryNotFound: If there is none.
@@ -303,16 +288,10 @@ class Warehouse:
 
     @checked
     def copy_to(self, other: "Warehouse", entries: Sequence[Entry] | None = None) -> tuple[Entry, ...]:
-        """Copy entries to another warehouse, with their dates, tags and notes.
+        """Copy entries (all if None) with their dates, tags and notes to a warehouse; return the copies.
 
         Entries with the same name, date and content are not copied again; others of the same name become
         further versions.
-
-        Args:
-            entries: The entries; all if None.
-
-        Returns:
-            The copies, with their names there.
 
         Raises:
             EntryNotFound: If one no longer exists.
@@ -339,8 +318,7 @@ class Warehouse:
         """Return the experience stored in this file: `plan(problem, experience=kept.experience())`.
 
         Args:
-            most: Largest number of memories; beyond it the one without a success for the longest time is
-                deleted.
+            most: Largest number of memories; beyond it the longest without a success is deleted.
             learning: Whether it changes; without, equal calls have equal answers.
 
         Raises:
